@@ -1,0 +1,1 @@
+"""From a sentence to actions: planners, the agent loop, clients."""

@@ -1,0 +1,1 @@
+"""A robot from its URDF or MJCF and a sidecar."""

@@ -1,0 +1,1 @@
+"""The MuJoCo world and the process that serves it."""

@@ -1,0 +1,428 @@
+"""Every error of the project, split by who can act on it.
+
+RoboSandboxError
+├── InputError               the user's file or argument is wrong
+├── RenderingError           no OpenGL on this machine
+└── SkillError               a skill ended without its post-condition; the planner acts on it
+    ├── InvalidArgumentError     an argument is of the wrong type or value
+    ├── ObjectNotFoundError      nothing seen has this id
+    ├── AmbiguousObjectError     several things seen fit
+    ├── UnreachableError         no joint configuration puts the TCP there
+    ├── CollisionError           the only ways there touch something
+    ├── TrackingError            the arm did not arrive where it was sent
+    ├── GraspError               none found, missed, or slipped
+    ├── NotHoldingError          the gripper is empty
+    ├── AlreadyHoldingError      the gripper is full
+    ├── PlacementError           occupied, missed or toppled
+    ├── PushError                the object went elsewhere
+    ├── UnsupportedError         this robot cannot do this skill
+    ├── GoalTimeoutError         the deadline passed
+    ├── CancelledError           somebody cancelled
+    └── InternalError            a fault in the code, with an id in the log
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any, ClassVar, Literal
+
+from pydantic import SerializeAsAny
+
+from robosandbox.types import Pose, SkillCall, StrictModel
+
+
+class RoboSandboxError(Exception):
+    """The root of all errors that this package raises on purpose."""
+
+
+class InputError(RoboSandboxError):
+    """The user's file, option or value is wrong; the message names it and the remedy."""
+
+
+class RenderingError(RoboSandboxError):
+    """No picture can be made on this machine; the message says what to install."""
+
+
+class ErrorCode(StrEnum):
+    """A skill error's kind, in Python and on the wire."""
+
+    INVALID_ARGUMENT = "invalid_argument"
+    OBJECT_NOT_FOUND = "object_not_found"
+    AMBIGUOUS_OBJECT = "ambiguous_object"
+    UNREACHABLE = "unreachable"
+    COLLISION = "collision"
+    TRACKING = "tracking"
+    GRASP = "grasp"
+    NOT_HOLDING = "not_holding"
+    ALREADY_HOLDING = "already_holding"
+    PLACEMENT = "placement"
+    PUSH = "push"
+    UNSUPPORTED = "unsupported"
+    GOAL_TIMEOUT = "goal_timeout"
+    CANCELLED = "cancelled"
+    INTERNAL = "internal"
+
+
+class Phase(StrEnum):
+    """What a skill was doing."""
+
+    CHECK = "check"
+    PERCEIVE = "perceive"
+    PLAN = "plan"
+    APPROACH = "approach"
+    DESCEND = "descend"
+    GRASP = "grasp"
+    LIFT = "lift"
+    TRANSFER = "transfer"
+    LOWER = "lower"
+    RELEASE = "release"
+    PUSH = "push"
+    RETREAT = "retreat"
+    HOME = "home"
+    SETTLE = "settle"
+    VERIFY = "verify"
+
+
+class Evidence(StrictModel):
+    """What was measured when a skill failed; each error has its own kind."""
+
+
+class UnreachableEvidence(Evidence):
+    """How close the best configuration comes to the target.
+
+    Attributes:
+        target: The TCP pose asked for.
+        position_error: Metres left.
+        orientation_error: Radians left.
+        joints_at_limits: Arm joints that stop it.
+        nearest: The nearest reachable TCP pose found.
+    """
+
+    target: Pose
+    position_error: float
+    orientation_error: float
+    joints_at_limits: tuple[str, ...] = ()
+    nearest: Pose
+
+
+class CollisionEvidence(Evidence):
+    """Which pair touches, how deep, and where on the path.
+
+    Attributes:
+        body: The moving body (of the arm, or the held object).
+        other: What it would touch.
+        depth: Penetration, metres.
+        waypoint: Index of the first colliding configuration.
+        waypoints: How many the path has.
+    """
+
+    body: str
+    other: str
+    depth: float
+    waypoint: int
+    waypoints: int
+
+
+class GraspEvidence(Evidence):
+    """What the fingers found.
+
+    Attributes:
+        object: Id.
+        reason: No candidate, closed on nothing, or lost after closing.
+        object_width: Extent between the fingers, metres; None when no candidate was found.
+        aperture: The gap after closing, or the most it opens, metres.
+        max_aperture: The most it opens, metres.
+        tried: How many candidates were examined, and what stopped each kind of them.
+    """
+
+    object: str
+    reason: Literal["none_found", "missed", "slipped"]
+    object_width: float | None = None
+    aperture: float
+    max_aperture: float
+    tried: dict[str, int] = {}
+
+
+class ObjectNotFoundEvidence(Evidence):
+    """What was asked for and what is there."""
+
+    query: str
+    seen: tuple[str, ...]
+
+
+class AmbiguousEvidence(Evidence):
+    """What was asked for and all that fits."""
+
+    query: str
+    candidates: tuple[str, ...]
+
+
+class HoldingEvidence(Evidence):
+    """What the gripper holds, if anything."""
+
+    held: str | None
+    aperture: float
+
+
+class PlacementEvidence(Evidence):
+    """Where the object is instead.
+
+    Attributes:
+        object: What was placed.
+        target: Where it should be: an object id or "table".
+        reason: No free spot, beside the mark, fallen over, or not let go.
+        expected: The pose aimed at.
+        actual: The pose seen afterwards; None when it was not let go.
+        blocking: What occupies the place.
+    """
+
+    object: str
+    target: str
+    reason: Literal["occupied", "missed", "toppled", "stuck", "unsuitable"]
+    expected: Pose | None = None
+    actual: Pose | None = None
+    blocking: tuple[str, ...] = ()
+
+
+class PushEvidence(Evidence):
+    """How far the object went.
+
+    Attributes:
+        object: Id.
+        wanted: Metres along the direction.
+        along: Metres gone along it.
+        across: Metres gone beside it.
+    """
+
+    object: str
+    wanted: float
+    along: float
+    across: float
+
+
+class TrackingEvidence(Evidence):
+    """Which joint lags the most.
+
+    Attributes:
+        joint: Its name.
+        error: Commanded minus actual, radians or metres.
+        contacts: What the arm touches.
+    """
+
+    joint: str
+    error: float
+    contacts: tuple[str, ...] = ()
+
+
+class TimeoutEvidence(Evidence):
+    """The deadline and the time spent, simulated seconds."""
+
+    deadline: float
+    elapsed: float
+
+
+class Repair(StrictModel):
+    """Skill calls that reached the post-condition on a copy of the world.
+
+    Attributes:
+        calls: What to run in place of the failed call.
+        why: One sentence for the person.
+        cost: Simulated seconds it took there.
+    """
+
+    calls: tuple[SkillCall, ...]
+    why: str
+    cost: float
+
+
+class SkillError(RoboSandboxError):
+    """A skill ended without its post-condition.
+
+    Attributes:
+        code: Its kind.
+        phase: What the skill was doing.
+        message: What, which value, which limit, what to do.
+        evidence: Measurements, typed per code.
+        repairs: Calls that were tried on a copy of the world, cheapest first.
+    """
+
+    code: ClassVar[ErrorCode] = ErrorCode.INTERNAL
+    evidence_type: ClassVar[type[Evidence] | None] = None
+
+    def __init__(
+        self,
+        message: str,
+        *,
+        phase: Phase = Phase.CHECK,
+        evidence: Evidence | None = None,
+        repairs: tuple[Repair, ...] = (),
+    ) -> None:
+        super().__init__(message)
+        self.message = message
+        self.phase = phase
+        self.evidence = evidence
+        self.repairs = repairs
+
+    def at(self, phase: Phase) -> SkillError:
+        """Set the phase and return the error itself."""
+        self.phase = phase
+        return self
+
+    def record(self) -> ErrorRecord:
+        """Return the error as a value that can leave the process."""
+        return ErrorRecord(
+            code=self.code,
+            phase=self.phase,
+            message=self.message,
+            evidence=self.evidence,
+            repairs=self.repairs,
+        )
+
+
+class ErrorRecord(StrictModel):
+    """A SkillError as a value: what results, logs and the wire carry."""
+
+    code: ErrorCode
+    phase: Phase
+    message: str
+    evidence: SerializeAsAny[Evidence] | None = None
+    repairs: tuple[Repair, ...] = ()
+
+
+class InvalidArgumentError(SkillError):
+    """An argument is of the wrong type or value."""
+
+    code = ErrorCode.INVALID_ARGUMENT
+
+
+class ObjectNotFoundError(SkillError):
+    """Nothing seen has this id."""
+
+    code = ErrorCode.OBJECT_NOT_FOUND
+    evidence_type = ObjectNotFoundEvidence
+
+
+class AmbiguousObjectError(SkillError):
+    """Several things seen fit."""
+
+    code = ErrorCode.AMBIGUOUS_OBJECT
+    evidence_type = AmbiguousEvidence
+
+
+class UnreachableError(SkillError):
+    """No joint configuration puts the TCP there."""
+
+    code = ErrorCode.UNREACHABLE
+    evidence_type = UnreachableEvidence
+
+
+class CollisionError(SkillError):
+    """The only ways there touch something."""
+
+    code = ErrorCode.COLLISION
+    evidence_type = CollisionEvidence
+
+
+class TrackingError(SkillError):
+    """The arm did not arrive where it was sent."""
+
+    code = ErrorCode.TRACKING
+    evidence_type = TrackingEvidence
+
+
+class GraspError(SkillError):
+    """No grasp was found, it missed, or the object slipped."""
+
+    code = ErrorCode.GRASP
+    evidence_type = GraspEvidence
+
+
+class NotHoldingError(SkillError):
+    """The gripper is empty."""
+
+    code = ErrorCode.NOT_HOLDING
+    evidence_type = HoldingEvidence
+
+
+class AlreadyHoldingError(SkillError):
+    """The gripper is full."""
+
+    code = ErrorCode.ALREADY_HOLDING
+    evidence_type = HoldingEvidence
+
+
+class PlacementError(SkillError):
+    """The object is not where it was to be placed."""
+
+    code = ErrorCode.PLACEMENT
+    evidence_type = PlacementEvidence
+
+
+class PushError(SkillError):
+    """The object did not go where it was pushed."""
+
+    code = ErrorCode.PUSH
+    evidence_type = PushEvidence
+
+
+class UnsupportedError(SkillError):
+    """This robot cannot do this skill, or not with this object."""
+
+    code = ErrorCode.UNSUPPORTED
+
+
+class GoalTimeoutError(SkillError):
+    """The deadline passed."""
+
+    code = ErrorCode.GOAL_TIMEOUT
+    evidence_type = TimeoutEvidence
+
+
+class CancelledError(SkillError):
+    """Somebody cancelled."""
+
+    code = ErrorCode.CANCELLED
+
+
+class InternalError(SkillError):
+    """A fault in the code; the log has the traceback under the id in the message."""
+
+    code = ErrorCode.INTERNAL
+
+
+SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
+    cls.code: cls
+    for cls in (
+        InvalidArgumentError,
+        ObjectNotFoundError,
+        AmbiguousObjectError,
+        UnreachableError,
+        CollisionError,
+        TrackingError,
+        GraspError,
+        NotHoldingError,
+        AlreadyHoldingError,
+        PlacementError,
+        PushError,
+        UnsupportedError,
+        GoalTimeoutError,
+        CancelledError,
+        InternalError,
+    )
+}
+
+
+def error_from_record(data: dict[str, Any]) -> SkillError:
+    """Return the exception that `ErrorRecord.model_dump(mode="json")` came from.
+
+    Raises:
+        pydantic.ValidationError: The data is no such record.
+    """
+    cls = SKILL_ERRORS[ErrorCode(data["code"])]
+    evidence = data.get("evidence")
+    return cls(
+        str(data["message"]),
+        phase=Phase(data["phase"]),
+        evidence=cls.evidence_type.model_validate(evidence) if cls.evidence_type and evidence else None,
+        repairs=tuple(Repair.model_validate(item) for item in data.get("repairs", ())),
+    )

@@ -1,0 +1,1 @@
+"""Grasp candidates from an object's shape."""

@@ -1,0 +1,1 @@
+"""Joint motion: inverse kinematics, collision checks, straight lines, timing."""

@@ -1,0 +1,161 @@
+"""What the parts ask of one another: complete protocols, so that any part can be replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+
+if TYPE_CHECKING:
+    import mujoco
+
+    from robosandbox.errors import SkillError
+    from robosandbox.robots.robot import Robot
+    from robosandbox.types import (
+        Array,
+        DetectedObject,
+        Grasp,
+        Observation,
+        ObservedScene,
+        Plan,
+        Pose,
+        Refusal,
+        SkillCall,
+        SkillResult,
+        Trajectory,
+    )
+
+
+@runtime_checkable
+class Sim(Protocol):
+    """A world with one robot in it, advanced in control ticks.
+
+    `model` is for planning on MjData of one's own; the live state is reached through the methods only.
+    """
+
+    @property
+    def robot(self) -> Robot: ...
+    @property
+    def model(self) -> mujoco.MjModel: ...
+    @property
+    def time(self) -> float: ...
+    @property
+    def control_timestep(self) -> float: ...
+    @property
+    def tick_hooks(self) -> list[Callable[[], None]]:
+        """Called after every control tick; a hook that raises stops the motion with the arm holding."""
+        ...
+
+    def observe(self, cameras: Sequence[str] = ()) -> Observation: ...
+    def execute(self, trajectory: Trajectory) -> None:
+        """Follow the trajectory; return when its last row has been commanded."""
+        ...
+
+    def step(self, seconds: float) -> None:
+        """Let time pass with the last commands held."""
+        ...
+
+    def hold(self) -> None:
+        """Command the arm to stay where it is."""
+        ...
+
+    def set_gripper(self, closed: float, *, force: float | None = None) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once."""
+        ...
+
+    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (robot body, other body) that touch now."""
+        ...
+
+
+@runtime_checkable
+class Perception(Protocol):
+    """What is where."""
+
+    def perceive(self, sim: Sim) -> ObservedScene: ...
+
+
+@runtime_checkable
+class GraspPlanner(Protocol):
+    """Ways to hold an object, best first; feasibility is the motion planner's to say."""
+
+    def candidates(self, target: DetectedObject, scene: ObservedScene, robot: Robot) -> Sequence[Grasp]: ...
+
+
+@runtime_checkable
+class MotionPlanner(Protocol):
+    """Joint configurations and collision-checked paths on data of its own."""
+
+    def use(self, sim: Sim, scene: ObservedScene, *, held: str | None = None) -> None:
+        """Take the world to plan in: the robot as it stands, objects as perceived, `held` moving with the TCP."""
+        ...
+
+    def allow(self, *names: str) -> None:
+        """Let the robot touch these objects (and "table") in the plans that follow, and nothing else."""
+        ...
+
+    def ik(self, tcp_pose: Pose, seed: Array | None = None) -> Array:
+        """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError."""
+        ...
+
+    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 1.0) -> Trajectory:
+        """Return a collision-free trajectory; raises CollisionError."""
+        ...
+
+    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 1.0) -> Trajectory:
+        """Return a straight TCP line, checked all along; raises UnreachableError or CollisionError."""
+        ...
+
+
+@runtime_checkable
+class SkillContext(Protocol):
+    """All that a skill may use."""
+
+    @property
+    def sim(self) -> Sim: ...
+    @property
+    def perception(self) -> Perception: ...
+    @property
+    def grasp(self) -> GraspPlanner: ...
+    @property
+    def motion(self) -> MotionPlanner: ...
+    @property
+    def what_if(self) -> bool: ...
+    def enter(self, phase: str) -> None:
+        """Tell listeners which phase begins."""
+        ...
+
+
+@runtime_checkable
+class Skill(Protocol):
+    """One verb. `run` takes keyword arguments; its signature is its schema."""
+
+    name: ClassVar[str]
+
+    @property
+    def description(self) -> str: ...
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of the arguments."""
+        ...
+
+    def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
+        """Check the arguments and run; raises SkillError."""
+        ...
+
+
+class Attempt(Protocol):
+    """A plan that ended early."""
+
+    @property
+    def completed(self) -> Sequence[SkillCall]: ...
+    @property
+    def failed(self) -> SkillCall: ...
+    @property
+    def error(self) -> SkillError: ...
+
+
+@runtime_checkable
+class Planner(Protocol):
+    """From a sentence to skill calls."""
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal: ...

@@ -1,0 +1,1 @@
+"""Conformance suites for those who add a skill, a planner or a sim."""

@@ -1,0 +1,427 @@
+"""The values that all parts share: poses, scenes, observations, trajectories, grasps, plans, episodes.
+
+What enters the process (scenes, tasks, skill arguments) is a strict, frozen pydantic model; what stays
+inside is a frozen dataclass with read-only arrays. SI units and radians; poses are in the world frame
+unless their name says otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
+
+Array = NDArray[np.float64]
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
+NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
+Fraction = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
+Vec3 = tuple[Finite, Finite, Finite]
+Side = Literal["left", "right", "front", "back"]
+Direction = Literal["forward", "back", "left", "right"]
+
+SIDE_AXES: Mapping[str, tuple[float, float]] = {
+    "forward": (1.0, 0.0),
+    "front": (-1.0, 0.0),
+    "back": (-1.0, 0.0),
+    "left": (0.0, 1.0),
+    "right": (0.0, -1.0),
+}
+
+
+class StrictModel(BaseModel):
+    """A frozen pydantic model that refuses unknown fields."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+def _unit_quaternion(quat_xyzw: tuple[float, ...]) -> tuple[float, ...]:
+    norm = math.sqrt(sum(c * c for c in quat_xyzw))
+    if norm < 1e-6:
+        raise ValueError("a quaternion of length zero is no rotation; [0, 0, 0, 1] is the identity")
+    if abs(norm - 1.0) < 1e-9:
+        return quat_xyzw
+    return tuple(c / norm for c in quat_xyzw)
+
+
+QuatXyzw = Annotated[tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit_quaternion)]
+
+
+class Pose(StrictModel):
+    """A position in metres and an orientation as a unit quaternion in x, y, z, w order."""
+
+    xyz: Vec3
+    quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
+
+    @classmethod
+    def from_matrix(cls, position: Array, rotation: Array) -> Self:
+        """Return the pose with `position` (3,) and `rotation` (3, 3)."""
+        return cls.model_construct(
+            xyz=(float(position[0]), float(position[1]), float(position[2])),
+            quat_xyzw=quat_xyzw_from_matrix(rotation),
+        )
+
+    @property
+    def position(self) -> Array:
+        """The position as an array, shape (3,)."""
+        return np.array(self.xyz)
+
+    @property
+    def rotation(self) -> Array:
+        """The rotation matrix, shape (3, 3)."""
+        return matrix_from_quat_xyzw(self.quat_xyzw)
+
+    @property
+    def yaw(self) -> float:
+        """The heading of the pose's x axis about world z, radians."""
+        x, y, z, w = self.quat_xyzw
+        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """Compose: `T_a_b @ T_b_c` is `T_a_c`."""
+        rotation = self.rotation
+        return Pose.from_matrix(self.position + rotation @ other.position, rotation @ other.rotation)
+
+    def inverse(self) -> Pose:
+        """Return the inverse transform."""
+        rotation = self.rotation.T
+        return Pose.from_matrix(-rotation @ self.position, rotation)
+
+
+def matrix_from_quat_xyzw(quat_xyzw: tuple[float, float, float, float]) -> Array:
+    """Return the rotation matrix (3, 3) of a unit quaternion in x, y, z, w order."""
+    x, y, z, w = quat_xyzw
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def quat_xyzw_from_matrix(rotation: Array) -> tuple[float, float, float, float]:
+    """Return the unit quaternion, x, y, z, w order, of a rotation matrix (3, 3) (Shepperd's method)."""
+    (m00, m01, m02), (m10, m11, m12), (m20, m21, m22) = rotation.tolist()
+    trace = m00 + m11 + m22
+    if trace > 0.0:
+        s = 2.0 * math.sqrt(trace + 1.0)
+        quat = ((m21 - m12) / s, (m02 - m20) / s, (m10 - m01) / s, 0.25 * s)
+    elif m00 >= m11 and m00 >= m22:
+        s = 2.0 * math.sqrt(max(1.0 + m00 - m11 - m22, 1e-16))
+        quat = (0.25 * s, (m01 + m10) / s, (m02 + m20) / s, (m21 - m12) / s)
+    elif m11 >= m22:
+        s = 2.0 * math.sqrt(max(1.0 + m11 - m00 - m22, 1e-16))
+        quat = ((m01 + m10) / s, 0.25 * s, (m12 + m21) / s, (m02 - m20) / s)
+    else:
+        s = 2.0 * math.sqrt(max(1.0 + m22 - m00 - m11, 1e-16))
+        quat = ((m02 + m20) / s, (m12 + m21) / s, 0.25 * s, (m10 - m01) / s)
+    norm = math.sqrt(sum(c * c for c in quat))
+    return (quat[0] / norm, quat[1] / norm, quat[2] / norm, quat[3] / norm)
+
+
+def frozen_array(values: Any) -> Array:
+    """Return a read-only float copy of `values`."""
+    array = np.array(values, dtype=np.float64)
+    array.setflags(write=False)
+    return array
+
+
+# Scenes.
+
+ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "drawer"]
+
+OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
+    "box": ("half_x", "half_y", "half_z"),
+    "sphere": ("radius",),
+    "cylinder": ("radius", "half_height"),
+    "capsule": ("radius", "half_height"),
+    "mesh": (),
+    "bin": ("inner_half_x", "inner_half_y", "height"),
+    "bowl": ("inner_radius", "height"),
+    "drawer": ("width", "depth", "height", "max_open"),
+}
+
+IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
+
+
+class Randomize(StrictModel):
+    """How far a seed may move what the scene says; half-ranges, drawn uniformly.
+
+    Attributes:
+        xy_jitter: Metres along world x and y.
+        yaw_jitter: Radians about world z.
+        size_jitter: Fraction of every size.
+        mass_jitter: Fraction of the mass.
+        rgba_jitter: Of each colour channel.
+        q_jitter: Radians on every arm joint's start; for a task, not for an object.
+    """
+
+    xy_jitter: NonNegative = 0.0
+    yaw_jitter: Annotated[float, Field(ge=0.0, le=math.pi)] = 0.0
+    size_jitter: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    mass_jitter: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
+    rgba_jitter: Fraction = 0.0
+    q_jitter: NonNegative = 0.0
+
+
+class SceneObject(StrictModel):
+    """One object of a scene.
+
+    Attributes:
+        id: Its name in prompts and results.
+        kind: What it is made of.
+        size: Metres; what each number is follows `OBJECT_SIZES`.
+        pose: Where it starts; it settles under gravity from there.
+        rgba: Colour, each channel 0..1.
+        mass: Kilograms.
+        mesh: For `mesh`: the OBJ or STL file.
+        scale: For `mesh`: metres per file unit.
+        collision: For `mesh`: one convex hull, or a convex decomposition.
+        randomize: Overrides the task's for this object.
+    """
+
+    id: str
+    kind: ObjectKind
+    size: tuple[Positive, ...] = ()
+    pose: Pose
+    rgba: tuple[Fraction, Fraction, Fraction, Fraction] = (0.7, 0.7, 0.7, 1.0)
+    mass: Positive = 0.05
+    mesh: Path | None = None
+    scale: Positive = 1.0
+    collision: Literal["hull", "coacd"] = "hull"
+    randomize: Randomize | None = None
+
+    @field_validator("id")
+    @classmethod
+    def _id_is_plain(cls, value: str) -> str:
+        if not IDENTIFIER.fullmatch(value):
+            raise ValueError(f"{value!r} is not an id: use up to 64 letters, digits, '_', '-' or '.'")
+        return value
+
+    @model_validator(mode="after")
+    def _size_fits_kind(self) -> Self:
+        names = OBJECT_SIZES[self.kind]
+        if len(self.size) != len(names):
+            wanted = f"[{', '.join(names)}]" if names else "no size (its file and scale give it)"
+            raise ValueError(f"size: a {self.kind} takes {wanted}, got {len(self.size)} numbers")
+        if (self.kind == "mesh") != (self.mesh is not None):
+            raise ValueError(f"mesh: a {self.kind} takes {'a file' if self.kind == 'mesh' else 'no mesh file'}")
+        return self
+
+
+class Scene(StrictModel):
+    """A robot and the objects around it.
+
+    Attributes:
+        robot_urdf: A .urdf or .xml path or a bundled robot's name; None is the bundled Panda.
+        robot_config: The sidecar; None looks for `<stem>.robosandbox.yaml` beside the model.
+        objects: The objects, with distinct ids.
+        table_height: Height of the table top, metres.
+    """
+
+    robot_urdf: Path | None = None
+    robot_config: Path | None = None
+    objects: tuple[SceneObject, ...] = ()
+    table_height: Annotated[float, Field(gt=0.005, le=2.0, allow_inf_nan=False)] = 0.04
+
+    @field_validator("objects")
+    @classmethod
+    def _ids_are_distinct(cls, objects: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
+        seen: set[str] = set()
+        for item in objects:
+            if item.id in seen:
+                raise ValueError(f"two objects have the id {item.id!r}; ids must be distinct")
+            seen.add(item.id)
+        return objects
+
+
+# What is sensed.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GripperState:
+    """The gripper as its own encoders and motor know it.
+
+    Attributes:
+        joint: The primary joint's value.
+        width: Gap between the finger pads, metres.
+        closed: 0 at the sidecar's open, 1 at its closed.
+        force: What the actuator presses with, in its own unit (N or N m), >= 0.
+    """
+
+    joint: float
+    width: float
+    closed: float
+    force: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Observation:
+    """Proprioception, and pictures when they were asked for.
+
+    Attributes:
+        time: Simulated seconds.
+        q: Arm configuration, radians or metres, shape (n,).
+        qd: Its rate, shape (n,).
+        tcp_pose: The TCP in the world.
+        gripper: The gripper's state; None for an arm without one.
+        images: RGB by camera name, each (height, width, 3) uint8.
+    """
+
+    time: float
+    q: Array
+    qd: Array
+    tcp_pose: Pose
+    gripper: GripperState | None
+    images: Mapping[str, NDArray[np.uint8]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DetectedObject:
+    """What perception says of one object.
+
+    Attributes:
+        id: Stable name.
+        kind: Shape.
+        size: Metres, as in `OBJECT_SIZES`; for a mesh the half-extents of its box.
+        colour: Its English name.
+        rgba: Its colour, channels 0..1.
+        pose: The object in the world.
+        confidence: 0..1.
+    """
+
+    id: str
+    kind: ObjectKind
+    size: tuple[float, ...]
+    colour: str
+    rgba: tuple[float, float, float, float]
+    pose: Pose
+    confidence: float = 1.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObservedScene:
+    """The planner's scene: what perception sees, and what the gripper holds.
+
+    Attributes:
+        time: Simulated seconds of the look.
+        objects: Everything seen.
+        table_height: Metres.
+        held: Id of the object in the gripper.
+    """
+
+    time: float
+    objects: tuple[DetectedObject, ...]
+    table_height: float
+    held: str | None = None
+
+    def find(self, object_id: str) -> DetectedObject | None:
+        """Return the object with this id, or None."""
+        return next((item for item in self.objects if item.id == object_id), None)
+
+
+# Motion and grasps.
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Trajectory:
+    """Configurations at equal steps of time.
+
+    Attributes:
+        q: Shape (t, n); the first row is the start.
+        dt: Seconds between rows.
+    """
+
+    q: Array
+    dt: float
+
+    @property
+    def duration(self) -> float:
+        """Seconds from the first to the last row."""
+        return (len(self.q) - 1) * self.dt
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Grasp:
+    """A way to hold an object: where the TCP is when the fingers close.
+
+    The TCP frame has z along the approach and y along the closing direction.
+
+    Attributes:
+        object: Id.
+        tcp_pose: The TCP in the world at closure.
+        width: Extent of the object between the fingers, metres.
+        quality: Higher is better; for ranking only.
+    """
+
+    object: str
+    tcp_pose: Pose
+    width: float
+    quality: float
+
+
+# Plans and episodes.
+
+
+class SkillCall(StrictModel):
+    """A skill's name and its arguments."""
+
+    skill: str
+    arguments: dict[str, Any] = Field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{self.skill}({', '.join(f'{k}={v}' for k, v in self.arguments.items())})"
+
+
+class Plan(StrictModel):
+    """Skill calls in the order in which they run."""
+
+    steps: tuple[SkillCall, ...]
+
+
+class RefusalCode(StrEnum):
+    """Why a planner will not plan."""
+
+    OBJECT_NOT_FOUND = "object_not_found"
+    AMBIGUOUS = "ambiguous"
+    UNSUPPORTED = "unsupported"
+    UNRECOGNIZED = "unrecognized"
+    IMPOSSIBLE = "impossible"
+
+
+class Refusal(StrictModel):
+    """A planner's no.
+
+    Attributes:
+        code: Its kind.
+        message: A sentence for the person.
+        candidates: What could have been meant: object ids or verbs.
+    """
+
+    code: RefusalCode
+    message: str
+    candidates: tuple[str, ...] = ()
+
+
+class SkillResult(StrictModel):
+    """A skill's checked outcome.
+
+    Attributes:
+        skill: Its name.
+        detail: The measured post-condition.
+        side_effects: What else changed, in sentences.
+    """
+
+    skill: str
+    detail: dict[str, float | str | bool] = Field(default_factory=dict)
+    side_effects: tuple[str, ...] = ()

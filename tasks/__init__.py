@@ -1,0 +1,1 @@
+"""Tasks, success criteria, randomization, and the bench."""
