@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from robosandbox.errors import SkillError
     from robosandbox.robots.robot import Robot
+    from robosandbox.sim.truth import Truth
     from robosandbox.types import (
         Array,
         DetectedObject,
@@ -37,6 +38,21 @@ class Sim(Protocol):
     @property
     def model(self) -> mujoco.MjModel: ...
     @property
+    def epoch(self) -> int:
+        """Changes whenever numbers in `model` may have."""
+        ...
+
+    @property
+    def object_bodies(self) -> Mapping[str, int]:
+        """Body ids in `model` of the objects, by object id."""
+        ...
+
+    @property
+    def body_names(self) -> Sequence[str]:
+        """What people call each body of `model`."""
+        ...
+
+    @property
     def time(self) -> float: ...
     @property
     def control_timestep(self) -> float: ...
@@ -58,8 +74,12 @@ class Sim(Protocol):
         """Command the arm to stay where it is."""
         ...
 
-    def set_gripper(self, closed: float, *, force: float | None = None) -> None:
+    def set_gripper(self, closed: float) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once."""
+        ...
+
+    def truth(self) -> Truth:
+        """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
         ...
 
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:

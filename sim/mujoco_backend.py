@@ -1,0 +1,385 @@
+"""The MuJoCo world as a process-local sim: load, reset, move, observe."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Self
+
+import mujoco
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.robots.loader import load_robot
+from robosandbox.robots.robot import Robot
+from robosandbox.sim.objects import PREFIX, can_rewrite, mesh_bounds, rewrite
+from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.truth import ObjectTruth, Truth
+from robosandbox.sim.world import World, build_world, check_start
+from robosandbox.types import Array, Observation, Pose, Scene, Trajectory, frozen_array
+
+_SETTLE_SECONDS = 3.0
+_SETTLE_CHUNK_SECONDS = 0.05
+_REST_SPEED = 0.005
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class MuJoCoBackend:
+    """A robot and its objects in MuJoCo.
+
+    Args:
+        render_size: (height, width) of camera pictures, pixels.
+        control_timestep: Seconds between commands to the servos; a whole multiple of the physics time step.
+
+    Attributes:
+        tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
+        physics_steps: Physics steps since the last reset.
+        compilations: How often a model was compiled.
+    """
+
+    def __init__(self, render_size: tuple[int, int] = (240, 320), control_timestep: float = 0.01) -> None:
+        self.render_size = render_size
+        self.control_timestep = control_timestep
+        self.tick_hooks: list[Callable[[], None]] = []
+        self.physics_steps = 0
+        self.compilations = 0
+        self.epoch = 0
+        self._world: World | None = None
+        self._data: mujoco.MjData | None = None
+        self._renderer: OffscreenRenderer | None = None
+        self._servo_lag: Array = np.zeros(0)
+        self._substeps = 1
+        self._mesh_sizes: dict[str, tuple[float, ...]] = {}
+
+    # Life cycle.
+
+    def load(self, scene: Scene) -> None:
+        """Build the scene, put the robot at home, and let the objects settle.
+
+        Raises:
+            InputError: A file, name or number of the robot or scene is wrong.
+        """
+        self.close()
+        self._compile(scene)
+        self.reset()
+
+    def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:
+        """Start over, without a new model where numbers alone differ.
+
+        Args:
+            scene: A scene with the loaded one's robot, ids and kinds, other poses, sizes, masses or colours.
+            q: Start configuration of the arm, shape (n,); home when left out.
+
+        Raises:
+            InputError: Objects start inside something.
+        """
+        world = self._loaded
+        if scene is not None and scene != world.scene:
+            self._adopt(scene)
+            world = self._loaded
+        data, robot = self._live, world.robot
+        mujoco.mj_resetData(world.model, data)
+        start = robot.home_q if q is None else np.asarray(q, dtype=float)
+        data.qpos[robot.qpos_indices] = start
+        data.ctrl[robot.actuator_ids] = robot.control(start)
+        if robot.gripper:
+            geometry = robot.gripper.geometry
+            data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(geometry.open_joint)
+            data.ctrl[robot.gripper.actuator_ids] = geometry.control(0.0)
+        for item in world.scene.objects:
+            x, y, z, w = item.pose.quat_xyzw
+            data.joint(PREFIX + item.id).qpos = [*item.pose.xyz, w, x, y, z]
+        check_start(world, data)
+        self._settle()
+        data.time = 0.0
+        self.physics_steps = 0
+
+    def close(self) -> None:
+        """Free what was loaded; the backend can load again."""
+        if self._renderer:
+            self._renderer.close()
+        self._renderer = None
+        self._world = None
+        self._data = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # What it is.
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model, for planning on MjData of one's own."""
+        return self._loaded.model
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's indices and measured figures."""
+        return self._loaded.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as loaded or last reset to."""
+        return self._loaded.scene
+
+    @property
+    def object_bodies(self) -> Mapping[str, int]:
+        """Body ids of the objects."""
+        return self._loaded.object_bodies
+
+    @property
+    def body_names(self) -> Sequence[str]:
+        """What people call each body."""
+        return self._loaded.names
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `observe(cameras=...)` takes."""
+        return tuple(self._loaded.cameras)
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since reset."""
+        return float(self._live.time)
+
+    # Acting.
+
+    def execute(self, trajectory: Trajectory) -> None:
+        """Follow a trajectory, commands interpolated to the control ticks; return when the last row is commanded."""
+        robot, data = self.robot, self._live
+        ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
+        times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
+        rows = np.arange(len(trajectory.q)) * trajectory.dt
+        q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
+        # A damped servo lags a moving target by lag * velocity; commanding ahead by that keeps the arm on its path.
+        velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
+        commands = robot.control(q + self._servo_lag * velocity)
+        commands[-1] = robot.control(trajectory.q[-1])
+        try:
+            for command in commands:
+                data.ctrl[robot.actuator_ids] = command
+                self._tick()
+        except BaseException:
+            self.hold()
+            raise
+
+    def step(self, seconds: float | None = None) -> None:
+        """Let time pass with the last commands held; one control tick when `seconds` is left out."""
+        ticks = 1 if seconds is None else max(1, round(seconds / self.control_timestep))
+        for _ in range(ticks):
+            self._tick()
+
+    def hold(self) -> None:
+        """Command the arm to stay where it is."""
+        robot = self.robot
+        q = self._live.qpos[robot.qpos_indices]
+        self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
+
+    def set_gripper(self, closed: float) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
+
+        Raises:
+            ValueError: `closed` is outside 0..1, or the robot has no gripper.
+        """
+        if not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}; it takes 0 (open) to 1 (closed)")
+        gripper = self.robot.gripper
+        if gripper is None:
+            raise ValueError(f"{self.robot.name} has no gripper")
+        self._live.ctrl[gripper.actuator_ids] = gripper.geometry.control(closed)
+
+    # Looking.
+
+    def observe(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return proprioception, and a picture per named camera.
+
+        Raises:
+            InputError: No such camera.
+            RenderingError: No OpenGL on this machine.
+        """
+        world, data = self._loaded, self._live
+        robot = world.robot
+        mujoco.mj_kinematics(world.model, data)
+        images = {name: self._render(name) for name in cameras}
+        return Observation(
+            time=float(data.time),
+            q=frozen_array(data.qpos[robot.qpos_indices]),
+            qd=frozen_array(data.qvel[robot.dof_indices]),
+            tcp_pose=Pose.from_matrix(*robot.tcp(data)),
+            gripper=robot.gripper.state(data) if robot.gripper else None,
+            images=images,
+        )
+
+    def truth(self) -> Truth:
+        """Return the simulated state; for judging and ground-truth perception."""
+        world, data = self._loaded, self._live
+        mujoco.mj_kinematics(world.model, data)
+        touching, held = self._contacts()
+        objects = {}
+        for item in world.scene.objects:
+            body = world.object_bodies[item.id]
+            dof = int(world.model.body_dofadr[body])
+            rotation = data.xmat[body].reshape(3, 3)
+            objects[item.id] = ObjectTruth(
+                id=item.id,
+                kind=item.kind,
+                size=self._mesh_sizes.get(item.id, item.size),
+                rgba=item.rgba,
+                pose=Pose.from_matrix(data.xpos[body], rotation),
+                linear_velocity=frozen_array(data.qvel[dof : dof + 3]),
+                angular_velocity=frozen_array(rotation @ data.qvel[dof + 3 : dof + 6]),
+                contacts=frozenset(touching.get(body, ())),
+            )
+        return Truth(
+            time=float(data.time),
+            q=frozen_array(data.qpos[world.robot.qpos_indices]),
+            home_q=world.robot.home_q,
+            table_height=world.scene.table_height,
+            objects=objects,
+            held=held,
+        )
+
+    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (robot body, other body) that touch now, without the robot's own."""
+        world, data = self._loaded, self._live
+        pairs = set()
+        for first, second in self._touching_bodies(data):
+            if (first in world.robot.bodies) != (second in world.robot.bodies):
+                inner, outer = (first, second) if first in world.robot.bodies else (second, first)
+                pairs.add((world.names[inner], world.names[outer]))
+        return tuple(sorted(pairs))
+
+    # Saving, restoring, forking.
+
+    def snapshot(self) -> Array:
+        """Return the whole simulated state as one vector."""
+        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self._live, state, _STATE)
+        return state
+
+    def restore(self, state: Array) -> None:
+        """Go back to a snapshot of this model."""
+        mujoco.mj_setState(self.model, self._live, state, _STATE)
+        mujoco.mj_forward(self.model, self._live)
+
+    def fork(self) -> MuJoCoBackend:
+        """Return a copy of the world that shares the model and nothing else: for trying things out."""
+        other = MuJoCoBackend(self.render_size, self.control_timestep)
+        other._world = self._world
+        other._data = mujoco.MjData(self.model)
+        other._servo_lag = self._servo_lag
+        other._substeps = self._substeps
+        other._mesh_sizes = self._mesh_sizes
+        other.epoch = self.epoch
+        other.restore(self.snapshot())
+        return other
+
+    # Inside.
+
+    @property
+    def _loaded(self) -> World:
+        if self._world is None:
+            raise RuntimeError("no scene is loaded; call load(scene) first")
+        return self._world
+
+    @property
+    def _live(self) -> mujoco.MjData:
+        if self._data is None:
+            raise RuntimeError("no scene is loaded; call load(scene) first")
+        return self._data
+
+    def _compile(self, scene: Scene) -> None:
+        config = Path(scene.robot_config) if scene.robot_config else None
+        self._world = world = build_world(scene, load_robot(scene.robot_urdf, config))
+        self._data = mujoco.MjData(world.model)
+        self.compilations += 1
+        self.epoch += 1
+        self._mesh_sizes = {}
+        for item in scene.objects:
+            if item.kind == "mesh":
+                low, high = mesh_bounds(item)
+                self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)
+        substeps = self.control_timestep / world.model.opt.timestep
+        if abs(substeps - round(substeps)) > 1e-6 or round(substeps) < 1:
+            raise InputError(
+                f"control_timestep {self.control_timestep} is no whole multiple of the physics time step "
+                f"{world.model.opt.timestep}"
+            )
+        self._substeps = round(substeps)
+        self._servo_lag = _servo_lag(world.model, world.robot)
+
+    def _adopt(self, scene: Scene) -> None:
+        """Take another scene: numbers are written into the model, anything else compiles a new one."""
+        world = self._loaded
+        old = world.scene
+        frame = (old.robot_urdf, old.robot_config, old.table_height)
+        same = frame == (scene.robot_urdf, scene.robot_config, scene.table_height)
+        same = same and len(old.objects) == len(scene.objects)
+        if not (same and all(can_rewrite(a, b) for a, b in zip(old.objects, scene.objects, strict=True))):
+            self.close()
+            self._compile(scene)
+            return
+        stale = [rewrite(world.model, a, b) for a, b in zip(old.objects, scene.objects, strict=True)]
+        if any(stale):
+            mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
+            self.epoch += 1
+        self._world = World(scene, world.model, world.robot, world.names, world.object_bodies, world.cameras)
+
+    def _settle(self) -> None:
+        """Step until no object moves; a ball that rolls on is left rolling after a few seconds."""
+        model, data = self.model, self._live
+        dofs = [int(model.body_dofadr[b]) + i for b in self.object_bodies.values() for i in range(6)]
+        chunk = round(_SETTLE_SECONDS and _SETTLE_CHUNK_SECONDS / model.opt.timestep)
+        for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
+            mujoco.mj_step(model, data, chunk)
+            if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED:
+                return
+
+    def _tick(self) -> None:
+        mujoco.mj_step(self._loaded.model, self._live, self._substeps)
+        self.physics_steps += self._substeps
+        for hook in self.tick_hooks:
+            hook()
+
+    def _touching_bodies(self, data: mujoco.MjData) -> set[tuple[int, int]]:
+        if not data.ncon:
+            return set()
+        contacts = data.contact
+        touching = contacts.geom[contacts.dist < 0.0]
+        return {(int(a), int(b)) for a, b in self.model.geom_bodyid[touching]}
+
+    def _contacts(self) -> tuple[dict[int, set[str]], str | None]:
+        """Return what each body touches, and which object both sides of the gripper touch."""
+        world = self._loaded
+        robot = world.robot
+        touching: dict[int, set[str]] = {}
+        sides: dict[int, set[int]] = {}
+        fingers = robot.gripper.finger_bodies if robot.gripper else ()
+        for first, second in self._touching_bodies(self._live):
+            for body, other in ((first, second), (second, first)):
+                touching.setdefault(body, set()).add("robot" if other in robot.bodies else world.names[other])
+                for side, bodies in enumerate(fingers):
+                    if other in bodies:
+                        sides.setdefault(body, set()).add(side)
+        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == 2]
+        return touching, held[0] if held else None
+
+    def _render(self, camera: str) -> np.ndarray:
+        world = self._loaded
+        if camera not in world.cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(world.cameras)}")
+        if self._renderer is None:
+            self._renderer = OffscreenRenderer(world.model, self.render_size)
+        mujoco.mj_camlight(world.model, self._live)
+        return self._renderer.render(self._live, world.cameras[camera])
+
+
+def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:
+    """Return by how many seconds each arm servo trails a moving target: total damping over stiffness, shape (n,)."""
+    gear = model.actuator_gear[robot.actuator_ids, 0]
+    stiffness = -model.actuator_biasprm[robot.actuator_ids, 1] * gear**2
+    damping = -model.actuator_biasprm[robot.actuator_ids, 2] * gear**2 + model.dof_damping[robot.dof_indices].reshape(-1)
+    return damping / stiffness

@@ -1,0 +1,58 @@
+"""The simulated state, for judging and for tests: what really is, not what is perceived."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from robosandbox.types import Array, DetectedObject, ObjectKind, Pose
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ObjectTruth:
+    """One object as simulated.
+
+    Attributes:
+        id: Its scene id.
+        kind: Its shape.
+        size: Metres, as in `OBJECT_SIZES`; for a mesh the half-extents of its box.
+        rgba: Its colour.
+        pose: In the world.
+        linear_velocity: m/s, shape (3,).
+        angular_velocity: rad/s, shape (3,).
+        contacts: What it touches: "table", "floor", "robot", object ids.
+    """
+
+    id: str
+    kind: ObjectKind
+    size: tuple[float, ...]
+    rgba: tuple[float, float, float, float]
+    pose: Pose
+    linear_velocity: Array
+    angular_velocity: Array
+    contacts: frozenset[str]
+
+    def detected(self) -> DetectedObject:
+        """Return it as perception would, were perception perfect; the colour is left unnamed."""
+        return DetectedObject(id=self.id, kind=self.kind, size=self.size, colour="", rgba=self.rgba, pose=self.pose)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Truth:
+    """The whole simulated state that success is judged on.
+
+    Attributes:
+        time: Simulated seconds since reset.
+        q: Arm configuration, shape (n,).
+        home_q: The robot's home, shape (n,).
+        table_height: Metres.
+        objects: By id.
+        held: The object that both sides of the gripper touch.
+    """
+
+    time: float
+    q: Array
+    home_q: Array
+    table_height: float
+    objects: Mapping[str, ObjectTruth]
+    held: str | None = None

@@ -1,0 +1,132 @@
+"""Does the robot, or what it holds, touch something? Checked by MuJoCo on a model and data of its own."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.robot import Robot
+from robosandbox.types import Array, Pose
+
+# A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
+# robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
+_BIT = 1 << 30
+
+
+@dataclass(frozen=True, slots=True)
+class Touch:
+    """The deepest contact of a configuration.
+
+    Attributes:
+        body: The moving body.
+        other: What it touches.
+        depth: Penetration, metres; negative inside the clearance.
+    """
+
+    body: str
+    other: str
+    depth: float
+
+
+class CollisionChecker:
+    """Checks configurations of one robot among placed objects.
+
+    Args:
+        model: The world model; it is copied, never changed.
+        robot: The robot bound to it.
+        names: What people call each body.
+        clearance: Distance to obstacles that already counts as a touch, metres.
+    """
+
+    def __init__(self, model: mujoco.MjModel, robot: Robot, names: Sequence[str], *, clearance: float = 0.002) -> None:
+        self.model = copy.copy(model)
+        self.robot = robot
+        self.names = names
+        self.clearance = clearance
+        self.data = mujoco.MjData(self.model)
+        self._robot_geoms = np.isin(model.geom_bodyid, list(robot.bodies))
+        self._solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        self._held: tuple[int, Array, Array] | None = None
+        self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
+        self._allowed: frozenset[int] = frozenset()
+        self._apply_bits()
+
+    def place(self, body: int, pose: Pose) -> None:
+        """Put a free object's body at a pose."""
+        address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
+        x, y, z, w = pose.quat_xyzw
+        self.data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
+
+    def set_gripper(self, joint: float) -> None:
+        """Put the gripper's joints where its primary joint's value puts them."""
+        if self.robot.gripper:
+            self.data.qpos[self.robot.gripper.joint_indices] = self.robot.gripper.joints_at(joint)
+
+    def hold(self, body: int | None, tcp_to_object: Pose | None = None) -> None:
+        """Let an object move with the TCP; None lets go."""
+        if body is None or tcp_to_object is None:
+            self._held = None
+        else:
+            self._held = (body, tcp_to_object.position, tcp_to_object.rotation)
+        self._apply_bits()
+
+    def allow(self, bodies: Iterable[int]) -> None:
+        """Let movers touch these bodies; replaces what was allowed before."""
+        self._allowed = frozenset(bodies)
+        self._apply_bits()
+
+    def touch(self, q: Array) -> Touch | None:
+        """Return the deepest contact at `q` (n,), or None when it is free."""
+        model, data = self.model, self.data
+        data.qpos[self.robot.qpos_indices] = q
+        mujoco.mj_kinematics(model, data)
+        if self._held is not None:
+            self._carry()
+        mujoco.mj_collision(model, data)
+        if data.ncon == 0:
+            return None
+        distance = data.contact.dist
+        pairs = model.geom_bodyid[data.contact.geom]
+        own = self._robot_body[pairs].all(axis=1)
+        # Parts of the robot may come as close as they like; only touching counts.
+        depth = np.where(own, -distance, self.clearance - distance)
+        worst = int(depth.argmax())
+        if depth[worst] <= 0.0:
+            return None
+        first, second = (int(b) for b in pairs[worst])
+        moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
+        body, other = (first, second) if moving else (second, first)
+        return Touch(self.names[body], self.names[other], float(-distance[worst]))
+
+    def first_touch(self, path: Array) -> tuple[int, Touch] | None:
+        """Return the index of the first touching configuration of `path` (k, n) and its contact."""
+        for index, q in enumerate(path):
+            touch = self.touch(q)
+            if touch is not None:
+                return index, touch
+        return None
+
+    def _carry(self) -> None:
+        assert self._held is not None
+        body, offset, rotation = self._held
+        position, tcp_rotation = self.robot.tcp(self.data)
+        self.place(body, Pose.from_matrix(position + tcp_rotation @ offset, tcp_rotation @ rotation))
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def _apply_bits(self) -> None:
+        model, bodies = self.model, self.model.geom_bodyid
+        movers = self._robot_geoms & self._solid
+        obstacles = ~self._robot_geoms & self._solid
+        model.geom_contype[movers] |= _BIT
+        model.geom_contype[obstacles] = 0
+        model.geom_conaffinity[obstacles] = _BIT
+        model.geom_margin[obstacles] = self.clearance
+        model.geom_conaffinity[np.isin(bodies, list(self._allowed)) & obstacles] = 0
+        if self._held is not None:
+            held = (bodies == self._held[0]) & self._solid
+            model.geom_contype[held] = _BIT
+            model.geom_conaffinity[held] = 0

@@ -1,0 +1,250 @@
+"""The motion planner: inverse kinematics, joint moves and straight TCP lines, checked all along and timed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, CollisionEvidence, Phase, UnreachableError, UnreachableEvidence
+from robosandbox.motion.collision import CollisionChecker
+from robosandbox.motion.dls import DlsSolver, Solution
+from robosandbox.motion.timing import spline, time_path
+from robosandbox.protocols import Sim
+from robosandbox.types import Array, ObservedScene, Pose, Trajectory
+
+_LINE_STEP = 0.01
+_JOINT_STEP = 0.06
+_LINE_JUMP = 0.35
+_AT_LIMIT = 1e-3
+_VIA_HEIGHT = 0.12
+
+
+class DLSMotionPlanner:
+    """Plans on MjData of its own; never touches the live world.
+
+    Args:
+        n_waypoints: The most waypoints at which a path is solved and checked.
+        dt: Seconds between rows of a trajectory.
+        clearance: Distance to keep from obstacles, metres.
+    """
+
+    def __init__(self, n_waypoints: int = 160, dt: float = 0.005, *, clearance: float = 0.002) -> None:
+        if n_waypoints < 2 or dt <= 0.0:
+            raise ValueError(f"n_waypoints={n_waypoints}, dt={dt}: a path takes two waypoints or more and a positive step")
+        self.n_waypoints = n_waypoints
+        self.dt = dt
+        self.clearance = clearance
+        self._sim: Sim | None = None
+        self._key: tuple[int, int] | None = None
+        self._solver: DlsSolver | None = None
+        self._checker: CollisionChecker | None = None
+
+    def use(self, sim: Sim, scene: ObservedScene, *, held: str | None = None) -> None:
+        """Take the world to plan in.
+
+        Args:
+            sim: Its robot stands as it stands now.
+            scene: Objects as perceived; those that `sim` has no body for are not avoided.
+            held: Id of the object that moves with the TCP.
+        """
+        if self._key != (id(sim.model), sim.epoch) or self._sim is not sim:
+            self._sim, self._key = sim, (id(sim.model), sim.epoch)
+            self._solver = DlsSolver(sim.model, sim.robot)
+            self._checker = CollisionChecker(sim.model, sim.robot, sim.body_names, clearance=self.clearance)
+        checker, observation = self._collisions, sim.observe()
+        for item in scene.objects:
+            if item.id in sim.object_bodies:
+                checker.place(sim.object_bodies[item.id], item.pose)
+        if observation.gripper:
+            checker.set_gripper(observation.gripper.joint)
+        target = scene.find(held) if held else None
+        if held and target and held in sim.object_bodies:
+            checker.hold(sim.object_bodies[held], observation.tcp_pose.inverse() @ target.pose)
+        else:
+            checker.hold(None)
+        checker.allow(())
+
+    def allow(self, *names: str) -> None:
+        """Let the robot and what it holds touch these bodies from now on, and no others."""
+        wanted = set(names)
+        self._collisions.allow(b for b, name in enumerate(self._collisions.names) if name in wanted)
+
+    def open_to(self, aperture: float) -> None:
+        """Check the paths that follow with the fingers `aperture` apart, metres."""
+        gripper = self._kinematics.robot.gripper
+        if gripper:
+            self._collisions.set_gripper(gripper.geometry.joint_for_aperture(aperture))
+
+    def forward(self, q: Array) -> Pose:
+        """Return the TCP pose in the world at `q` (n,)."""
+        return Pose.from_matrix(*self._kinematics.forward(q))
+
+    def ik(self, tcp_pose: Pose, seed: Array | None = None, *, restarts: int = 60) -> Array:
+        """Return a configuration (n,) that puts the TCP at `tcp_pose`, near `seed` where it can.
+
+        Raises:
+            UnreachableError: None was found; the evidence says how close one comes.
+        """
+        solver = self._kinematics
+        start = solver.robot.home_q if seed is None else seed
+        solution = solver.solve(tcp_pose.position, tcp_pose.rotation, start, restarts=restarts)
+        if not solution.solved:
+            raise self._unreachable(tcp_pose, solution)
+        return solution.q
+
+    def touch(self, q: Array) -> CollisionError | None:
+        """Return the error that standing at `q` (n,) would be, or None."""
+        return self._collision(q[None, :])
+
+    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 0.5) -> Trajectory:
+        """Return a trajectory free of collision: straight in joint space, else over raised via poses.
+
+        Args:
+            q_start: Shape (n,).
+            q_goal: Shape (n,).
+            speed: Fraction of the robot's velocity limits.
+
+        Raises:
+            CollisionError: Neither way is free; the evidence is the direct way's.
+        """
+        path = self._joint_path(np.array([q_start, q_goal]))
+        error = self._collision(path)
+        if error is None:
+            return self._timed(path, speed)
+        for knots in self._detours(q_start, q_goal):
+            path = self._joint_path(knots)
+            if self._collision(path) is None:
+                return self._timed(path, speed)
+        raise error
+
+    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 0.5) -> Trajectory:
+        """Return a straight TCP line with the orientation turned evenly along it.
+
+        Args:
+            q_start: Shape (n,).
+            tcp_pose: Where the line ends.
+            speed: Fraction of the robot's velocity limits.
+
+        Raises:
+            UnreachableError: A point of the line is out of reach, or only with another arm posture.
+            CollisionError: Something is in the way.
+        """
+        path = self._line_path(q_start, tcp_pose)
+        error = self._collision(path)
+        if error is not None:
+            raise error
+        return self._timed(path, speed)
+
+    def _line_path(self, q_start: Array, tcp_pose: Pose) -> Array:
+        solver = self._kinematics
+        position, rotation = solver.forward(q_start)
+        goal_position, goal_rotation = tcp_pose.position, tcp_pose.rotation
+        axis, angle = _axis_angle(rotation.T @ goal_rotation)
+        length = max(float(np.linalg.norm(goal_position - position)), 0.2 * angle)
+        count = int(np.clip(np.ceil(length / _LINE_STEP), 2, self.n_waypoints - 1))
+        path = np.empty((count + 1, solver.robot.n))
+        path[0] = q_start
+        for k in range(1, count + 1):
+            fraction = k / count
+            waypoint = position + fraction * (goal_position - position)
+            turned = rotation @ _rotation(axis, fraction * angle) if angle > 1e-6 else goal_rotation
+            # Going on as before is the best guess for the next waypoint.
+            guess = path[k - 1] if k == 1 else 2.0 * path[k - 1] - path[k - 2]
+            solution = solver.descend(waypoint, turned, guess)
+            if not solution.solved or np.abs(solution.q - path[k - 1]).max() > _LINE_JUMP:
+                raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
+            path[k] = solution.q
+        return path
+
+    def _joint_path(self, knots: Array) -> Array:
+        distance = float(np.abs(np.diff(knots, axis=0)).max(axis=1).sum())
+        return spline(knots, int(np.clip(np.ceil(distance / _JOINT_STEP), 2, self.n_waypoints - 1)) + 1)
+
+    def _detours(self, q_start: Array, q_goal: Array) -> list[Array]:
+        """Return knots of ways over the obstacles: up, across, down; and by way of home."""
+        ways = []
+        raised = []
+        for q in (q_start, q_goal):
+            position, rotation = self._kinematics.forward(q)
+            for height in (_VIA_HEIGHT, 2.0 * _VIA_HEIGHT):
+                solution = self._kinematics.descend(position + [0.0, 0.0, height], rotation, q)
+                if solution.solved:
+                    raised.append((height, solution.q))
+        for height in (_VIA_HEIGHT, 2.0 * _VIA_HEIGHT):
+            vias = [q for h, q in raised if h == height]
+            if len(vias) == 2:
+                ways.append(np.array([q_start, *vias, q_goal]))
+        ways.append(np.array([q_start, self._kinematics.robot.home_q, q_goal]))
+        return ways
+
+    def _timed(self, path: Array, speed: float) -> Trajectory:
+        robot = self._kinematics.robot
+        # np.gradient needs a path finer than the waypoints that were checked; the spline runs through all of them.
+        fine = spline(path, max(2 * len(path), 33)) if len(path) > 2 else path
+        return time_path(fine, speed * robot.velocity_limits, speed * robot.acceleration_limits, self.dt)
+
+    def _collision(self, path: Array) -> CollisionError | None:
+        found = self._collisions.first_touch(path)
+        if found is None:
+            return None
+        index, touch = found
+        return CollisionError(
+            f"{touch.body} would touch {touch.other} ({touch.depth * 1000:.1f} mm deep) at waypoint {index + 1} of "
+            f"{len(path)}; clear the way or approach from elsewhere",
+            phase=Phase.PLAN,
+            evidence=CollisionEvidence(
+                body=touch.body, other=touch.other, depth=touch.depth, waypoint=index, waypoints=len(path)
+            ),
+        )
+
+    def _unreachable(self, target: Pose, best: Solution) -> UnreachableError:
+        robot = self._kinematics.robot
+        stuck = (best.q <= robot.lower + _AT_LIMIT) | (best.q >= robot.upper - _AT_LIMIT)
+        joints = tuple(name for name, at_limit in zip(robot.joints, stuck, strict=True) if at_limit)
+        nearest = self.forward(best.q)
+        x, y, z = target.xyz
+        limits = f"; at their limits: {', '.join(joints)}" if joints else ""
+        return UnreachableError(
+            f"TCP target ({x:.3f}, {y:.3f}, {z:.3f}) is out of reach: the nearest pose found misses it by "
+            f"{best.position_error * 1000:.1f} mm and {np.degrees(best.orientation_error):.1f} deg{limits}; "
+            "move the target or the base closer",
+            phase=Phase.PLAN,
+            evidence=UnreachableEvidence(
+                target=target,
+                position_error=best.position_error,
+                orientation_error=best.orientation_error,
+                joints_at_limits=joints,
+                nearest=nearest,
+            ),
+        )
+
+    @property
+    def _kinematics(self) -> DlsSolver:
+        if self._solver is None:
+            raise RuntimeError("the motion planner has no world yet; call use(sim, scene) first")
+        return self._solver
+
+    @property
+    def _collisions(self) -> CollisionChecker:
+        if self._checker is None:
+            raise RuntimeError("the motion planner has no world yet; call use(sim, scene) first")
+        return self._checker
+
+
+def _axis_angle(rotation: Array) -> tuple[Array, float]:
+    """Return the unit axis (3,) and angle in 0..pi of a rotation matrix (3, 3)."""
+    angle = float(np.arccos(np.clip((np.trace(rotation) - 1.0) / 2.0, -1.0, 1.0)))
+    if angle < 1e-6:
+        return np.array([0.0, 0.0, 1.0]), 0.0
+    if angle > np.pi - 1e-4:
+        symmetric = (rotation + np.eye(3)) / 2.0
+        column = int(np.diag(symmetric).argmax())
+        return symmetric[:, column] / np.linalg.norm(symmetric[:, column]), angle
+    skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
+    return skew / (2.0 * np.sin(angle)), angle
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """Return the rotation matrix (3, 3) about a unit axis (Rodrigues' formula)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross

@@ -1,0 +1,101 @@
+"""From a geometric path to a trajectory within velocity and acceleration limits."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.types import Array, Trajectory, frozen_array
+
+
+def spline(knots: Array, samples: int) -> Array:
+    """Return `samples` points of the natural cubic spline through `knots` (k, n), ends included, shape (samples, n).
+
+    Knots are spaced by the joint distance between them, so that unequal steps do not bend the curve.
+    """
+    distance = np.linalg.norm(np.diff(knots, axis=0), axis=1)
+    knots = knots[np.concatenate([[True], distance > 1e-9])]
+    if len(knots) < 2:
+        return np.repeat(knots, samples, axis=0)
+    u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
+    at = np.linspace(0.0, u[-1], samples)
+    if len(knots) == 2:
+        return knots[0] + (at / u[-1])[:, None] * (knots[1] - knots[0])
+    h = np.diff(u)
+    slope = np.diff(knots, axis=0) / h[:, None]
+    system = np.diag(2.0 * (h[:-1] + h[1:])) + np.diag(h[1:-1], 1) + np.diag(h[1:-1], -1)
+    second = np.zeros_like(knots)
+    second[1:-1] = np.linalg.solve(system, 6.0 * np.diff(slope, axis=0))
+    k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, len(h) - 1)
+    left, right, width = (at - u[k])[:, None], (u[k + 1] - at)[:, None], h[k][:, None]
+    return (
+        (second[k] * right**3 + second[k + 1] * left**3) / (6.0 * width)
+        + (knots[k] / width - second[k] * width / 6.0) * right
+        + (knots[k + 1] / width - second[k + 1] * width / 6.0) * left
+    )
+
+
+def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> Trajectory:
+    """Return a rest-to-rest trajectory along `path` that keeps both limits at every joint.
+
+    The path is followed with a trapezoidal speed profile whose cruise speed and acceleration are the largest
+    that the path's first and second derivatives admit anywhere along it.
+
+    Args:
+        path: Finely sampled configurations at equal path steps, shape (k, n).
+        velocity: Limit per joint, shape (n,).
+        acceleration: Limit per joint, shape (n,).
+        dt: Seconds between rows of the result.
+    """
+    span = np.abs(path - path[0]).max()
+    if len(path) < 2 or span < 1e-9:
+        return Trajectory(q=frozen_array(path[-1:]), dt=dt)
+    steps = len(path) - 1
+    first = np.gradient(path, axis=0) * steps
+    second = np.gradient(first, axis=0) * steps if steps > 2 else np.zeros_like(path)
+    slope = np.abs(first).max(axis=0)
+    bend = np.abs(second).max(axis=0)
+    straight = bend.max() < 1e-6 * slope.max()
+    with np.errstate(divide="ignore"):
+        speed = float((velocity / slope).min())
+        if straight:
+            ramp = float((acceleration / slope).min())
+        else:
+            # Half of the acceleration limit is for bends at speed, half for speeding up.
+            speed = min(speed, float(np.sqrt(0.5 * acceleration / np.maximum(bend, 1e-12)).min()))
+            ramp = float((0.5 * acceleration / slope).min())
+    s, duration = _trapezoid(speed, ramp, dt)
+    del duration
+    at = s * steps
+    k = np.minimum(at.astype(int), steps - 1)
+    fraction = (at - k)[:, None]
+    q = path[k] * (1.0 - fraction) + path[k + 1] * fraction
+    q[0], q[-1] = path[0], path[-1]
+    return Trajectory(q=frozen_array(q), dt=dt)
+
+
+def _trapezoid(speed: float, ramp: float, dt: float) -> tuple[Array, float]:
+    """Return s(t) from 0 to 1 at multiples of dt, and the duration, for a cruise speed and a ramp in 1/s and 1/s^2.
+
+    The duration is rounded up to a whole number of steps and the profile slowed to fit, so limits still hold.
+    """
+    if speed * speed / ramp >= 1.0:
+        accelerating = np.sqrt(1.0 / ramp)
+        cruising = 0.0
+    else:
+        accelerating = speed / ramp
+        cruising = (1.0 - speed * accelerating) / speed
+    ideal = 2.0 * accelerating + cruising
+    count = max(2, int(np.ceil(ideal / dt)))
+    t = np.arange(count + 1) * (ideal / count)
+    peak = 1.0 / (accelerating + cruising)
+    slope = peak / accelerating
+    s = np.where(
+        t < accelerating,
+        0.5 * slope * t * t,
+        np.where(
+            t <= accelerating + cruising,
+            peak * (t - 0.5 * accelerating),
+            1.0 - 0.5 * slope * np.maximum(ideal - t, 0.0) ** 2,
+        ),
+    )
+    return np.clip(s, 0.0, 1.0), ideal
