@@ -29,10 +29,17 @@ Vec3 = tuple[Finite, Finite, Finite]
 Side = Literal["left", "right", "front", "back"]
 Direction = Literal["forward", "back", "left", "right"]
 
-SIDE_AXES: Mapping[str, tuple[float, float]] = {
+# Unit vectors in the world's xy plane. The words are the robot's: forward is away from it, and the front of a thing
+# is the side that it sees, so "back" as a way to go and "back" as a side of a thing are opposite.
+DIRECTION_AXES: Mapping[Direction, tuple[float, float]] = {
     "forward": (1.0, 0.0),
-    "front": (-1.0, 0.0),
     "back": (-1.0, 0.0),
+    "left": (0.0, 1.0),
+    "right": (0.0, -1.0),
+}
+SIDE_AXES: Mapping[Side, tuple[float, float]] = {
+    "front": (-1.0, 0.0),
+    "back": (1.0, 0.0),
     "left": (0.0, 1.0),
     "right": (0.0, -1.0),
 }
@@ -140,6 +147,11 @@ def frozen_array(values: Any) -> Array:
 
 ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "drawer"]
 
+# The pose's origin is the geometric centre of box, sphere, cylinder, capsule and of a mesh's box, and the centre of the
+# bottom face of the containers bin, bowl and drawer. Cylinder, capsule and bowl stand along local z; a capsule's
+# half_height leaves its caps out. Heights of containers run from the bottom face to the rim, floor included; their
+# walls and floor are CONTAINER_WALL thick, outside the inner measures. A drawer is depth along local x, width along
+# local y, and opens towards local -x.
 OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
     "box": ("half_x", "half_y", "half_z"),
     "sphere": ("radius",),
@@ -150,6 +162,10 @@ OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
     "bowl": ("inner_radius", "height"),
     "drawer": ("width", "depth", "height", "max_open"),
 }
+
+CONTAINER_WALL = 0.004
+
+CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "drawer"})
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
