@@ -1,0 +1,220 @@
+"""Clauses: a verb and what surrounds it, in whatever order people say it, as a chart of elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Table
+from robosandbox.agent.language.nouns import Found, Phrasing, rule
+
+MAX_ELEMENTS = 6
+_COORDINATE_WORDS = frozenset(
+    "at to the position coordinates coordinate point location spot of table on in into onto world pos xy ( x,y place".split()
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Element:
+    """One argument of a verb.
+
+    Attributes:
+        kind: objects, place, direction, distance, particle, times, order, floor, home, colour, other_sort, robot,
+            contents or person.
+        value: An intent node, number or word.
+    """
+
+    kind: str
+    value: Any = None
+
+
+Elements = tuple[Element, ...]
+
+
+class Clauses(Phrasing):
+    """The rules for what can follow, or precede, a verb."""
+
+    @rule
+    def element(self, i: int) -> Found[Element]:
+        """Anything that can stand beside a verb."""
+        found: Found[Element] = []
+        found += [(j, Element("objects", refs)) for j, refs in self.np_list(i)]
+        found += [(j, Element("place", place)) for j, place in self._place(i)]
+        found += [(j, Element("direction", value)) for j, value in self._direction(i)]
+        found += [(j, Element("distance", value)) for j, value in self.distance(i)]
+        found += [(j, Element("particle", value)) for j, value in self.tag(i, "PART")]
+        found += [(j, Element("times", value)) for j, value in self._times(i)]
+        for tag, kind, value in (
+            ("UP_ORDER", "order", "up"), ("DOWN_ORDER", "order", "down"), ("BY_COLOUR", "colour", None),
+            ("BY_OTHER", "other_sort", None),
+        ):  # fmt: skip
+            found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
+        found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
+        found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
+        found += [(j, Element("home")) for j in self._home(i)]
+        found += [(j, Element("matching")) for j in self._matching(i)]
+        for j, _ in self.tag(i, "CONTENTS"):
+            for k in ([j + 1] if self.text(j) in ("from", "of", "in", "inside") else []) + [j]:
+                found.append((k, Element("contents")))
+        if self.text(i) in ("me", "us"):
+            found.append((i + 1, Element("person")))
+        if self.text(i) in ("to", "towards", "toward", "over") and self.text(i + 1) in ("me", "us"):
+            found.append((i + 2, Element("person")))
+        return found
+
+    @rule
+    def elements(self, i: int) -> Found[Elements]:
+        """Sequences of elements, the longer reach first."""
+        return self._sequences(i, 0)
+
+    def _sequences(self, i: int, depth: int) -> Found[Elements]:
+        found: Found[Elements] = [(i, ())]
+        if depth >= MAX_ELEMENTS:
+            return found
+        for j, first in self.element(i):
+            start = j + 1 if self.text(j) == "," else j
+            found += [(end, (first, *rest)) for end, rest in self._rest(start, depth + 1) if rest or start == j]
+            if start != j:
+                found.append((j, (first,)))
+        found.sort(key=lambda item: -item[0])
+        return found[:64]
+
+    def _rest(self, i: int, depth: int) -> Found[Elements]:
+        key = (f"rest{depth}", i)
+        if key not in self.memo:
+            self.memo[key] = self._sequences(i, depth)
+        return self.memo[key]
+
+    def _place(self, i: int) -> Found[Any]:
+        found: Found[Any] = []
+        for j, relation in self.relation(i):
+            found.append((j, Table() if relation.kind == "on" and not relation.refs else relation))
+        for j, metres in self.distance(i):
+            for start in ([j + 1] if self.text(j) in ("away",) else []) + [j]:
+                for k, relation in self.relation(start):
+                    if relation.kind in ("left", "right", "front", "back", "from", "away"):
+                        found.append((k, Relation(relation.kind, relation.refs, metres)))
+        found += self.region(i)
+        found += self._coordinates(i)
+        found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]
+        for j, _ in self.tag(i, "FREE"):
+            for k in self._of_table(j):
+                found.append((k, Table()))
+        if self.text(i) in ("to", "on", "onto", "back") and self.text(i + 1) in ("the", "on", "to", "onto"):
+            k = i + 3 if self.text(i + 2) == "the" else i + 2
+            found += [(j, Table()) for j, _ in self.tag(k, "TABLE")]
+        return found
+
+    def _coordinates(self, i: int) -> Found[At]:
+        j = i
+        while self.text(j) in _COORDINATE_WORDS:
+            j += 1
+        values: list[float] = []
+        labelled: dict[str, float] = {}
+        k = j
+        while len(values) + len(labelled) < 3:
+            axis = ""
+            if self.text(k) in ("x", "y", "z") and (k > j or i < k or self.text(k + 1) in ("=", ":", "is") or self._is_number(k + 1)):
+                axis = self.text(k)
+                k += 1
+                while self.text(k) in ("=", ":", "is", "of", "at"):
+                    k += 1
+            if not self._is_number(k):
+                break
+            value = self.tokens[k].number
+            k += 1
+            units = self.tag(k, "UNIT")
+            if units and self.text(k) != "in":
+                k, scale = units[0]
+                value *= scale
+            if axis:
+                labelled[axis] = value
+            else:
+                values.append(value)
+            if len(values) + len(labelled) < 2:
+                while self.text(k) in (",", "and", ";", "by", "/"):
+                    k += 1
+            elif self.text(k) == "," and (self._is_number(k + 1) or self.text(k + 1) == "z"):
+                return []
+        if self.text(k) == "," and i > 0 and self.tokens[i - 1].raw == "(":
+            k += 1
+        if set(labelled) == {"x", "y"} and not values:
+            return [(k, At(labelled["x"], labelled["y"]))]
+        if len(values) == 2 and not labelled and j > i:
+            return [(k, At(values[0], values[1]))]
+        return []
+
+    def _is_number(self, i: int) -> bool:
+        return i < len(self.tokens) and self.tokens[i].kind == "number"
+
+    @rule
+    def distance(self, i: int) -> Found[float]:
+        """ "by about 10 cm", "two inches", "half a metre", "a bit"."""
+        found: Found[float] = []
+        for start in self.optional(i, "ABOUT"):
+            found += [(j, value) for j, value in self.tag(start, "AMOUNT")]
+            numbers: list[tuple[int, float]] = []
+            if self._is_number(start):
+                numbers.append((start + 1, self.tokens[start].number))
+                if self.text(start + 1) == "/" and self._is_number(start + 2) and self.tokens[start + 2].number:
+                    numbers.append((start + 3, self.tokens[start].number / self.tokens[start + 2].number))
+            numbers += self.tag(start, "NUM")
+            for j, number in numbers:
+                for k, unit in self.tag(j, "UNIT"):
+                    found.append((k, number * unit))
+                    if self.text(k) == "and":
+                        found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
+        return found
+
+    def _direction(self, i: int) -> Found[str]:
+        found = [(j, value) for j, value in self.tag(i, "DIR")]
+        if self.text(i) in ("straight", "directly", "further", "farther"):
+            found += [(j, value) for j, value in self.tag(i + 1, "DIR")]
+        return found
+
+    def _times(self, i: int) -> Found[int]:
+        found = [(j, int(n)) for j, n in self.tag(i, "TIMES")]
+        if self._is_number(i) and self.text(i + 1) in ("times", "x", "time"):
+            found.append((i + 2, int(min(self.tokens[i].number, 99))))
+        return found
+
+    def _order_end(self, i: int) -> Found[tuple[str, Ref]]:
+        """ "with the red one on top", "red at the bottom"."""
+        found: Found[tuple[str, Ref]] = []
+        start = i + 1 if self.text(i) in ("with", "having", "keeping", "leaving") else i
+        for j, ref in self.np(start):
+            k = j + 1 if self.text(j) in ("being", "goes", "going", "is", "as") else j
+            for tag, value in (("TOP", "top"), ("BOTTOM", "bottom")):
+                found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
+        return found
+
+    def _after_preposition(self, i: int, tag: str) -> list[int]:
+        j = i
+        while self.text(j) in ("on", "to", "onto", "in", "off", "down", "the", "of", "from", "over"):
+            j += 1
+        return [end for end, _ in self.tag(j, tag)] if j > i else []
+
+    def _home(self, i: int) -> list[int]:
+        j = i
+        while self.text(j) in ("to", "in", "at", "into", "the", "your", "its", "back", "a", "a", "my"):
+            j += 1
+        return [end for end, _ in self.tag(j, "HOME")]
+
+    def _matching(self, i: int) -> list[int]:
+        """ "into the matching bin", "in the bin of the same colour"."""
+        j = i
+        while self.text(j) in ("in", "into", "to", "inside", "the", "their", "its", "on", "onto", "a", "each", "respective"):
+            j += 1
+        if j == i:
+            return []
+        found: list[int] = []
+        for k, _ in self.tag(j, "MATCHING"):
+            for m in self.optional(k, "COLOUR"):
+                found += [end for end, _ in self.tag(m, "NOUN")]
+        for k, (noun, _, _) in self.tag(j, "NOUN"):
+            if noun in ("bin", "bowl", "box"):
+                found += [end for end, _ in self.tag(k, "SAME_COLOUR")]
+        return found
+
+
+__all__ = ["At", "Clauses", "Command", "Element", "Elements", "Region"]

@@ -1,0 +1,355 @@
+"""From a verb and its elements to a command, or to nothing where they do not go together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.intent import (
+    At,
+    Command,
+    Matching,
+    Offset,
+    Original,
+    Place,
+    Ref,
+    Region,
+    Relation,
+    Table,
+    Verb,
+)
+
+IT = Ref(text="it", determiner="it")
+SUPPORTS = ("on", "in")
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The elements of one clause by kind.
+
+    Attributes:
+        objects: Lists of noun phrases, in order.
+        places: Where.
+        rest: The other kinds, with their values.
+    """
+
+    objects: tuple[tuple[Ref, ...], ...]
+    places: tuple[Place, ...]
+    rest: dict[str, list[Any]]
+
+    @classmethod
+    def of(cls, elements: Sequence[Element]) -> Frame:
+        """Sort elements by kind."""
+        rest: dict[str, list[Any]] = {}
+        for element in elements:
+            if element.kind not in ("objects", "place"):
+                rest.setdefault(element.kind, []).append(element.value)
+        return cls(
+            tuple(e.value for e in elements if e.kind == "objects"),
+            tuple(e.value for e in elements if e.kind == "place"),
+            rest,
+        )
+
+    def only(self, *kinds: str) -> bool:
+        """Say whether no other kinds are there, and none twice."""
+        return all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
+
+    def one(self, kind: str) -> Any:
+        """Return the value of a kind that occurs once, or None."""
+        return self.rest[kind][0] if kind in self.rest else None
+
+    @property
+    def particle(self) -> str | None:
+        """The particle, if there is one."""
+        return self.one("particle")
+
+
+def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
+    """Return the commands that a verb makes of its elements, the likeliest first."""
+    frame = Frame.of(elements)
+    builder = _FRAMES.get(verb)
+    if builder is None or len(frame.objects) > 2 or len(frame.places) > 3:
+        return []
+    return builder(frame)
+
+
+_UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
+    "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
+    "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
+    "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
+_DOWN = frozenset({"down", "back down"})
+_ASIDE = frozenset({"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "away", "over to one side"})
+_TOGETHER = frozenset({"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"})
+_MUTUAL = frozenset({"on top of each other", "on top of one another", "on each other", "on one another", "together", "up", "one on top of the other", "one on another", "on top of the other"})
+
+
+def _pick(frame: Frame) -> list[Command]:
+    if not frame.only("particle", "person") or len(frame.objects) > 1 or not (frame.particle is None or frame.particle in _UP):
+        return []
+    objects = frame.objects[0] if frame.objects else (IT,)
+    if not frame.objects and frame.particle is None:
+        return []
+    if not frame.places:
+        return [Command("pick", objects)]
+    place = frame.places[0]
+    if len(frame.places) > 1 or not isinstance(place, Relation):
+        return []
+    if place.kind == "from" and place.distance is None:
+        return [Command("pick", _located(objects, place))]
+    return []
+
+
+def _located(objects: tuple[Ref, ...], place: Relation) -> tuple[Ref, ...]:
+    from dataclasses import replace
+
+    return tuple(replace(ref, relations=(*ref.relations, place)) for ref in objects)
+
+
+def _put(frame: Frame) -> list[Command]:
+    if len(frame.objects) > 1:
+        return []
+    objects = frame.objects[0] if frame.objects else (IT,)
+    particle = frame.particle
+    places = [place for place in frame.places if not (isinstance(place, Relation) and place.kind == "from")]
+    sources = [place for place in frame.places if isinstance(place, Relation) and place.kind == "from"]
+    if sources:
+        if len(sources) > 1 or sources[0].distance is not None:
+            return []
+        objects = _located(objects, sources[0])
+    if "floor" in frame.rest:
+        return []
+    if "matching" in frame.rest:
+        return [Command("put", objects, Matching())] if not places and frame.only("matching", "particle") else []
+    if not frame.only("particle", "direction", "distance"):
+        return []
+    direction = frame.one("direction")
+    if direction == "back" and places:
+        direction = None
+    if direction:
+        if places or (particle and particle not in ("over", "down")):
+            return []
+        return [Command("put", objects, Offset(direction, frame.one("distance")))]
+    if "distance" in frame.rest:
+        return []
+    if not places:
+        if particle in _DOWN and not frame.places:
+            return [Command("release", objects)]
+        if particle in _ASIDE:
+            return [Command("aside", objects)]
+        if particle in _TOGETHER:
+            return [Command("line_up", objects, None)]
+        if particle in _MUTUAL and frame.objects:
+            return [Command("stack", objects)]
+        return []
+    if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "round", "out", "back up"):
+        return []
+    return _placed("put", objects, places)
+
+
+def _placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> list[Command]:
+    """A destination, or a chain of them: "red on green on blue"."""
+    first, *chain = places
+    if isinstance(first, Relation):
+        if first.kind in ("under", "towards", "away", "against", "from"):
+            return []
+        supports: list[Ref] = []
+        for support in chain:
+            if not isinstance(support, Relation) or support.kind != "on" or not support.refs or first.kind != "on":
+                return []
+            supports += support.refs
+        return [Command(verb, objects, first, tuple(supports))]
+    if chain:
+        # "in the corner on the left", "on the table next to the bin": the second says it closer.
+        if isinstance(first, Table) and len(chain) == 1 and isinstance(chain[0], Relation | At | Region):
+            return _placed(verb, objects, chain)
+        return []
+    return [Command(verb, objects, first)]
+
+
+def _move(frame: Frame) -> list[Command]:
+    person = "person" in frame.rest
+    if person or len(frame.objects) > 1:
+        return []
+    objects = frame.objects[0] if frame.objects else (IT,)
+    pushed = _push(frame)
+    if frame.only("particle") and frame.particle in _ASIDE and not frame.places and frame.objects:
+        return [Command("aside", objects)]
+    if frame.places or "matching" in frame.rest:
+        put = _put(frame)
+        if put:
+            return put
+    return pushed if "direction" in frame.rest or frame.places else []
+
+
+def _push(frame: Frame) -> list[Command]:
+    if len(frame.objects) > 1 or not frame.only("direction", "distance", "particle", "times"):
+        return []
+    objects = frame.objects[0] if frame.objects else (IT,)
+    distance = frame.one("distance")
+    direction = frame.one("direction")
+    times = frame.one("times") or 1
+    if frame.particle == "out" and not direction and frame.objects:
+        return []
+    if frame.particle not in (None, "over", "away", "out", "along", "around"):
+        return []
+    if frame.places:
+        place = frame.places[0]
+        if len(frame.places) > 1 or not isinstance(place, Relation) or direction:
+            return []
+        if place.kind in ("towards", "away", "against") or (place.kind == "to" and not place.distance) or (place.kind == "from" and frame.particle == "away"):
+            kind = "away" if place.kind == "from" else "towards" if place.kind == "to" else place.kind
+            return [Command("push", objects, Relation(kind, place.refs), distance=distance or place.distance, times=times)]
+        return []
+    if frame.particle == "away":
+        direction = direction or "forward"
+    return [Command("push", objects, direction=direction, distance=distance, times=times)] if frame.objects or direction else []
+
+
+def _release(frame: Frame) -> list[Command]:
+    if not frame.only("particle") or frame.places or len(frame.objects) > 1:
+        return []
+    if frame.particle not in (None, "down", "off"):
+        return []
+    return [Command("release", frame.objects[0] if frame.objects else (IT,))]
+
+
+def _stack(frame: Frame) -> list[Command]:
+    if len(frame.objects) > 1 or not frame.only("particle", "order", "order_end", "direction"):
+        return []
+    if frame.particle and frame.particle not in _MUTUAL:
+        return []
+    objects = frame.objects[0] if frame.objects else (IT,)
+    order = _order(frame, objects)
+    if "direction" in frame.rest:
+        return []
+    if not frame.places:
+        return [Command("stack", objects, None, (), order)] if frame.objects else []
+    found = _placed("stack", objects, frame.places)
+    return [c for c in found if isinstance(c.place, Relation | Table) and not (isinstance(c.place, Relation) and c.place.kind not in ("on", "in"))] if order is None else [
+        Command("stack", c.objects, c.place, c.tower, order) for c in found if isinstance(c.place, Relation) and c.place.kind == "on"
+    ]
+
+
+def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
+    order = frame.one("order")
+    if order:
+        return order
+    end = frame.one("order_end")
+    if end:
+        return end
+    return None
+
+
+def _build(frame: Frame) -> list[Command]:
+    """ "a tower of the red, green and blue cubes"."""
+    if not frame.objects or frame.objects[0][0].nouns[:1] not in (("tower",), ("stack",), ("pile",), ("column",), ("pyramid",), ("heap",)):
+        return []
+    if frame.objects[0][0].nouns == ("pyramid",) or len(frame.objects[0]) > 1:
+        return []
+    if len(frame.objects) == 2 and frame.only("order", "order_end"):
+        return [Command("stack", frame.objects[1], None, (), _order(frame, frame.objects[1]))]
+    return []
+
+
+def _pour(frame: Frame) -> list[Command]:
+    if not frame.only("contents", "particle") or len(frame.objects) > 1 or frame.particle not in (None, "out", "over"):
+        return []
+    into = [p for p in frame.places if isinstance(p, Relation) and p.kind in ("in", "on", "to") and p.refs]
+    sources = [p for p in frame.places if isinstance(p, Relation) and p.kind == "from" and p.refs]
+    if len(into) != 1 or len(into) + len(sources) != len(frame.places) or len(sources) > 1:
+        return []
+    if sources and frame.objects:
+        return []
+    objects = sources[0].refs if sources else frame.objects[0] if frame.objects else (IT,)
+    return [Command("pour", objects, into[0])]
+
+
+def _simple(verb: Verb, *particles: str) -> Callable[[Frame], list[Command]]:
+    def build(frame: Frame) -> list[Command]:
+        if frame.places or len(frame.objects) != 1 or not frame.only("particle", "times"):
+            return []
+        if frame.particle is not None and frame.particle not in particles:
+            return []
+        return [Command(verb, frame.objects[0], times=frame.one("times") or 1)]
+
+    return build
+
+
+def _pull(frame: Frame) -> list[Command]:
+    """ "pull the drawer open", "push it shut"."""
+    if frame.particle in ("open", "out") and frame.only("particle") and not frame.places and frame.objects:
+        return [Command("open", frame.objects[0])]
+    if frame.particle in ("shut", "closed") and frame.only("particle") and not frame.places and frame.objects:
+        return [Command("close", frame.objects[0])]
+    return []
+
+
+def _swap(frame: Frame) -> list[Command]:
+    if not frame.only("particle") or frame.particle not in (None, "around", "over", "round", "with each other", "with one another"):
+        return []
+    if len(frame.objects) == 1 and not frame.places:
+        return [Command("swap", frame.objects[0])]
+    if len(frame.objects) == 2 and not frame.places:
+        return [Command("swap", (*frame.objects[0], *frame.objects[1]))]
+    return []
+
+
+def _sort(frame: Frame) -> list[Command]:
+    if len(frame.objects) > 1 or not frame.only("colour", "matching"):
+        return []
+    everything = Ref(text="everything", determiner="all", plural=True)
+    objects = frame.objects[0] if frame.objects else (everything,)
+    if "matching" in frame.rest:
+        return [Command("put", objects, Matching())] if not frame.places else []
+    if "colour" not in frame.rest:
+        return []
+    if not frame.places:
+        return [Command("sort", objects)]
+    place = frame.places[0]
+    if len(frame.places) == 1 and isinstance(place, Relation) and place.kind in ("in", "to"):
+        return [Command("sort", objects, place)]
+    if len(frame.places) == 1 and isinstance(place, Table):
+        return [Command("sort", objects)]
+    return []
+
+
+def _line_up(frame: Frame) -> list[Command]:
+    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "up", "side by side", "next to each other", "next to one another"):
+        return []
+    return [Command("line_up", frame.objects[0])]
+
+
+def _unstack(frame: Frame) -> list[Command]:
+    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "apart", "down"):
+        return []
+    return [Command("unstack", frame.objects[0])]
+
+
+def _go(frame: Frame) -> list[Command]:
+    if "home" in frame.rest and not frame.objects and not frame.places and frame.only("home", "direction", "particle"):
+        if frame.one("direction") in (None, "back") and frame.particle in (None, "up", "over"):
+            return [Command("home")]
+    return []
+
+
+_FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
+    "pick": _pick,
+    "put": _put,
+    "move": _move,
+    "push": lambda frame: _pull(frame) or _push(frame),
+    "release": _release,
+    "stack": _stack,
+    "build": _build,
+    "pour": _pour,
+    "open": _simple("open", "up", "out"),
+    "close": _simple("close", "up"),
+    "tap": _simple("tap"),
+    "swap": _swap,
+    "sort": _sort,
+    "line_up": _line_up,
+    "unstack": _unstack,
+    "go": _go,
+}
+_ = (Original, SUPPORTS)

@@ -1,0 +1,235 @@
+"""Whole sentences: clauses in an order, prohibitions, and every reading of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from robosandbox.agent.language.clauses import Clauses
+from robosandbox.agent.language.frames import frame_command
+from robosandbox.agent.language.intent import Command, Ref, Sentence
+from robosandbox.agent.language.nouns import Found, rule
+from robosandbox.agent.language.tokens import SceneWords, Token
+
+Part = Command | tuple[Ref, ...] | str
+MAX_SENTENCES = 16
+
+
+def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[Sentence, ...]:
+    """Return the readings of a sentence, the plainest first; none if a part of it is not understood.
+
+    Args:
+        tokens: What `tokenize` returned.
+        words: The words of the scene's ids.
+
+    Raises:
+        TooComplicatedError: It has more readings than are worth following.
+    """
+    grammar = Grammar(tokens, words)
+    found: dict[Sentence, None] = {}
+    for end, parts in grammar.parts(0):
+        if end == len(tokens):
+            sentence = _sentence(parts)
+            if sentence:
+                found[sentence] = None
+    return tuple(sorted(found, key=_strain)[:MAX_SENTENCES])
+
+
+def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
+    steps: list[Command] = []
+    avoid: list[Ref] = []
+    for part in parts:
+        if isinstance(part, Command):
+            steps.append(part)
+        elif isinstance(part, tuple):
+            avoid += part
+    return Sentence(tuple(steps), tuple(avoid)) if steps or avoid else None
+
+
+def _strain(sentence: Sentence) -> float:
+    """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
+    return sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command)) + sum(map(_ref_strain, sentence.avoid))
+
+
+def _refs(command: Command) -> tuple[Ref, ...]:
+    place = command.place
+    return (*command.objects, *command.tower, *getattr(place, "refs", ()))
+
+
+def _ref_strain(ref: Ref) -> float:
+    inner = sum(_ref_strain(r) for relation in ref.relations for r in relation.refs) + sum(map(_ref_strain, ref.without))
+    bare = 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
+
+
+class Grammar(Clauses):
+    """The rules for sentences."""
+
+    def parts(self, i: int) -> Found[tuple[Part, ...]]:
+        """Everything from `i` to the end, as parts in the order in which they are done."""
+        return self._parts(i)
+
+    @rule
+    def _parts(self, i: int) -> Found[tuple[Part, ...]]:
+        found: Found[tuple[Part, ...]] = []
+        n = len(self.tokens)
+        i = self._skip(i)
+        if i >= n:
+            return [(n, ())]
+        for j, part in self.part(i):
+            if j >= n or self._skip(j) >= n:
+                found.append((n, part))
+                continue
+            for k in self._joints(j):
+                found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
+            for k, _ in self.tag(self._skip(j), "FIRST_BUT"):
+                for end, rest in self._parts(k):
+                    found.append((end, (*rest, *part)))
+        return found[:20]
+
+    def _skip(self, i: int) -> int:
+        while self.text(i) in (",", ".", ";", "!", "?", ":"):
+            i += 1
+        return i
+
+    def _joints(self, j: int) -> list[int]:
+        """Return where the next part can start after one that ended at `j`."""
+        starts = []
+        k = self._skip(j)
+        if k > j:
+            starts.append(k)
+        for end, _ in self.tag(k, "THEN"):
+            starts.append(self._skip(end))
+            starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
+        for end, _ in self.tag(k, "AVOID"):
+            if end > k and k not in starts:
+                starts.append(k)
+        if self.text(k) == "but":
+            starts.append(k + 1)
+        return list(dict.fromkeys(starts))
+
+    @rule
+    def part(self, i: int) -> Found[tuple[Part, ...]]:
+        """One clause, a prohibition, or two clauses that "before" or "after" joins."""
+        found: Found[tuple[Part, ...]] = []
+        for start in self.optional(i, "FIRST", "THEN"):
+            start = self._skip(start) if start > i else start
+            for j, command in self.clause(start):
+                found.append((j, (command,)))
+                comma = self._skip(j)
+                for tag in ("BEFORE", "AFTER"):
+                    for k, _ in self.tag(comma, tag):
+                        for end, second in self.clause(k):
+                            found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
+            for tag in ("BEFORE", "AFTER"):
+                for k, _ in self.tag(start, tag):
+                    for j, second in self.clause(k):
+                        for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
+                            if m == j:
+                                continue
+                            for first_start in self.optional(m, "FIRST"):
+                                for end, first in self.clause(first_start):
+                                    found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
+        found += [(j, (refs,)) for j, refs in self._prohibition(i)]
+        return list(dict.fromkeys(found))
+
+    def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:
+        found: Found[tuple[Ref, ...]] = []
+        for start in self.optional(i, "PREAMBLE"):
+            for j, _ in self.tag(start, "AVOID"):
+                for k, refs in self.np_list(j):
+                    ends = [end for end, _ in self.tag(k, "AVOID_TAIL")]
+                    needs_tail = self.text(start) in ("leave", "leaving") or self.text(j - 1) in ("leave", "leaving")
+                    for end in ends if needs_tail else [*ends, k]:
+                        found.append((end, refs))
+        return found
+
+    @rule
+    def clause(self, i: int) -> Found[Command]:
+        """A command: verb first, place first, or as a wish; gapped clauses borrow the verb before them."""
+        found: Found[Command] = []
+        for start in self._preambles(i, 0):
+            found += self._verb_first(start)
+            found += self._wish(start)
+        found += self._fronted(i)
+        found += self._telegram(i)
+        return list(dict.fromkeys(found))
+
+    def _preambles(self, i: int, depth: int) -> list[int]:
+        starts = [i]
+        if depth < 3:
+            for j, _ in self.tag(i, "PREAMBLE"):
+                starts += self._preambles(self._skip(j), depth + 1)
+        return list(dict.fromkeys(starts))
+
+    def _verb_first(self, i: int) -> Found[Command]:
+        found: Found[Command] = []
+        for j, verb in self.tag(i, "VERB"):
+            if verb == "home":
+                found.append((j, Command("home")))
+                found += [(k, Command("home")) for k in self._arm(j)]
+            for k, elements in self.elements(j):
+                found += [(k, command) for command in frame_command(verb, elements)]
+            if verb in ("go", "move", "put", "push"):
+                for k in self._arm(j):
+                    for end in self._home(k):
+                        found.append((end, Command("home")))
+        for end in self._home(i):
+            if end > i:
+                found.append((end, Command("home")))
+        return found
+
+    def _arm(self, i: int) -> list[int]:
+        return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
+
+    def _wish(self, i: int) -> Found[Command]:
+        """ "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
+        found: Found[Command] = []
+        starts = [end for end, _ in self.tag(i, "DESIRE")]
+        for start in [*starts, i]:
+            for j, refs in self.np_list(start):
+                copulas = [end for end, _ in self.tag(j, "COPULA")]
+                for k in copulas + ([j] if start > i else []):
+                    for m, verb in self.tag(k, "VERB"):
+                        # "I need the red cube picked up", "... to be put in the bin".
+                        if self.text(k).endswith(("ed", "en", "t", "ng", "d")):
+                            for end, elements in self.elements(m):
+                                objects = _objects(refs)
+                                found += [(end, c) for c in frame_command(verb, (objects, *elements))]
+                    for end, elements in self.elements(k):
+                        if elements and any(e.kind in ("place", "matching") for e in elements):
+                            found += [(end, c) for c in frame_command("put", (_objects(refs), *elements))]
+        return found
+
+    def _fronted(self, i: int) -> Found[Command]:
+        """ "In the bin, put the red cube"; "the red cube, put it in the bin"."""
+        found: Found[Command] = []
+        for j, element in self.element(i):
+            comma = j + 1 if self.text(j) == "," else j
+            if element.kind == "objects" and comma > j:
+                for start in self._preambles(comma, 0):
+                    for k, command in self._verb_first(start):
+                        if command.objects and command.objects[0].determiner == "it":
+                            found.append((k, replace(command, objects=element.value)))
+            elif element.kind in ("place", "direction"):
+                for start in self._preambles(comma, 0):
+                    for m, verb in self.tag(start, "VERB"):
+                        if verb in ("put", "move", "stack", "push"):
+                            for end, elements in self.elements(m):
+                                found += [(end, c) for c in frame_command(verb, (*elements, element))]
+        return found
+
+    def _telegram(self, i: int) -> Found[Command]:
+        """ "red cube in the bin", "red on green on blue": no verb, or the one before."""
+        found: Found[Command] = []
+        for j, refs in self.np_list(i):
+            for end, elements in self.elements(j):
+                if elements and any(e.kind in ("place", "matching") for e in elements):
+                    found += [(end, c) for c in frame_command("put", (_objects(refs), *elements))]
+        return found
+
+
+def _objects(refs: tuple[Ref, ...]) -> object:
+    from robosandbox.agent.language.clauses import Element
+
+    return Element("objects", refs)

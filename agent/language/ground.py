@@ -1,0 +1,460 @@
+"""From descriptions to objects: which things a noun phrase means in this scene, or why it means none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+from robosandbox.agent.language import match
+from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.spelling import suggestions
+from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.world import ROBOT_XY, World, volume
+from robosandbox.types import DetectedObject, Refusal, RefusalCode
+
+
+class RefusedError(Exception):
+    """Carries a refusal out of the depth of a plan."""
+
+    def __init__(self, code: RefusalCode, message: str, candidates: Iterable[str] = ()) -> None:
+        super().__init__(message)
+        self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates))
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a description means.
+
+    Attributes:
+        ids: The objects.
+        others: For an indefinite one: what would do as well, best first.
+        several: A plural, even where only one fits.
+    """
+
+    ids: tuple[str, ...]
+    others: tuple[str, ...] = ()
+    several: bool = False
+
+
+@dataclass
+class Discourse:
+    """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to."""
+
+    mentioned: list[tuple[str, ...]] = field(default_factory=list)
+    themes: list[tuple[str, ...]] = field(default_factory=list)
+    nouns: tuple[str, ...] = ()
+
+    def mention(self, ids: tuple[str, ...], nouns: tuple[str, ...] = ()) -> None:
+        """Note that something was spoken of."""
+        self.mentioned.append(ids)
+        if nouns:
+            self.nouns = nouns
+
+    def spoken_of(self) -> set[str]:
+        """Return everything spoken of."""
+        return {name for ids in self.mentioned for name in ids}
+
+
+Fits = Callable[[str], bool]
+
+
+class Grounder:
+    """Looks descriptions up in a world."""
+
+    def __init__(self, world: World, discourse: Discourse) -> None:
+        self.world = world
+        self.discourse = discourse
+
+    def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
+        """Return the one object that a description means.
+
+        Raises:
+            RefusedError: None fits, or several do, or several are meant.
+        """
+        meaning = self.many(ref, fits, exclude)
+        if len(meaning.ids) > 1:
+            raise self._ambiguous(ref, meaning.ids)
+        return meaning
+
+    def many(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
+        """Return the objects that a description means.
+
+        Args:
+            ref: The description.
+            fits: What the verb asks of them ("a container"); only prefers, where nothing is left without.
+            exclude: Ids that cannot be meant, such as the object that is to be put there.
+
+        Raises:
+            RefusedError: None fits, or several where one is meant.
+        """
+        barred = set(exclude)
+        if ref.determiner == "it":
+            meaning = self._pronoun(ref, fits, barred)
+        else:
+            found = self._candidates(ref, fits, barred)
+            meaning = self._counted(ref, found)
+            nouns = ref.nouns or (self.discourse.nouns if ref.one else ())
+            self.discourse.mention(meaning.ids, nouns)
+            return meaning
+        self.discourse.mention(meaning.ids)
+        return meaning
+
+    # Pronouns.
+
+    def _pronoun(self, ref: Ref, fits: Fits | None, barred: set[str]) -> Meaning:
+        groups = [ids for ids in reversed(self.discourse.themes)] + [ids for ids in reversed(self.discourse.mentioned)]
+        if self.world.held and not ref.plural:
+            groups.insert(0, (self.world.held,))
+        for ids in groups:
+            left = tuple(name for name in ids if name not in barred and (fits is None or fits(name)))
+            if ref.plural:
+                left = left if len(ids) > 1 else ()
+                if ref.count and len(left) != ref.count:
+                    continue
+            elif len(left) != 1:
+                continue
+            if left:
+                return Meaning(left, several=ref.plural)
+        if ref.plural:
+            together = tuple(dict.fromkeys(name for ids in self.discourse.themes for name in ids if name not in barred and (fits is None or fits(name))))
+            if len(together) > 1 and (ref.count is None or ref.count == len(together)):
+                return Meaning(together, several=True)
+        movable = [name for name in self.world.objects if name not in barred and (fits(name) if fits else self.world.movable(name))]
+        if len(movable) == 1 and not ref.plural:
+            return Meaning((movable[0],))
+        raise RefusedError(
+            RefusalCode.AMBIGUOUS, f"What does “{ref.text}” refer to? I see {listed(movable)}.", movable
+        )
+
+    # Descriptions.
+
+    def _candidates(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
+        self._known(ref)
+        objects = self.world.objects
+        pool = [item for item in objects.values() if item.id not in barred]
+        several = ref.plural or ref.determiner == "all"
+        found = self._named(ref, pool, several, fits)
+        if ref.other:
+            found = [item for item in found if item.id not in self.discourse.spoken_of()]
+        if not found:
+            raise self._not_found(ref, fits, barred)
+        names = [item.id for item in found]
+        for relation in ref.relations:
+            names = self._related(names, relation, ref)
+        for excluded in ref.without:
+            gone = set(self._loosely(excluded, names))
+            names = [name for name in names if name not in gone]
+        if fits:
+            preferred = [name for name in names if fits(name)]
+            names = preferred or names
+        if not names:
+            raise self._not_found(ref, fits, barred)
+        for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
+            names = self._ranked(names, rank, ref)
+        if ref.shades and len(names) > 1 and not several:
+            names.sort(key=lambda name: match.brightness(objects[name]), reverse=ref.shades[0] == "light")
+            names = names[:1]
+        return names
+
+    def _named(self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
+        found = pool
+        # Colour first: "the red block" is the red cube where no block is red.
+        if ref.colours:
+            found = match.with_colour(found, ref.colours)
+        if ref.not_colours:
+            found = [item for item in found if match.colour_of(item) not in ref.not_colours]
+        if ref.names:
+            found = match.with_names(found, ref.names)
+        if ref.nouns and ref.nouns != ("tower",):
+            if fits is not None and ref.nouns == ("box",) and not several:
+                # "in the box" means a container, if there is one that could be called so.
+                preferred = [item for item in found if fits(item.id) and match.noun_fit("box", item)]
+                found = preferred or found
+            found = match.with_noun(found, ref.nouns, several=several)
+        elif ref.one and self.discourse.nouns:
+            same = match.with_noun(found, self.discourse.nouns, several=several)
+            found = same or [item for item in found if self.world.movable(item.id) or fits]
+        elif not ref.names and not ref.nouns:
+            things = [item for item in found if self.world.movable(item.id)]
+            found = things if things or fits is None else found
+            if fits is not None:
+                found = [item for item in (found if things else found) if fits(item.id)] or found
+        if ref.nouns == ("tower",):
+            found = [item for item in found if self.world.level(item.id) and not self.world.on_top_of(item.id)]
+        return found
+
+    def _known(self, ref: Ref) -> None:
+        if not ref.unknown:
+            return
+        quoted = listed([f"“{word}”" for word in ref.unknown])
+        if not ref.nouns and not ref.names:
+            near = suggestions(" ".join(ref.unknown), self.world.objects)
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND,
+                f"I see nothing called “{ref.text}”; I see {listed(list(self.world.objects))}.",
+                near or tuple(self.world.objects),
+            )
+        raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what {quoted} means in “{ref.text}”.", ref.unknown)
+
+    def _loosely(self, ref: Ref, among: Sequence[str]) -> list[str]:
+        """Return everything that fits a description, with no claim that it is one."""
+        if ref.determiner == "it":
+            return list(self._pronoun(ref, None, set()).ids)
+        self._known(ref)
+        pool = [self.world.objects[name] for name in among]
+        named = self._named(ref, pool, True, lambda name: True)
+        if not named:
+            named = self._named(ref, list(self.world.objects.values()), True, lambda name: True)
+            if not named:
+                raise self._not_found(ref, None, set())
+        names = [item.id for item in named]
+        for relation in ref.relations:
+            names = self._related(names, relation, ref, empty=True)
+        for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
+            names = self._ranked(names, rank, ref)
+        self.discourse.mention(tuple(names), ref.nouns)
+        return names
+
+    # Relations and orders.
+
+    def _related(self, names: list[str], relation: Relation, ref: Ref, *, empty: bool = False) -> list[str]:
+        kind, world = relation.kind, self.world
+        if not relation.refs:
+            found = [name for name in names if name not in world.parent and name != world.held]
+        elif kind in ("on", "in", "under", "from"):
+            anchors = self._anchors(relation.refs[0], loose=True)
+            found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]
+        elif kind == "between":
+            ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]
+            found = self._between(names, ends)
+        else:
+            anchor = self._anchors(relation.refs[0], loose=False)[0]
+            found = self._around(kind, [name for name in names if name != anchor], anchor)
+        if not found and not empty:
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND,
+                f"I see {listed(names)}, but none that fits “{ref.text}”.",
+                names,
+            )
+        return found
+
+    def _anchors(self, ref: Ref, *, loose: bool) -> list[str]:
+        if loose and ref.determiner != "it":
+            return self._loosely(ref, list(self.world.objects))
+        return list(self.one(ref, lambda name: True).ids)
+
+    def _touches(self, kind: str, name: str, anchor: str) -> bool:
+        parent = self.world.parent.get(name)
+        if kind == "on":
+            return parent == ("on", anchor) or (parent == ("in", anchor))
+        if kind == "under":
+            return self.world.parent.get(anchor) == ("on", name)
+        return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
+
+    def _around(self, kind: str, names: list[str], anchor: str) -> list[str]:
+        ax, ay = self.world.at[anchor]
+        offsets = {name: (self.world.at[name][0] - ax, self.world.at[name][1] - ay) for name in names}
+        axes = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "back": (1.0, 0.0)}
+        if kind in axes:
+            ex, ey = axes[kind]
+            along = {name: dx * ex + dy * ey for name, (dx, dy) in offsets.items()}
+            across = {name: abs(dx * ey - dy * ex) for name, (dx, dy) in offsets.items()}
+            found = [name for name in names if along[name] > 0.015]
+            cone = [name for name in found if along[name] >= across[name]]
+            return cone or found
+        gaps = {name: self._gap(name, anchor) for name in names}
+        near = sorted((name for name in names if gaps[name] < 0.15), key=lambda name: gaps[name])
+        if not near and names:
+            near = sorted(names, key=lambda name: gaps[name])
+            near = near if gaps[near[0]] < 0.25 else []
+        if len(near) > 1 and gaps[near[0]] < 0.6 * gaps[near[1]] - 0.01:
+            near = near[:1]
+        return near
+
+    def _gap(self, name: str, anchor: str) -> float:
+        ex, ey, _ = self.world.extents(anchor)
+        fx, fy, _ = self.world.extents(name)
+        (x, y), (ax, ay) = self.world.at[name], self.world.at[anchor]
+        return math.hypot(max(abs(x - ax) - ex - fx, 0.0), max(abs(y - ay) - ey - fy, 0.0))
+
+    def _between(self, names: list[str], ends: list[str]) -> list[str]:
+        if len(ends) != 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"“Between” needs two things; {listed(ends)} fit.", ends)
+        (ax, ay), (bx, by) = self.world.at[ends[0]], self.world.at[ends[1]]
+        length = math.dist((ax, ay), (bx, by)) or 1e-9
+        found = []
+        for name in names:
+            x, y = self.world.at[name]
+            along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2
+            across = abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
+            if name not in ends and 0.1 < along < 0.9 and across < max(0.06, 0.35 * length):
+                found.append(name)
+        return found
+
+    def _ranked(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        if len(names) == 1 and (not rank.strict or rank.index == 1) and not rank.anchor:
+            return self._plausible(names, rank, ref)
+        if rank.key == "" and len(names) > 1:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"“{ref.text}”: counted from where, the left or the right? I see {listed(names)}.",
+                names,
+            )
+        if rank.key in ("middle", "medium"):
+            return self._middle(names, rank, ref)
+        score = self._score(names, rank)
+        order = sorted(names, key=lambda name: score[name])
+        if not rank.strict:
+            return self._extreme(order, score, ref)
+        index = rank.index - 1 if rank.index > 0 else len(order) + rank.index
+        if not 0 <= index < len(order):
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names
+            )
+        tied = [name for name in order if abs(score[name] - score[order[index]]) < 1e-3 * max(1.0, abs(score[order[index]]))]
+        if len(tied) > 1 and ref.determiner != "a":
+            if ref.plural and index == 0:
+                return tied
+            raise self._ambiguous(ref, tied)
+        if ref.plural and (ref.count or rank.key in ("left", "right", "near", "far")) and index == 0:
+            return order[: ref.count] if ref.count else self._side(order, rank)
+        return [order[index]]
+
+    def _side(self, order: list[str], rank: Rank) -> list[str]:
+        """ "the cubes on the left": those on that half of the table."""
+        sign = {"left": (0, 1.0), "right": (0, -1.0), "near": (1, -1.0), "far": (1, 1.0)}[rank.key]
+        centre = (0.0, 0.1)[sign[0]]
+        half = [name for name in order if (self.world.at[name][1 - sign[0]] - centre) * sign[1] > 0.01]
+        return half or order[:1]
+
+    def _score(self, names: Sequence[str], rank: Rank) -> dict[str, float]:
+        """Return what to sort by, the first in the order lowest."""
+        world, objects = self.world, self.world.objects
+        if rank.key in ("near", "far"):
+            anchor = rank.anchor
+            origin = ROBOT_XY
+            if anchor:
+                target = self.one(anchor).ids[0]
+                origin = world.at[target]
+                names = [name for name in names if name != target]
+            distance = {name: math.dist(world.at[name], origin) for name in names}
+            far = 1.0 if rank.key == "near" else -1.0
+            scores = {name: far * d for name, d in distance.items()}
+            return scores
+        keys: dict[str, Callable[[str], float]] = {
+            "left": lambda name: -world.at[name][1],
+            "right": lambda name: world.at[name][1],
+            "big": lambda name: -1e3 * volume(objects[name]),
+            "small": lambda name: 1e3 * volume(objects[name]),
+            "tall": lambda name: -world.extents(name)[2],
+            "long": lambda name: -max(world.extents(name)),
+            "short": lambda name: world.extents(name)[2],
+            "flat": lambda name: world.extents(name)[2],
+            "wide": lambda name: -max(world.extents(name)[:2]),
+            "narrow": lambda name: max(world.extents(name)[:2]),
+            "top": lambda name: -world.level(name),
+            "bottom": lambda name: world.level(name),
+        }
+        return {name: keys[rank.key](name) for name in names}
+
+    def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
+        """ "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""
+        first, last = score[order[0]], score[order[-1]]
+        scale = max(abs(first), abs(last), 1e-12)
+        if abs(first - last) < 0.05 * scale:
+            return order
+        if ref.plural:
+            gaps = [score[order[k + 1]] - score[order[k]] for k in range(len(order) - 1)]
+            return order[: gaps.index(max(gaps)) + 1]
+        return [name for name in order if abs(score[name] - first) < 0.05 * scale]
+
+    def _plausible(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        """A single candidate: "the small red cube" is not the biggest cube of all."""
+        if rank.key in ("top", "bottom") and rank.strict and not self.world.level(names[0]) and not self.world.on_top_of(names[0]):
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: {names[0]} is in no stack.", names)
+        if rank.strict or rank.key not in ("big", "small", "tall", "short") or not ref.nouns:
+            return names
+        peers = [item.id for item in match.with_noun(self.world.objects.values(), ref.nouns, several=True)]
+        if len(peers) < 2 or names[0] not in peers:
+            return names
+        score = self._score(peers, rank)
+        worst, best = max(score.values()), min(score.values())
+        if score[names[0]] == worst and worst - best > 0.15 * abs(best):
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND,
+                f"“{ref.text}”: {names[0]} is there, but it is not {rank.key} beside {listed([p for p in peers if p != names[0]])}.",
+                names,
+            )
+        return names
+
+    def _middle(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        if rank.key == "medium":
+            order = sorted(names, key=lambda name: volume(self.world.objects[name]))
+        else:
+            ys = [self.world.at[name][1] for name in names]
+            xs = [self.world.at[name][0] for name in names]
+            axis = 1 if max(ys) - min(ys) >= max(xs) - min(xs) else 0
+            order = sorted(names, key=lambda name: self.world.at[name][axis])
+        if len(order) % 2 == 0:
+            raise self._ambiguous(ref, order)
+        return [order[len(order) // 2]]
+
+    # Counting.
+
+    def _counted(self, ref: Ref, names: list[str]) -> Meaning:
+        if ref.count and ref.count > 1 or (ref.count and ref.determiner == "all"):
+            count = ref.count or 1
+            if len(names) < count:
+                raise RefusedError(
+                    RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names
+                )
+            if len(names) > count:
+                if ref.determiner in ("the", "all"):
+                    raise self._ambiguous(ref, names)
+                chosen = sorted(names, key=self._handiness)
+                return Meaning(tuple(chosen[:count]), tuple(chosen[count:]), several=True)
+            return Meaning(tuple(names), several=True)
+        if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
+            return Meaning(tuple(names), several=True)
+        if ref.plural:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names)
+        if ref.determiner == "a":
+            chosen = sorted(names, key=self._handiness)
+            return Meaning((chosen[0],), tuple(chosen[1:]))
+        if len(names) > 1:
+            raise self._ambiguous(ref, names)
+        return Meaning((names[0],))
+
+    def _handiness(self, name: str) -> tuple[bool, bool, float, str]:
+        """Any will do: rather one with nothing on it, on the table, near the robot."""
+        world = self.world
+        return bool(world.on_top_of(name)), name in world.parent, round(math.dist(world.at[name], ROBOT_XY), 6), name
+
+    # Refusals.
+
+    def _ambiguous(self, ref: Ref, names: Sequence[str]) -> RefusedError:
+        return RefusedError(
+            RefusalCode.AMBIGUOUS, f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?", names
+        )
+
+    def _not_found(self, ref: Ref, fits: Fits | None, barred: set[str]) -> RefusedError:
+        names = [name for name in self.world.objects if name not in barred]
+        words = {*ref.nouns, *ref.colours, *ref.names}
+        near = [name for name in names if words & {*id_parts(name), match.colour_of(self.world.objects[name])}]
+        near = near or list(suggestions(ref.text, names)) or names
+        return RefusedError(
+            RefusalCode.OBJECT_NOT_FOUND, f"I see no {_bare(ref.text)}; I see {listed(names)}.", near
+        )
+
+
+def _bare(text: str) -> str:
+    first, _, rest = text.partition(" ")
+    return rest if first in ("the", "a", "an") and rest else text
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Return "a, b and c"; "nothing" for none."""
+    if not names:
+        return "nothing"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"

@@ -1,0 +1,180 @@
+"""The intent tree: what a sentence asks for, before any object is looked up."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Determiner = Literal["the", "a", "all", "it", "bare"]
+Verb = Literal[
+    "pick",
+    "put",
+    "release",
+    "stack",
+    "push",
+    "pour",
+    "open",
+    "close",
+    "tap",
+    "home",
+    "swap",
+    "sort",
+    "line_up",
+    "unstack",
+    "aside",
+    "nothing",
+]
+
+
+@dataclass(frozen=True, slots=True)
+class Rank:
+    """A place in an order: the leftmost, the second biggest, the one nearest to the bin.
+
+    Attributes:
+        key: What is ordered: left, right, near, far, middle, big, small, tall, short, wide, narrow, top, bottom or
+            "" where an order was not named ("the second cube").
+        index: 1 is the first.
+        anchor: For near and far: from what; None is the robot.
+        strict: A superlative; a plain adjective ("the big cube") need not single anything out.
+    """
+
+    key: str
+    index: int = 1
+    anchor: Ref | None = None
+    strict: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Relation:
+    """A position relative to things: a modifier of a noun or the place where something goes.
+
+    Attributes:
+        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away or against.
+        refs: The things; none is the table.
+        distance: Metres.
+        directional: "into", "onto", "to": says where something goes, never where it is.
+    """
+
+    kind: str
+    refs: tuple[Ref, ...] = ()
+    distance: float | None = None
+    directional: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """A part of the table, or of the space around the robot.
+
+    Attributes:
+        name: corner, edge, side or middle.
+        sides: left, right, far, near; none leaves it open.
+    """
+
+    name: str
+    sides: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class At:
+    """Coordinates in the world, metres."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True, slots=True)
+class Offset:
+    """A shift from where the object is; distance in metres, None for a little way."""
+
+    direction: str
+    distance: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Original:
+    """Where the object was before this sentence moved it."""
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Anywhere free on the table."""
+
+
+@dataclass(frozen=True, slots=True)
+class Matching:
+    """In the container of the same colour."""
+
+
+Place = Relation | Region | At | Offset | Original | Table | Matching
+
+
+@dataclass(frozen=True, slots=True)
+class Ref:
+    """A description of one or several objects.
+
+    Attributes:
+        text: The words as said.
+        determiner: the (exactly one fits), a (any will do), all, it (a pronoun) or bare.
+        nouns: What it is called; several are alternatives ("cubes or balls"); none is any thing.
+        plural: More than one is meant.
+        count: How many.
+        colours: Any of these.
+        shades: dark or light.
+        not_colours: None of these.
+        ranks: Orders, applied one after the other, the one next to the noun first.
+        relations: Where it is.
+        without: What is left out ("except").
+        names: Parts of an id ("b" in "block b").
+        other: "the other one", "the rest": not what was spoken of before.
+        one: The noun is "one": inherits the noun spoken of before.
+        unknown: Words nobody can look up, kept for the refusal.
+    """
+
+    text: str
+    determiner: Determiner = "the"
+    nouns: tuple[str, ...] = ()
+    plural: bool = False
+    count: int | None = None
+    colours: tuple[str, ...] = ()
+    shades: tuple[str, ...] = ()
+    not_colours: tuple[str, ...] = ()
+    ranks: tuple[Rank, ...] = ()
+    relations: tuple[Relation, ...] = ()
+    without: tuple[Ref, ...] = ()
+    names: tuple[str, ...] = ()
+    other: bool = False
+    one: bool = False
+    unknown: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Command:
+    """One thing to do.
+
+    Attributes:
+        verb: What.
+        objects: To what.
+        place: Where to.
+        tower: Further supports, from the one right below the objects down ("red on green on blue").
+        order: For towers of listed objects: "up" names the bottom one first, "down" the top one.
+        direction: For push: forward, back, left or right.
+        distance: For push: metres.
+        times: How often.
+    """
+
+    verb: Verb
+    objects: tuple[Ref, ...] = ()
+    place: Place | None = None
+    tower: tuple[Ref, ...] = ()
+    order: Literal["up", "down"] | None = None
+    direction: str | None = None
+    distance: float | None = None
+    times: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Sentence:
+    """What to do, in order, and what to keep away from."""
+
+    steps: tuple[Command, ...]
+    avoid: tuple[Ref, ...] = ()

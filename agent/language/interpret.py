@@ -1,0 +1,99 @@
+"""One sentence and one scene: a draft of a plan, or a refusal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from copy import deepcopy
+
+from robosandbox.agent.language.build import Draft, build
+from robosandbox.agent.language.grammar import parse
+from robosandbox.agent.language.ground import Discourse, RefusedError, listed
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.nouns import TooComplicatedError
+from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
+from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
+from robosandbox.agent.language.words import CONDITIONS, QUESTIONS
+from robosandbox.types import ObservedScene, Refusal, RefusalCode
+
+VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
+
+
+def interpret(
+    prompt: str, scene: ObservedScene, skills: Iterable[str], discourse: Discourse | None = None
+) -> Draft | Refusal:
+    """Return the plan that a sentence asks for in a scene, or why there is none.
+
+    Args:
+        prompt: What was said.
+        scene: What perception sees.
+        skills: Names of the skills at hand.
+        discourse: What was spoken of before; updated when a plan comes out.
+    """
+    known = scene_words(tuple(item.id for item in scene.objects))
+    names = tuple(skills)
+    try:
+        tokens = tokenize(prompt, known)
+        readings = parse(tokens, known)
+    except TooLongError as error:
+        return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
+    except TooComplicatedError:
+        return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
+    if not readings:
+        return _not_understood(tokens, known, names)
+    plans: dict[tuple[object, ...], tuple[Draft, Discourse]] = {}
+    refusals: list[Refusal] = []
+    for reading in readings:
+        context = deepcopy(discourse) if discourse else Discourse()
+        try:
+            draft = build(reading, scene, names, context)
+        except RefusedError as error:
+            refusals.append(error.refusal)
+            continue
+        plans.setdefault(tuple(map(str, draft.calls)), (draft, context))
+        break
+    if plans:
+        draft, context = next(iter(plans.values()))
+        if discourse is not None:
+            discourse.mentioned, discourse.themes, discourse.nouns = context.mentioned, context.themes, context.nouns
+        return draft
+    return refusals[0]
+
+
+def _unrecognized(message: str, words: Sequence[str] = ()) -> Refusal:
+    return Refusal(code=RefusalCode.UNRECOGNIZED, message=message, candidates=tuple(words))
+
+
+def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence[str]) -> Refusal:
+    """Say which part was not understood."""
+    if not tokens:
+        return _unrecognized("Tell me what to do, for example: pick up the red cube.")
+    words = [token.text for token in tokens]
+    if words[0] in QUESTIONS or tokens[-1].text == "?" and words[0] in QUESTIONS:
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED, message="I act and do not answer questions; tell me what to do.", candidates=tuple(skills)
+        )
+    for i, token in enumerate(tokens):
+        tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+        starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
+        if token.text in UNSUPPORTED_VERBS and starts and "VERB" not in tags:
+            return Refusal(
+                code=RefusalCode.UNSUPPORTED,
+                message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",
+                candidates=tuple(skills),
+            )
+    for token in tokens:
+        if token.text in CONDITIONS:
+            return Refusal(
+                code=RefusalCode.UNSUPPORTED, message=f"I do not follow conditions (“{token.raw}”); tell me what to do now.", candidates=tuple(skills)
+            )
+    strange = [
+        token.raw for i, token in enumerate(tokens)
+        if token.kind == "word" and not LEXICON.at(tokens, i) and token.text not in known.parts and not _inside_phrase(tokens, i)
+    ]  # fmt: skip
+    if strange:
+        return _unrecognized(f"I do not understand {listed([f'“{word}”' for word in strange])} here.", strange)
+    return _unrecognized(f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently.")
+
+
+def _inside_phrase(tokens: Sequence[Token], i: int) -> bool:
+    return any(end > i for k in range(max(0, i - 6), i) for end, _, _ in LEXICON.at(tokens, k))

@@ -1,0 +1,129 @@
+"""Does a description fit an object: by what it is called, what shape it has, and what colour it shows.
+
+Ids are text from the scene: they are compared with words that were said and are never read as anything else.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from functools import lru_cache
+
+from robosandbox.agent.language import words
+from robosandbox.agent.language.lexicon import words_plural
+from robosandbox.agent.language.tokens import id_parts
+from robosandbox.types import DetectedObject
+
+NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
+CONTAINERS = frozenset({"bin", "bowl", "drawer"})
+SHAPE_KINDS: dict[str, frozenset[str]] = {
+    "cube": frozenset({"box"}),
+    "block": frozenset({"box"}),
+    "box": frozenset({"box"}),
+    "ball": frozenset({"sphere"}),
+    "cylinder": frozenset({"cylinder"}),
+    "capsule": frozenset({"capsule"}),
+    "bin": frozenset({"bin"}),
+    "bowl": frozenset({"bowl"}),
+    "drawer": frozenset({"drawer"}),
+}
+"""Words for a shape: they fit whatever has it."""
+THING_KINDS: dict[str, frozenset[str]] = {"can": frozenset({"cylinder"}), "bottle": frozenset({"cylinder", "capsule"}), "mug": frozenset({"bowl"})}
+"""Words for a thing: they fit its usual shape only where the id names no other thing."""
+
+
+def _classes() -> dict[str, str]:
+    table: dict[str, str] = {}
+    for noun, phrases in words.NOUNS.items():
+        for phrase in phrases.split(","):
+            table.setdefault(phrase.strip(), noun)
+            table.setdefault(words_plural(phrase.strip()), noun)
+    return table
+
+
+NOUN_CLASS = _classes()
+CANONICAL_COLOUR = {
+    phrase.strip(): colour for colour, phrases in words.COLOURS.items() for phrase in phrases.split(",")
+}
+
+
+def noun_fit(noun: str, item: DetectedObject) -> int:
+    """Return how well a noun names an object: NAMED, SYNONYM, SHAPE, LOOSE or 0.
+
+    Args:
+        noun: As said, singular.
+        item: The object.
+    """
+    return _noun_fit(noun, item.id, item.kind, _is_cubic(item))
+
+
+@lru_cache(maxsize=4096)
+def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
+    parts = id_parts(name)
+    noun_class = NOUN_CLASS.get(noun, noun)
+    if noun_class == "thing":
+        return LOOSE if kind not in CONTAINERS else 0
+    if noun in parts or noun == "".join(parts) or noun.replace(" ", "") in parts or all(w in parts for w in noun.split()):
+        return NAMED
+    own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
+    if noun_class in own:
+        return SYNONYM
+    shapes = SHAPE_KINDS.get(noun_class, frozenset())
+    if kind in shapes:
+        # "cube" for a plank, "bin" for what its id calls a tray.
+        return LOOSE if noun_class == "cube" and not cubic else SHAPE
+    if noun_class == "box" and kind == "bin":
+        return LOOSE
+    if noun_class == "bin" and noun in ("container", "receptacle", "basin") and kind in CONTAINERS:
+        return LOOSE
+    if kind in THING_KINDS.get(noun_class, ()) and not (own - set(SHAPE_KINDS)):
+        return SHAPE
+    return 0
+
+
+def _is_cubic(item: DetectedObject) -> bool:
+    return item.kind == "box" and len(item.size) == 3 and max(item.size) <= 1.15 * min(item.size)
+
+
+def colour_of(item: DetectedObject) -> str:
+    """Return the object's colour under its most common name."""
+    return CANONICAL_COLOUR.get(item.colour.lower(), item.colour.lower())
+
+
+def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list[DetectedObject]:
+    """Return the objects that show one of the colours; by their ids where none shows it."""
+    everything = list(items)
+    seen = [item for item in everything if colour_of(item) in colours]
+    return seen or [
+        item for item in everything if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))
+    ]
+
+
+def with_noun(items: Iterable[DetectedObject], nouns: Sequence[str], *, several: bool) -> list[DetectedObject]:
+    """Return the objects that the noun names best.
+
+    Args:
+        items: To choose from.
+        nouns: As said; several are alternatives.
+        several: More than one is meant: if fewer than two bear the name, those of the shape count as well.
+    """
+    fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
+    best = max((fit for _, fit in fits), default=0)
+    if best == 0:
+        return []
+    top = [item for item, fit in fits if fit == best]
+    if len(nouns) > 1 or (several and len(top) < 2):
+        return [item for item, fit in fits if fit >= min(best, SHAPE)]
+    return top
+
+
+def with_names(items: Iterable[DetectedObject], names: Sequence[str]) -> list[DetectedObject]:
+    """Return the objects whose id is the name, or has all the names as parts."""
+    everything = list(items)
+    exact = [item for item in everything if item.id in names]
+    return exact or [item for item in everything if all(name in id_parts(item.id) for name in names)]
+
+
+def brightness(item: DetectedObject) -> float:
+    """Return the luminance of the object's colour, 0..1 (Rec. 709 weights)."""
+    red, green, blue, _ = item.rgba
+    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

@@ -1,0 +1,483 @@
+"""Noun phrases: "the second smallest red block on the tray", every way to read it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import wraps
+from typing import Any, Concatenate, ParamSpec, TypeVar
+
+from robosandbox.agent.language.intent import Determiner, Rank, Ref, Region, Relation
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.tokens import SceneWords, Token
+from robosandbox.agent.language.words import ABSENT_NOUNS
+
+T = TypeVar("T")
+P = ParamSpec("P")
+Found = list[tuple[int, T]]
+MAX_STEPS = 6_000
+MAX_READINGS = 24
+
+
+class TooComplicatedError(ValueError):
+    """The sentence has more readings than anybody would follow."""
+
+
+Rule = Callable[Concatenate["Phrasing", P], Found[T]]
+
+
+def rule(function: Rule[[int], T]) -> Rule[[int], T]:
+    """Remember what a grammar rule found at each position (a packrat parser that keeps every reading)."""
+    name = function.__name__
+
+    @wraps(function)
+    def remembered(self: Phrasing, i: int) -> Found[T]:
+        key = (name, i)
+        found = self.memo.get(key)
+        if found is None:
+            self.steps += 1
+            if self.steps > MAX_STEPS:
+                raise TooComplicatedError
+            self.memo[key] = []  # Left recursion finds nothing.
+            found = function(self, i)[:MAX_READINGS]
+            self.memo[key] = found
+        return found
+
+    return remembered
+
+
+@dataclass
+class Phrasing:
+    """The chart of one sentence, and the rules for noun phrases and positions."""
+
+    tokens: Sequence[Token]
+    words: SceneWords
+    memo: dict[tuple[str, int], list[Any]] = field(default_factory=dict)
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        self.tags: list[dict[str, list[tuple[int, Any]]]] = []
+        for i in range(len(self.tokens)):
+            tags: dict[str, list[tuple[int, Any]]] = {}
+            for end, tag, value in LEXICON.at(self.tokens, i):
+                tags.setdefault(tag, []).append((end, value))
+            for found in tags.values():
+                found.sort(key=lambda item: -item[0])
+            self.tags.append(tags)
+
+    def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
+        """Return (end, value) of every phrase with this tag at `i`, longest first."""
+        return self.tags[i].get(name, []) if i < len(self.tags) else []
+
+    def text(self, i: int) -> str:
+        """Return token `i`'s text, "" past the end."""
+        return self.tokens[i].text if i < len(self.tokens) else ""
+
+    def said(self, i: int, j: int) -> str:
+        """Return the words from `i` to `j` as said."""
+        return " ".join(token.raw for token in self.tokens[i:j])
+
+    def optional(self, i: int, *names: str) -> list[int]:
+        """Return where phrases of these tags end, and `i` itself last."""
+        return [*(end for name in names for end, _ in self.tag(i, name)), i]
+
+    # Noun phrases.
+
+    @rule
+    def np(self, i: int) -> Found[Ref]:
+        """One noun phrase, with and without what follows the noun."""
+        found: Found[Ref] = []
+        for j, which in self.tag(i, "PRON"):
+            them = which == "them"
+            base = Ref(text=self.said(i, j), determiner="it", plural=them)
+            found.append((j, base))
+            if self.text(j) in ("all", "both"):
+                found.append((j + 1, replace(base, plural=True, count=2 if self.text(j) == "both" else None)))
+        found += self._everything(i)
+        for j, base in self._determiners(i):
+            for k, ref in self._head(j, base):
+                for end, full in self._modified(k, ref, 0):
+                    found.append((end, replace(full, text=self.said(i, end))))
+        return _distinct(found)
+
+    @rule
+    def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
+        """Noun phrases joined by commas and "and"."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, colours in self._shared_noun(i):
+            found.append((j, colours))
+        for j, first in self.np(i):
+            found.append((j, (first,)))
+            k = self._joint(j)
+            if k:
+                found += [(end, (first, *others)) for end, others in self.np_list(k) if len(others) < 10]
+        return _distinct(found)
+
+    def _joint(self, j: int) -> int:
+        """Return where the next item of a list starts, 0 if no list goes on at `j`."""
+        k = j
+        if self.text(k) == ",":
+            k += 1
+        if self.text(k) in ("and", "plus"):
+            k += 1
+        elif self.text(k) == "as" and self.text(k + 1) == "well" and self.text(k + 2) == "as":
+            k += 3
+        if self.text(k) in ("then", "also", "finally") and k > j:
+            k += 1
+        return k if k > j else 0
+
+    def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
+        """ "the red and blue cubes": colours that share one noun."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, base in self._determiners(i):
+            colours: list[str] = []
+            k = j
+            while True:
+                hits = self.tag(k, "COLOUR")
+                if not hits:
+                    break
+                k, colour = hits[0]
+                colours.append(colour)
+                joint = self._joint(k)
+                if not joint or not self.tag(joint, "COLOUR"):
+                    break
+                k = joint
+            if len(colours) < 2:
+                continue
+            for end, ref in self._noun(k, base):
+                shared = replace(ref, count=None)
+                # "the red and blue cubes": one of each is the plainer reading when there is one of each.
+                refs = tuple(replace(shared, colours=(c,), text=f"{c} {self.said(k, end)}") for c in colours)
+                if base.count in (None, len(colours)):
+                    found.append((end, refs))
+        return found
+
+    def _everything(self, i: int) -> Found[Ref]:
+        found: Found[Ref] = []
+        for j, _ in self.tag(i, "EVERYTHING"):
+            base = Ref(text=self.said(i, j), determiner="all", plural=True)
+            found += self._modified(j, base, 0)
+        for j, _ in self.tag(i, "EVERYTHING_ELSE"):
+            found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
+        return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+    def _determiners(self, i: int) -> Found[Ref]:
+        found: Found[Ref] = []
+
+        def add(j: int, determiner: Determiner, **more: Any) -> None:
+            found.append((j, Ref(text="", determiner=determiner, **more)))
+
+        add(i, "bare")
+        kinds: tuple[tuple[str, Determiner], ...] = (("THE", "the"), ("A", "a"), ("ALL", "all"))
+        for tag, determiner in kinds:
+            for j, _ in self.tag(i, tag):
+                add(j, determiner)
+                for k, number in self._count(j):
+                    add(k, determiner, count=number, plural=number > 1)
+                for k, _ in self.tag(j, "OTHER"):
+                    add(k, "the" if determiner != "all" else "all", other=True)
+                    for m, number in self._count(k):
+                        add(m, "the", other=True, count=number, plural=number > 1)
+        for j, _ in self.tag(i, "BOTH"):
+            add(j, "all", count=2, plural=True)
+            for k, _ in self.tag(j, "OTHER"):
+                add(k, "all", count=2, plural=True, other=True)
+        for j, number in self._count(i):
+            add(j, "bare", count=number, plural=number > 1)
+        for j, _ in self.tag(i, "ONE_OF"):
+            for k in self.optional(j, "THE"):
+                for m in (k, *(end for end, _ in self._count(k))):
+                    add(m, "a", plural=False)
+        if self.text(i) == "another":
+            add(i + 1, "a", other=True)
+        return found
+
+    def _count(self, i: int) -> Found[int]:
+        token = self.tokens[i] if i < len(self.tokens) else None
+        if token and token.kind == "number":
+            return [(i + 1, int(token.number))] if token.number == int(token.number) and 0 < token.number < 100 else []
+        return [(j, int(n)) for j, n in self.tag(i, "NUM") if n >= 2 and n == int(n) and self.text(i) != "a"]
+
+    def _head(self, i: int, base: Ref) -> Found[Ref]:
+        """Adjectives, then a noun, an id, or nothing where the adjectives say enough."""
+        found: Found[Ref] = []
+        for j, _ in self.tag(i, "REST"):
+            if base.determiner in ("the", "all"):
+                ref = replace(base, determiner="all", plural=True, other=True)
+                found.append((j, ref))
+                if self.text(j) == "of":
+                    for k in self.optional(j + 1, "THE"):
+                        found += self._noun(k, ref)
+        for j, ref in self._adjectives(i, base, 0):
+            found += self._noun(j, ref)
+            bare = ref.ranks or ref.colours or ref.not_colours or ref.unknown
+            pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
+            if (j > i and bare) or (j == i and pointed and i > 0):
+                found.append((j, replace(ref, one=True)))
+        return found
+
+    def _adjectives(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
+        found: Found[Ref] = [(i, ref)]
+        if depth > 5:
+            return found
+        start = i
+        if depth and self.text(i) in (",", "and"):
+            start = i + 1
+        step: Found[Ref] = []
+        for j, colour in self.tag(start, "COLOUR"):
+            for k in self.optional(j, "COLOURED"):
+                step.append((k, replace(ref, colours=(*ref.colours, colour))))
+        for j, shade in self.tag(start, "SHADE"):
+            step.append((j, replace(ref, shades=(*ref.shades, shade))))
+        for j, size in self.tag(start, "SIZE"):
+            step.append((j, replace(ref, ranks=(*ref.ranks, Rank(size, strict=False)))))
+        for j, key in self.tag(start, "SUPER"):
+            step.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
+        for j, key in self.tag(start, "POS"):
+            step.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
+        for j, index in self.tag(start, "ORDINAL"):
+            step.append((j, replace(ref, ranks=(*ref.ranks, Rank("", index)))))
+            for k, key in self.tag(j, "SUPER"):
+                step.append((k, replace(ref, ranks=(*ref.ranks, Rank(key, index)))))
+        for j, _ in self.tag(start, "NON"):
+            for k, colour in self.tag(j, "COLOUR"):
+                step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
+        for j, _ in self.tag(start, "OTHER"):
+            step.append((j, replace(ref, other=True)))
+        if not any(self.tags[start]) if start < len(self.tokens) else False:
+            if self.tokens[start].kind == "word" and self.tokens[start].text not in self.words.parts:
+                step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
+        for j, nexts in step:
+            found += self._adjectives(j, nexts, depth + 1)
+        return found
+
+    def _noun(self, i: int, ref: Ref) -> Found[Ref]:
+        found: Found[Ref] = []
+        if i >= len(self.tokens):
+            return found
+        token = self.tokens[i]
+        if token.kind == "id":
+            found.append((i + 1, replace(ref, names=(token.text,))))
+        for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
+            named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=ref.plural or plural)
+            found += self._suffixed(j, named)
+            if self.text(j) in ("or", "and") and plural:
+                for k, (_, other, also) in self.tag(j + 1, "NOUN"):
+                    if also:
+                        found.append((k, replace(named, nouns=(phrase, other))))
+        for j, (noun, plural) in self.tag(i, "ABSENT"):
+            found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
+        j = i
+        parts: list[str] = []
+        while j < len(self.tokens) and self._is_name(j) and len(parts) < 4:
+            parts.append(_singular(self.tokens[j].text, self.words.parts))
+            j += 1
+            plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
+            found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
+            for k, (noun, phrase, many) in self.tag(j, "NOUN"):
+                found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
+        if token.kind == "word" and not self.tags[i] and token.text not in self.words.parts:
+            found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
+        return found
+
+    def _is_name(self, i: int) -> bool:
+        token = self.tokens[i]
+        if token.kind != "word" or len(token.text) < 2:
+            return False
+        single = _singular(token.text, self.words.parts)
+        return single in self.words.parts and not any(tag in self.tags[i] for tag in _NOT_NAMES)
+
+    def _suffixed(self, j: int, ref: Ref) -> Found[Ref]:
+        """ "block b", "cube number 2": a letter or number that ends an id."""
+        found = [(j, ref)]
+        k = j + 1 if self.text(j) in ("number", "no", "#") else j
+        if self.text(k) == "." and k > j:
+            k += 1
+        if k < len(self.tokens):
+            token = self.tokens[k]
+            part = str(int(token.number)) if token.kind == "number" and token.number.is_integer() else token.text
+            for _, number in self.tag(k, "NUM"):
+                part = str(int(number)) if number.is_integer() and token.text != "a" else part
+            if part in self.words.parts and (len(part) == 1 or part.isdigit()):
+                found.insert(0, (k + 1, replace(ref, names=(*ref.names, part))))
+        for m, _ in self.tag(j, "CALLED"):
+            if m < len(self.tokens) and (self.tokens[m].kind == "id" or self.text(m) in self.words.parts):
+                found.append((m + 1, replace(ref, names=(*ref.names, self.text(m)))))
+        return found
+
+    # What follows the noun.
+
+    def _modified(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
+        found: Found[Ref] = [(i, ref)]
+        if depth >= 3:
+            return found
+        for j, modified in self._modifier(i, ref):
+            found += self._modified(j, modified, depth + 1)
+        return found
+
+    def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
+        found: Found[Ref] = []
+        start = i + 1 if self.text(i) == "," else i
+        for j, _ in self.tag(i, "OF_THEM"):
+            found.append((j, ref))
+        if ref.ranks:
+            found += self._anchored(i, ref)
+        for j, key in self.tag(i, "FROM"):
+            if ref.ranks and any(not rank.key for rank in ref.ranks):
+                ranks = tuple(Rank(key, rank.index) if not rank.key else rank for rank in ref.ranks)
+                found.append((j, replace(ref, ranks=ranks)))
+        for j, excluded in self._exceptions(start, ref):
+            found.append((j, replace(ref, without=(*ref.without, *excluded))))
+        for k in self.optional(start, "IS"):
+            if k == start and start > i:
+                continue
+            for j, relation in self.relation(k):
+                if not relation.directional and relation.distance is None:
+                    found.append((j, replace(ref, relations=(*ref.relations, relation))))
+            for j, ranks in self._place_rank(k):
+                found.append((j, replace(ref, ranks=(*ref.ranks, ranks))))
+            for j, colour in self.tag(k, "COLOUR"):
+                if k > i:
+                    colours = [colour]
+                    if self.text(j) == "or" and self.tag(j + 1, "COLOUR"):
+                        j, second = self.tag(j + 1, "COLOUR")[0]
+                        colours.append(second)
+                    found.append((j, replace(ref, colours=tuple(colours))))
+            for m in self.optional(k, "THE"):
+                for j, key in self.tag(m, "SUPER"):
+                    superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
+                    found += self._anchored(j, superlative)
+                    if k > i:
+                        found.append((j, superlative))
+        for k, _ in self.tag(start, "NOT_IS"):
+            for j, colour in self.tag(k, "COLOUR"):
+                found.append((j, replace(ref, not_colours=(*ref.not_colours, colour))))
+            for j, relation in self.relation(k):
+                if not relation.directional and relation.refs:
+                    excluded = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
+                    found.append((j, replace(ref, without=(*ref.without, excluded))))
+        return found
+
+    def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
+        if not (ref.plural or ref.determiner in ("all", "a")):
+            return []
+        return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
+
+    def _anchored(self, i: int, ref: Ref) -> Found[Ref]:
+        """ "nearest to the bin", also "the nearest cube to the bin"."""
+        last = ref.ranks[-1]
+        if last.key not in ("near", "far") or last.anchor:
+            return []
+        starts = [i, i + 1] if self.text(i) in ("to", "from", "by", "away") else [i]
+        if self.text(i) == "away" and self.text(i + 1) == "from":
+            starts = [i + 2]
+        found: Found[Ref] = []
+        for start in starts:
+            for j, _ in self.tag(start, "ROBOT"):
+                found.append((j, ref))
+            for j, anchor in self.np(start):
+                if start > i or self.tag(start, "THE") or anchor.names:
+                    found.append((j, replace(ref, ranks=(*ref.ranks[:-1], replace(last, anchor=anchor)))))
+        return found
+
+    def _place_rank(self, i: int) -> Found[Rank]:
+        """ "on the left", "in the middle", "at the back": a place that singles one of several out."""
+        found: Found[Rank] = []
+        for j, region in self.region(i):
+            if region.name == "middle":
+                found.append((j, Rank("middle")))
+            elif len(region.sides) == 1:
+                found.append((j, Rank(region.sides[0])))
+        for j, direction in self.tag(i, "DIR"):
+            side = {"left": "left", "right": "right"}.get(direction)
+            if side and j > i + 1:
+                found.append((j, Rank(side)))
+        if self.text(i) == "in" and self.text(i + 1) == "front":
+            found.append((i + 2, Rank("near")))
+        for key, tag in (("top", "TOP"), ("bottom", "BOTTOM")):
+            for j, _ in self.tag(i, tag):
+                if j > i + 1:
+                    found.append((j, Rank(key)))
+        return found
+
+    # Positions.
+
+    @rule
+    def relation(self, i: int) -> Found[Relation]:
+        """ "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
+        found: Found[Relation] = []
+        for tag, directional in (("REL", False), ("TO", True), ("SOURCE", False)):
+            for j, kind in self.tag(i, tag):
+                kind = kind or "from"
+                for k in self.optional(j, "THE"):
+                    for m, _ in self.tag(k, "TABLE"):
+                        if kind in ("on", "from", "to"):
+                            found.append((m, Relation("on" if kind == "to" else kind, (), None, directional)))
+                for k, refs in self.np_list(j):
+                    single = len(refs) == 1
+                    if kind == "between":
+                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
+                            found.append((k, Relation(kind, refs)))
+                    elif single:
+                        found.append((k, Relation(kind, refs, None, directional)))
+        return found
+
+    @rule
+    def region(self, i: int) -> Found[Region]:
+        """ "in the far left corner of the table", "on the right", "at the edge"."""
+        found: Found[Region] = []
+        if self.text(i) not in _REGION_PREPOSITIONS:
+            return found
+        start = i + 1
+        if self.text(start) in ("to", "in", "near", "by", "at", "on", "over"):
+            start += 1
+        for j in self.optional(start, "THE", "A"):
+            k, sides = j, list[str]()
+            while self.text(k) in _REGION_SIDES or (self.text(k) == "hand" and sides):
+                if self.text(k) != "hand":
+                    sides.append(_REGION_SIDES[self.text(k)])
+                k += 1
+                if self.text(k) == "most":
+                    k += 1
+            names = _REGION_NAMES.get(self.text(k))
+            if names:
+                region = Region(names, tuple(dict.fromkeys(sides)))
+                found += [(end, region) for end in self._of_table(k + 1)]
+            if sides and j > start:
+                found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
+        return found
+
+    def _of_table(self, i: int) -> list[int]:
+        ends = [i]
+        if self.text(i) in ("of", "on", "in"):
+            ends = [end for j in self.optional(i + 1, "THE") for end, _ in self.tag(j, "TABLE")] + ends
+        return ends
+
+
+_NOT_NAMES = frozenset("REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT".split())
+_REGION_PREPOSITIONS = frozenset("in on at to into onto near by towards toward over".split())
+_REGION_SIDES = {
+    "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",
+    "lower": "near", "back": "far", "far": "far", "rear": "far", "top": "far", "upper": "far", "farthest": "far",
+    "furthest": "far", "leftmost": "left", "rightmost": "right", "lefthand": "left", "righthand": "right",
+}  # fmt: skip
+_REGION_NAMES = {
+    "corner": "corner", "edge": "edge", "border": "edge", "rim": "edge", "side": "side", "half": "side", "end": "side", "part": "side",
+    "area": "side", "section": "side", "middle": "middle", "center": "middle", "centre": "middle", "midpoint": "middle",
+}  # fmt: skip
+
+
+def _singular(word: str, parts: frozenset[str]) -> str:
+    if word in parts:
+        return word
+    for ending, with_ in (("ies", "y"), ("es", ""), ("s", "")):
+        if word.endswith(ending) and word[: -len(ending)] + with_ in parts:
+            return word[: -len(ending)] + with_
+    return word
+
+
+def _distinct(found: Found[T]) -> Found[T]:
+    return list(dict.fromkeys(found))
+
+
+_ = ABSENT_NOUNS

@@ -1,0 +1,275 @@
+"""What to do after a failure: change something that the evidence says may help, or stop and say why not."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robosandbox.agent.language.build import Draft, Step
+from robosandbox.agent.language.interpret import interpret
+from robosandbox.agent.language.world import World
+from robosandbox.errors import ErrorCode, GraspEvidence, PlacementEvidence, PushEvidence
+from robosandbox.protocols import Attempt
+from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
+
+RETRIES = 2
+PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
+OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
+
+
+def replan(
+    prompt: str, scene: ObservedScene, skills: Sequence[str], history: Sequence[Attempt], before: Draft | None
+) -> Draft | Refusal:
+    """Return what remains to be done, changed where the last attempt failed.
+
+    Args:
+        prompt: The sentence.
+        scene: What perception sees now.
+        skills: Names of the skills at hand.
+        history: All attempts, oldest first.
+        before: The draft that the last attempt ran; None plans what remains afresh.
+    """
+    last = history[-1]
+    if before is None:
+        fresh = interpret(prompt, scene, skills)
+        if isinstance(fresh, Refusal):
+            return fresh
+        before = _without(fresh, [call for attempt in history for call in attempt.completed])
+    rest = _after_failure(before, last)
+    return _Reaction(scene, skills, history, before, rest).react()
+
+
+def _without(draft: Draft, completed: Sequence[SkillCall]) -> Draft:
+    """Drop the leading steps that are done already."""
+    done = list(completed)
+    steps = list(draft.steps)
+    while steps and steps[0].call in done:
+        done.remove(steps.pop(0).call)
+    return Draft(tuple(steps), draft.substitutes)
+
+
+def _after_failure(before: Draft, last: Attempt) -> tuple[Step, ...]:
+    """Return the failed step and what follows it."""
+    calls = before.calls
+    for i in range(len(last.completed), len(calls)):
+        if calls[i] == last.failed:
+            return before.steps[i:]
+    for i, call in enumerate(calls):
+        if call == last.failed:
+            return before.steps[i:]
+    return (Step(last.failed),)
+
+
+class _Reaction:
+    def __init__(
+        self, scene: ObservedScene, skills: Sequence[str], history: Sequence[Attempt], before: Draft, rest: tuple[Step, ...]
+    ) -> None:
+        self.scene = scene
+        self.skills = skills
+        self.history = history
+        self.before = before
+        self.failed, self.after = rest[0], rest[1:]
+        self.error = history[-1].error
+        self.again = sum(a.failed == self.failed.call and a.error.code == self.error.code for a in history) - 1
+
+    def react(self) -> Draft | Refusal:
+        gone = self._gone()
+        if gone:
+            return self._stop(f"{gone} is no longer in sight", RefusalCode.OBJECT_NOT_FOUND)
+        repair = self._repair()
+        if repair:
+            return repair
+        match self.error.code:
+            case ErrorCode.UNREACHABLE | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
+                return self._other() or self._stop()
+            case ErrorCode.COLLISION:
+                return self._other() or self._from_home() or self._stop()
+            case ErrorCode.TRACKING:
+                return self._from_home() or self._stop()
+            case ErrorCode.GRASP:
+                return self._grasp()
+            case ErrorCode.NOT_HOLDING:
+                return self._pick_again() or self._stop()
+            case ErrorCode.ALREADY_HOLDING:
+                return self._empty_hand() or self._stop()
+            case ErrorCode.PLACEMENT:
+                return self._placement()
+            case ErrorCode.PUSH:
+                return self._push_on() or self._stop()
+            case ErrorCode.OBJECT_NOT_FOUND:
+                return self._retry(1) or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
+            case ErrorCode.AMBIGUOUS_OBJECT:
+                return self._stop(code=RefusalCode.AMBIGUOUS)
+            case ErrorCode.GOAL_TIMEOUT | ErrorCode.CANCELLED | ErrorCode.INTERNAL:
+                return self._stop()
+
+    # What can be changed.
+
+    def _gone(self) -> str | None:
+        """Return an object that a remaining step needs and perception no longer sees."""
+        for step in (self.failed, *self.after):
+            for key in OBJECT_ARGUMENTS:
+                name = step.call.arguments.get(key)
+                if name is not None and self.scene.find(str(name)) is None:
+                    return str(name)
+        return None
+
+    def _repair(self) -> Draft | None:
+        """The calls that reached the post-condition on a copy of the world; each is tried once."""
+        repairs = self.error.repairs
+        tried = sum(a.failed == self.failed.call and bool(a.error.repairs) for a in self.history) - 1
+        if not repairs or tried >= max(RETRIES, len(repairs)):
+            return None
+        repair = repairs[min(tried, len(repairs) - 1)]
+        if any(call.skill not in self.skills for call in repair.calls):
+            return None
+        return self._draft(*(Step(call) for call in repair.calls), *self.after)
+
+    def _other(self) -> Draft | None:
+        """Another object, side or spot that means the same to the person."""
+        return self._other_call() or self._other_object()
+
+    def _other_call(self) -> Draft | None:
+        failed = [attempt.failed for attempt in self.history]
+        left = [call for call in self.failed.others if call not in failed]
+        if not left:
+            return None
+        return self._draft(*self._holding_again(), Step(left[0], tuple(left[1:])), *self.after)
+
+    def _other_object(self) -> Draft | None:
+        for key in OBJECT_ARGUMENTS:
+            name = self.failed.call.arguments.get(key)
+            left = [other for other in self.before.substitutes.get(str(name), ()) if self.scene.find(other)]
+            if not left:
+                continue
+            substitutes = {k: v for k, v in self.before.substitutes.items() if k != name}
+            substitutes[left[0]] = tuple(left[1:])
+            swapped = [_renamed(step, str(name), left[0]) for step in (self.failed, *self.after)]
+            return Draft((*(Step(call) for call in ()), *swapped), substitutes)
+        return None
+
+    def _from_home(self) -> Draft | None:
+        """The same from another start, once."""
+        if self.again or "home" not in self.skills or self.failed.call.skill == "home":
+            return None
+        return self._draft(Step(SkillCall(skill="home")), self.failed, *self.after)
+
+    def _retry(self, times: int = RETRIES) -> Draft | None:
+        return self._draft(self.failed, *self.after) if self.again < times else None
+
+    def _grasp(self) -> Draft | Refusal:
+        evidence = self.error.evidence
+        found = isinstance(evidence, GraspEvidence)
+        if found and evidence.object_width is not None and evidence.object_width > evidence.max_aperture:
+            wide = f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
+            return self._other_object() or self._stop(f"{evidence.object} is {wide}")
+        if found and evidence.reason == "none_found":
+            return self._other_object() or self._stop()
+        return self._retry() or self._other_object() or self._stop()
+
+    def _pick_again(self) -> Draft | None:
+        """The object slipped away: fetch it and go on."""
+        name = self._carried()
+        if name is None or self.again >= RETRIES or "pick" not in self.skills or self.scene.find(name) is None:
+            return None
+        return self._draft(Step(SkillCall(skill="pick", arguments={"object": name})), self.failed, *self.after)
+
+    def _carried(self) -> str | None:
+        """Return what the failed step was to place."""
+        evidence = self.error.evidence
+        if isinstance(evidence, PlacementEvidence):
+            return evidence.object
+        calls = [call for attempt in self.history for call in attempt.completed]
+        picks = [call.arguments["object"] for call in calls if call.skill == "pick" and "object" in call.arguments]
+        return str(picks[-1]) if picks else None
+
+    def _holding_again(self) -> tuple[Step, ...]:
+        """The pick that a place needs if the object is no longer held."""
+        if self.failed.call.skill not in PLACES or self.scene.held:
+            return ()
+        name = self._carried()
+        return (Step(SkillCall(skill="pick", arguments={"object": name})),) if name else ()
+
+    def _empty_hand(self) -> Draft | None:
+        held = self.scene.held
+        if held is None:
+            return self._retry(1)
+        spot = self._spot(held)
+        if self.again or spot is None:
+            return None
+        return self._draft(spot, self.failed, *self.after)
+
+    def _spot(self, name: str) -> Step | None:
+        world = World(self.scene)
+        spots = world.free_spots(world.at[name], world.radius(name), (name,)) if name in world.at else []
+        if not spots or "place_at" not in self.skills:
+            return None
+        return Step(SkillCall(skill="place_at", arguments={"x": spots[0][0], "y": spots[0][1]}))
+
+    def _placement(self) -> Draft | Refusal:
+        evidence = self.error.evidence
+        if isinstance(evidence, PlacementEvidence) and evidence.reason == "unsuitable":
+            return self._other() or self._stop()
+        if isinstance(evidence, PlacementEvidence) and evidence.reason == "occupied":
+            return self._other_call() or self._clear(evidence) or self._stop()
+        if isinstance(evidence, PlacementEvidence) and evidence.reason == "stuck":
+            return self._retry(1) or self._stop()
+        if self.again >= RETRIES:
+            return self._stop()
+        if self.failed.call.skill == "stack" or self.scene.held:
+            return self._draft(self.failed, *self.after)
+        return self._pick_again() or self._stop()
+
+    def _clear(self, evidence: PlacementEvidence) -> Draft | None:
+        """Move what is in the way aside, if it is one thing that stands free; then go on."""
+        world = World(self.scene)
+        blocking = [name for name in evidence.blocking if name in world.at and world.movable(name)]
+        if self.again or len(blocking) != 1 or len(evidence.blocking) != 1 or world.on_top_of(blocking[0]):
+            return None
+        if not {"pick", "place_at"} <= set(self.skills):
+            return None
+        steps: list[Step] = []
+        held = self.scene.held
+        if held:
+            spot = self._spot(held)
+            if spot is None:
+                return None
+            steps.append(spot)
+            world.put(held, (float(spot.call.arguments["x"]), float(spot.call.arguments["y"])))
+        spots = world.free_spots(world.at[blocking[0]], world.radius(blocking[0]))
+        if not spots:
+            return None
+        steps.append(Step(SkillCall(skill="pick", arguments={"object": blocking[0]})))
+        steps.append(Step(SkillCall(skill="place_at", arguments={"x": spots[0][0], "y": spots[0][1]})))
+        if held:
+            steps.append(Step(SkillCall(skill="pick", arguments={"object": held})))
+        return self._draft(*steps, self.failed, *self.after)
+
+    def _push_on(self) -> Draft | None:
+        """Push what is left of the way."""
+        evidence = self.error.evidence
+        pushes = sum(attempt.failed.skill == "push" for attempt in self.history)
+        if pushes > RETRIES or not isinstance(evidence, PushEvidence):
+            return None
+        left = round(evidence.wanted - evidence.along, 4)
+        if left < 0.005 or abs(evidence.across) > 0.05:
+            return None
+        arguments = {**self.failed.call.arguments, "distance": left}
+        return self._draft(Step(SkillCall(skill="push", arguments=arguments)), *self.after)
+
+    # Ends.
+
+    def _draft(self, *steps: Step) -> Draft:
+        return Draft(tuple(steps), self.before.substitutes)
+
+    def _stop(self, why: str | None = None, code: RefusalCode = RefusalCode.IMPOSSIBLE) -> Refusal:
+        message = f"{self.failed.call} failed: {self.error.message}"
+        if why:
+            message = f"{why}; {message}"
+        return Refusal(code=code, message=message)
+
+
+def _renamed(step: Step, old: str, new: str) -> Step:
+    def renamed(call: SkillCall) -> SkillCall:
+        return SkillCall(skill=call.skill, arguments={k: new if v == old else v for k, v in call.arguments.items()})
+
+    return Step(renamed(step.call), tuple(renamed(call) for call in step.others))

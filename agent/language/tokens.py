@@ -1,0 +1,171 @@
+"""From text to tokens: contractions, typos, ids, numbers; fillers go, everything else stays."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import lru_cache
+
+from robosandbox.agent.language.lexicon import EDGE_FILLERS, FILLERS, REAL_WORDS, WORDS
+from robosandbox.agent.language.spelling import nearest_word
+
+MAX_CHARACTERS = 2_000
+MAX_TOKENS = 120
+
+
+class TooLongError(ValueError):
+    """The prompt is longer than anybody would say."""
+
+
+@dataclass(frozen=True, slots=True)
+class Token:
+    """One word, number, id or mark.
+
+    Attributes:
+        text: In its normal form: lower case, typos corrected.
+        raw: As written.
+        kind: word, number, id or mark.
+    """
+
+    text: str
+    raw: str
+    kind: str
+
+    @property
+    def number(self) -> float:
+        """Its value; meaningful for numbers only."""
+        return float(self.text)
+
+
+_CONTRACTIONS = [
+    (re.compile(pattern), replacement)
+    for pattern, replacement in (
+        (r"\b(do|does|did|is|are|should|could|would|must|was|were|have|has|had)n'?t\b", r"\1 not"),
+        (r"\bcan'?t\b|\bcannot\b", "can not"),
+        (r"\bwon'?t\b", "will not"),
+        (r"\bshan'?t\b", "shall not"),
+        (r"\blet'?s\b", "let us"),
+        (r"\b(i|you|we|they|that|it)'d\b", r"\1 would"),
+        (r"\b(i|you|we|they|that|it)'ll\b", r"\1 will"),
+        (r"\b(i|you|we|they)'ve\b", r"\1 have"),
+        (r"\b(you|we|they)'re\b", r"\1 are"),
+        (r"\bi'm\b|\bim\b", "i am"),
+        (r"\b(that|it|what|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
+        (r"\b(thats|whats|wheres|whos)\b", lambda match: match[0][:-1] + " is"),
+        (r"\b(id) (like|love|want|prefer)\b", r"i would \2"),
+        (r"\bw/o\b", "without"),
+        (r"\bw/", "with "),
+        (r"\bgonna\b", "going to"),
+        (r"\bgimme\b", "give me"),
+        (r"\blemme\b", "let me"),
+        (r"\b(wanna)\b", "want to"),
+        (r"\bgotta\b", "got to"),
+        (r"\b(u|ya)\b", "you"),
+        (r"\bur\b", "your"),
+        (r"\bda\b", "the"),
+        (r"\b(n|an')\b(?= )", "and"),
+        (r"\bcuz\b", "because"),
+    )
+]
+_MARKS = str.maketrans({"’": "'", "‘": "'", "`": " ", "“": " ", "”": " ", "«": " ", "»": " ", "–": ",", "—": ",", "…": ",", "&": " and ", "×": "x", "−": "-", "(": ",", ")": ",", "[": ",", "]": ","})
+_PIECES = re.compile(
+    r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
+    r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
+    r"|(?P<word>[^\W\d_]+)"
+    r"|(?P<mark>\S)"
+)
+
+
+@dataclass(frozen=True)
+class SceneWords:
+    """The words of one scene's ids.
+
+    Attributes:
+        ids: Ids by their lower-case form.
+        parts: Words that occur in ids.
+    """
+
+    ids: dict[str, str]
+    parts: frozenset[str]
+    pattern: re.Pattern[str] | None
+
+
+@lru_cache(maxsize=64)
+def scene_words(ids: tuple[str, ...]) -> SceneWords:
+    """Return the vocabulary that a scene's ids add."""
+    parts = {part for name in ids for part in id_parts(name)}
+    spelled = sorted((re.escape(name) for name in ids if re.search(r"[^A-Za-z]", name)), key=len, reverse=True)
+    pattern = re.compile(rf"(?<![\w.-])(?:{'|'.join(spelled)})(?![\w-])", re.IGNORECASE) if spelled else None
+    return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern)
+
+
+@lru_cache(maxsize=1024)
+def id_parts(name: str) -> tuple[str, ...]:
+    """Return the words of an id: "blue_block2" -> blue, block, 2."""
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    return tuple(re.findall(r"[a-z]+|\d+", spaced.lower()))
+
+
+def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
+    """Return the tokens of a prompt, fillers removed.
+
+    Args:
+        prompt: What was said.
+        words: The scene's words, which count as known.
+
+    Raises:
+        TooLongError: The prompt has more than `MAX_CHARACTERS` characters or `MAX_TOKENS` tokens.
+    """
+    if len(prompt) > MAX_CHARACTERS:
+        raise TooLongError(f"{len(prompt):,} characters")
+    tokens: list[Token] = []
+    start = 0
+    for match in words.pattern.finditer(prompt) if words.pattern else ():
+        tokens += _pieces(prompt[start : match.start()], words)
+        tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
+        start = match.end()
+    tokens += _pieces(prompt[start:], words)
+    if len(tokens) > MAX_TOKENS:
+        raise TooLongError(f"{len(tokens)} words")
+    return _without_fillers(tokens)
+
+
+def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
+    text = text.translate(_MARKS).lower()
+    text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    for pattern, replacement in _CONTRACTIONS:
+        text = pattern.sub(replacement, text)
+    text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = re.sub(r"'s\b", "", text).replace("'", " ")
+    text = re.sub(r"(?<=[a-z])-(?=[a-z])|(?<=\d)-(?=[a-z])", " ", text)
+    for match in _PIECES.finditer(text):
+        raw = match[0]
+        match match.lastgroup:
+            case "number":
+                yield Token(str(float(raw)), raw, "number")
+            case "word" | "ordinal":
+                yield Token(_corrected(raw, words), raw, "word")
+            case _:
+                yield Token({"+": "and"}.get(raw, raw), raw, "mark" if raw != "+" else "word")
+
+
+def _corrected(word: str, words: SceneWords) -> str:
+    if word in WORDS or word in words.parts or word in REAL_WORDS:
+        return word
+    return nearest_word(word, words.parts) or word
+
+
+def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
+    kept: list[Token] = []
+    i = 0
+    while i < len(tokens):
+        edge = not kept or kept[-1].kind == "mark"
+        length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
+        if length:
+            i += length
+        else:
+            kept.append(tokens[i])
+            i += 1
+    return tuple(kept)

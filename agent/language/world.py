@@ -1,0 +1,181 @@
+"""The world on paper: what is where, on what, in what, as a plan would leave it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator
+
+from robosandbox.types import DetectedObject, ObservedScene
+
+ROBOT_XY = (-0.3, 0.0)
+REACH = (0.22, 0.80)
+TABLE_HALF = 0.5
+MARGIN = 0.02
+Parent = tuple[str, str]
+
+
+def half_extents(item: DetectedObject) -> tuple[float, float, float]:
+    """Return the half-extents of the object's box along the world's axes, turned by its yaw only; metres."""
+    size = item.size
+    match item.kind:
+        case "sphere":
+            return size[0], size[0], size[0]
+        case "cylinder":
+            return size[0], size[0], size[1]
+        case "capsule":
+            return size[0], size[0], size[0] + size[1]
+        case "bowl":
+            return size[0] + 0.004, size[0] + 0.004, size[1] / 2
+        case "drawer":
+            x, y, z = size[1] / 2, size[0] / 2, size[2] / 2
+        case "bin":
+            x, y, z = size[0] + 0.004, size[1] + 0.004, size[2] / 2
+        case _:
+            x, y, z = size if len(size) == 3 else (0.03, 0.03, 0.03)
+    yaw = item.pose.yaw
+    c, s = abs(math.cos(yaw)), abs(math.sin(yaw))
+    return x * c + y * s, x * s + y * c, z
+
+
+def volume(item: DetectedObject) -> float:
+    """Return the volume of the object's box, cubic metres."""
+    x, y, z = half_extents(item)
+    return 8 * x * y * z
+
+
+class World:
+    """The scene, changed step by step by the plan in the making.
+
+    Attributes:
+        objects: By id, as perceived.
+        at: Where each is now, xy.
+        parent: What each is on or in: ("on" | "in", id); absent for the table.
+        held: What the gripper holds.
+    """
+
+    def __init__(self, scene: ObservedScene) -> None:
+        self.objects: dict[str, DetectedObject] = {item.id: item for item in scene.objects}
+        self.at: dict[str, tuple[float, float]] = {
+            item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
+        }
+        self.held = scene.held
+        self._extents = {item.id: half_extents(item) for item in scene.objects}
+        self.parent: dict[str, Parent] = dict(self._parents())
+        self.opened: set[str] = set()
+
+    def _bottom(self, item: DetectedObject) -> float:
+        z = item.pose.xyz[2]
+        return z if item.kind in ("bin", "bowl", "drawer") else z - self._extents[item.id][2]
+
+    def _parents(self) -> Iterator[tuple[str, Parent]]:
+        for item in self.objects.values():
+            if item.id == self.held:
+                continue
+            bottom = self._bottom(item)
+            x, y = self.at[item.id]
+            best: tuple[float, Parent] | None = None
+            for other in self.objects.values():
+                if other.id in (item.id, self.held):
+                    continue
+                ox, oy = self.at[other.id]
+                ex, ey, ez = self._extents[other.id]
+                if abs(x - ox) > ex or abs(y - oy) > ey:
+                    continue
+                low = self._bottom(other)
+                top = low + 2 * ez
+                if other.kind in ("bin", "bowl", "drawer") and low - 0.01 <= bottom < top - 0.002:
+                    found = (low, ("in", other.id))
+                elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
+                    found = (top, ("on", other.id))
+                else:
+                    continue
+                if best is None or found[0] > best[0]:
+                    best = found
+            if best:
+                yield item.id, best[1]
+
+    def extents(self, name: str) -> tuple[float, float, float]:
+        """Return an object's half-extents along the world's axes."""
+        return self._extents[name]
+
+    def radius(self, name: str) -> float:
+        """Return the radius of the circle around an object seen from above."""
+        x, y, _ = self._extents[name]
+        return math.hypot(x, y) if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl") else max(x, y)
+
+    def on_top_of(self, name: str) -> list[str]:
+        """Return what rests on an object."""
+        return [child for child, parent in self.parent.items() if parent == ("on", name)]
+
+    def inside(self, name: str) -> list[str]:
+        """Return what lies in a container, however deep."""
+        found = [child for child, parent in self.parent.items() if parent == ("in", name)]
+        return found + [above for child in found for above in self.on_top_of(child)]
+
+    def level(self, name: str) -> int:
+        """Return how many objects lie below one."""
+        seen = 0
+        while name in self.parent and self.parent[name][0] == "on" and seen < 20:
+            name, seen = self.parent[name][1], seen + 1
+        return seen
+
+    def movable(self, name: str) -> bool:
+        """Say whether an object is one of those that get carried about."""
+        return self.objects[name].kind not in ("bin", "bowl", "drawer")
+
+    # What steps change.
+
+    def take(self, name: str) -> None:
+        """Take an object into the gripper."""
+        self.parent.pop(name, None)
+        self.held = name
+
+    def put(self, name: str, xy: tuple[float, float], parent: Parent | None = None) -> None:
+        """Leave the held object somewhere."""
+        self.at[name] = xy
+        self.parent.pop(name, None)
+        if parent:
+            self.parent[name] = parent
+        if self.held == name:
+            self.held = None
+
+    def shift(self, name: str, dx: float, dy: float) -> None:
+        """Move an object along the table."""
+        x, y = self.at[name]
+        self.at[name] = (x + dx, y + dy)
+        self.parent.pop(name, None)
+
+    # Space on the table.
+
+    def is_free(self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> bool:
+        """Say whether a circle on the table is clear of every object but `ignore`."""
+        skipped = {*ignore, self.held}
+        for name, (x, y) in self.at.items():
+            if name in skipped or name in self.parent:
+                continue
+            ex, ey, _ = self._extents[name]
+            if self.objects[name].kind == "drawer":
+                # The drawer opens towards the robot: what stands there would be in its way.
+                x, ex = x - self.objects[name].size[3] / 2, ex + self.objects[name].size[3] / 2
+            dx, dy = max(abs(xy[0] - x) - ex, 0.0), max(abs(xy[1] - y) - ey, 0.0)
+            if math.hypot(dx, dy) < radius + MARGIN:
+                return False
+        return True
+
+    def in_reach(self, xy: tuple[float, float]) -> bool:
+        """Say whether a point lies on the table and about where an arm reaches."""
+        distance = math.hypot(xy[0] - ROBOT_XY[0], xy[1] - ROBOT_XY[1])
+        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and REACH[0] <= distance <= REACH[1]
+
+    def free_spots(self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> list[tuple[float, float]]:
+        """Return free places on the table in easy reach, the nearest to `near` first."""
+        ignored = tuple(ignore)
+        grid = [(0.02 * i, 0.02 * j) for i in range(0, 18) for j in range(-15, 16)]
+        grid.sort(key=lambda xy: (round(math.dist(xy, near), 6), xy))
+        spots: list[tuple[float, float]] = []
+        for xy in grid:
+            if self.in_reach(xy) and self.is_free(xy, radius, ignored):
+                spots.append((round(xy[0], 3), round(xy[1], 3)))
+                if len(spots) == 4:
+                    break
+        return spots

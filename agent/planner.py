@@ -1,0 +1,39 @@
+"""The offline planner: a grammar for what people say, and a reaction to every kind of failure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robosandbox.agent.language.build import Draft
+from robosandbox.agent.language.interpret import interpret
+from robosandbox.agent.language.replan import replan
+from robosandbox.protocols import Attempt, Skill
+from robosandbox.types import ObservedScene, Plan, Refusal
+
+
+class StubPlanner:
+    """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
+
+    def __init__(self, skills: Sequence[Skill]) -> None:
+        """Plan with these skills only."""
+        self._skills = tuple(skill.name for skill in skills)
+        self._last: tuple[str, Draft] | None = None
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        """Return the skill calls for a sentence, or what remains of them after failures.
+
+        Args:
+            prompt: What was said.
+            scene: What perception sees now.
+            history: The attempts so far, oldest first; the new plan covers what they left undone.
+        """
+        draft: Draft | Refusal
+        if history:
+            before = self._last[1] if self._last and self._last[0] == prompt else None
+            draft = replan(prompt, scene, self._skills, history, before)
+        else:
+            draft = interpret(prompt, scene, self._skills)
+        if isinstance(draft, Refusal):
+            return draft
+        self._last = (prompt, draft)
+        return Plan(steps=draft.calls)
