@@ -167,6 +167,8 @@ CONTAINER_WALL = 0.004
 
 CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "drawer"})
 
+MAX_PROMPT_LENGTH = 4000
+
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
 
 

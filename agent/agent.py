@@ -1,0 +1,194 @@
+"""The agent: perceive, plan, execute, and after a failure look again and replan."""
+
+from __future__ import annotations
+
+import logging
+import uuid
+from collections.abc import Sequence
+
+from robosandbox.agent.episode import (
+    AgentEvent,
+    Ended,
+    Episode,
+    FailedAttempt,
+    FinalReason,
+    Listener,
+    PhaseEntered,
+    Planned,
+    Replanning,
+    SkillEnded,
+    SkillFailed,
+    SkillStarted,
+    Step,
+)
+from robosandbox.errors import (
+    CancelledError,
+    GoalTimeoutError,
+    InputError,
+    InternalError,
+    InvalidArgumentError,
+    Phase,
+    RoboSandboxError,
+    SkillError,
+)
+from robosandbox.protocols import Planner, Skill, SkillContext
+from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.validation import did_you_mean
+
+_log = logging.getLogger(__name__)
+
+_FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
+    CancelledError: FinalReason.CANCELLED,
+    GoalTimeoutError: FinalReason.TIMED_OUT,
+    InternalError: FinalReason.INTERNAL_ERROR,
+}
+
+
+class Agent:
+    """Carries out prompts.
+
+    The context is used in three ways only, so that one for a remote sim serves as well: perception looks at its sim,
+    skills are called with it, and its phases are listened to.
+
+    Args:
+        ctx: What skills use.
+        skills: What the robot can do.
+        planner: From a sentence to skill calls.
+        max_replans: How often a failure may be answered with a new plan.
+
+    Attributes:
+        listeners: Called with each event, in the thread of `run`.
+    """
+
+    def __init__(self, ctx: SkillContext, skills: Sequence[Skill], planner: Planner, max_replans: int = 3) -> None:
+        if max_replans < 0:
+            raise ValueError(f"max_replans is {max_replans}; it takes 0 or more")
+        self.ctx = ctx
+        self.skills = {skill.name: skill for skill in skills}
+        if len(self.skills) != len(skills):
+            raise ValueError(f"two skills share a name: {', '.join(sorted(skill.name for skill in skills))}")
+        self.planner = planner
+        self.max_replans = max_replans
+        self.listeners: list[Listener] = []
+
+    def plan(self, prompt: str) -> Plan | Refusal:
+        """Return what the planner makes of the prompt and the scene; nothing moves.
+
+        Raises:
+            InputError: The prompt is too long.
+        """
+        check_prompt(prompt)
+        return self.planner.plan(prompt, self._look(), ())
+
+    def run(self, prompt: str) -> Episode:
+        """Carry out a prompt.
+
+        Returns:
+            What came of it; failures of skills are in there and not raised.
+
+        Raises:
+            InputError: The prompt is too long.
+        """
+        check_prompt(prompt)
+        steps: list[Step] = []
+        attempts: list[FailedAttempt] = []
+        plan: Plan | None = None
+        replans = 0
+        while True:
+            answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+            if isinstance(answer, Refusal):
+                reason = FinalReason.GAVE_UP if attempts else FinalReason.REFUSED
+                detail = answer.message
+                break
+            plan = answer
+            self._emit(Planned(plan, replans))
+            failure = self._execute(plan, steps)
+            if failure is None:
+                reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
+                break
+            attempts.append(failure)
+            final = _FINAL_ERRORS.get(type(failure.error))
+            if final or replans == self.max_replans:
+                reason = final or FinalReason.REPLANS_EXHAUSTED
+                detail = f"{failure.failed}: {failure.error.message}"
+                break
+            replans += 1
+            self._emit(Replanning(replans, failure.error.record()))
+        success = reason is FinalReason.PLAN_COMPLETE
+        episode = Episode(
+            prompt=prompt,
+            success=success,
+            steps=tuple(steps),
+            plan=plan,
+            replans=replans,
+            final_reason=reason,
+            final_detail=detail,
+            attempts=tuple(attempts),
+            refusal=answer if isinstance(answer, Refusal) else None,
+            error=attempts[-1].error.record() if attempts and not success else None,
+        )
+        self._emit(Ended(episode))
+        return episode
+
+    def _look(self) -> ObservedScene:
+        return self.ctx.perception.perceive(self.ctx.sim)
+
+    def _execute(self, plan: Plan, steps: list[Step]) -> FailedAttempt | None:
+        """Run the plan's calls, adding those that succeed to `steps`; return the first failure."""
+        for index, call in enumerate(plan.steps):
+            self._emit(SkillStarted(call, index, len(plan.steps)))
+            try:
+                result = self._call(call)
+            except SkillError as error:
+                self._emit(SkillFailed(call, error.record()))
+                return FailedAttempt(completed=plan.steps[:index], failed=call, error=error)
+            steps.append(Step(call=call, result=result))
+            self._emit(SkillEnded(call, result))
+        return None
+
+    def _call(self, call: SkillCall) -> SkillResult:
+        skill = self.skills.get(call.skill)
+        if skill is None:
+            hint = did_you_mean(call.skill, self.skills)
+            raise InvalidArgumentError(f"no skill {call.skill!r}; there is {', '.join(self.skills)}{hint}")
+
+        def tell(phase: str) -> None:
+            self._emit(PhaseEntered(call, phase))
+
+        self.ctx.listeners.append(tell)
+        try:
+            return skill(self.ctx, call.arguments)
+        except RoboSandboxError:
+            raise
+        except Exception as fault:
+            fault_id = uuid.uuid4().hex[:8]
+            _log.exception("fault %s in %s", fault_id, call)
+            raise InternalError(
+                f"{call} ended in a fault of the code ({type(fault).__name__}); the log has it under id {fault_id}",
+                phase=Phase.CHECK,
+            ) from fault
+        finally:
+            self.ctx.listeners.remove(tell)
+
+    def _emit(self, event: AgentEvent) -> None:
+        for listener in tuple(self.listeners):
+            listener(event)
+
+
+def check_prompt(prompt: str) -> None:
+    """Refuse a prompt that no sentence needs.
+
+    Raises:
+        InputError: It is longer than `MAX_PROMPT_LENGTH`.
+    """
+    if len(prompt) > MAX_PROMPT_LENGTH:
+        raise InputError(
+            f"prompt: {prompt[:20]!r}... has {len(prompt):,} characters; at most {MAX_PROMPT_LENGTH:,}; "
+            "say it in a sentence or two"
+        )
+
+
+def _summary(steps: Sequence[Step]) -> str:
+    changed = [effect for step in steps for effect in step.result.side_effects]
+    done = ", ".join(str(step.call) for step in steps) or "nothing to do"
+    return f"{done}; {'; '.join(changed)}" if changed else done

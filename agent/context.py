@@ -1,0 +1,92 @@
+"""What skills may use in this process, with phases told to listeners, and cancelling and a deadline between ticks."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, TimeoutEvidence
+from robosandbox.protocols import GraspPlanner, MotionPlanner, Perception, Sim
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(kw_only=True)
+class AgentContext:
+    """A sim and the parts that skills use to work in it.
+
+    Attributes:
+        sim: The world.
+        perception: What is where in it.
+        grasp: Ways to hold things.
+        motion: Configurations and paths.
+        what_if: Whether skills may try repairs on copies of the world.
+        listeners: Called with each phase that begins.
+        phase: The phase that began last.
+    """
+
+    sim: Sim
+    perception: Perception
+    grasp: GraspPlanner
+    motion: MotionPlanner
+    what_if: bool = True
+    listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
+    phase: str = field(default=Phase.CHECK, init=False)
+    _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
+    _started: float = field(default=0.0, init=False, repr=False)
+    _deadline: float | None = field(default=None, init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        self.sim.tick_hooks.append(self._check)
+
+    def enter(self, phase: str) -> None:
+        """Tell listeners which phase begins.
+
+        Raises:
+            CancelledError: Somebody called `cancel`.
+            GoalTimeoutError: The deadline passed.
+        """
+        self.phase = phase
+        self._check()
+        for listener in tuple(self.listeners):
+            listener(phase)
+
+    def cancel(self) -> None:
+        """Stop what runs, from any thread: it ends in a CancelledError before the next control tick."""
+        self._cancelled.set()
+
+    @contextmanager
+    def goal(self, timeout: float | None = None) -> Iterator[None]:
+        """Run one goal: an earlier cancel is forgotten, and `timeout` simulated seconds from now it must be done.
+
+        Raises:
+            ValueError: The timeout is not positive.
+        """
+        if timeout is not None and not timeout > 0.0:
+            raise ValueError(f"timeout is {timeout}; it takes seconds above 0")
+        self._cancelled.clear()
+        self._started = self.sim.time
+        self._deadline = None if timeout is None else self.sim.time + timeout
+        try:
+            yield
+        finally:
+            self._deadline = None
+            self._cancelled.clear()
+
+    def _check(self) -> None:
+        """Raise once for a cancel or a missed deadline; what cleans up afterwards may move again."""
+        if self._cancelled.is_set():
+            self._cancelled.clear()
+            _log.info("cancelled during %s at %.2f s", self.phase, self.sim.time)
+            raise CancelledError("cancelled; the arm holds where it was", phase=Phase(self.phase))
+        if self._deadline is not None and self.sim.time > self._deadline:
+            timeout, elapsed = self._deadline - self._started, self.sim.time - self._started
+            self._deadline = None
+            raise GoalTimeoutError(
+                f"not done after {timeout:g} s; the arm holds where it was; allow more time or ask for less at once",
+                phase=Phase(self.phase),
+                evidence=TimeoutEvidence(deadline=timeout, elapsed=elapsed),
+            )

@@ -1,0 +1,154 @@
+"""What came of a prompt: the episode, its steps and failed attempts, and the events on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+from robosandbox.errors import ErrorRecord, SkillError
+from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
+
+
+class FinalReason(StrEnum):
+    """Why an episode ended; only the first is success."""
+
+    PLAN_COMPLETE = "plan_complete"
+    REFUSED = "refused"
+    GAVE_UP = "gave_up"
+    REPLANS_EXHAUSTED = "replans_exhausted"
+    CANCELLED = "cancelled"
+    TIMED_OUT = "timed_out"
+    INTERNAL_ERROR = "internal_error"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Step:
+    """A skill call that ended in its post-condition."""
+
+    call: SkillCall
+    result: SkillResult
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FailedAttempt:
+    """A plan that ended early: what was done, what failed, and why."""
+
+    completed: tuple[SkillCall, ...]
+    failed: SkillCall
+    error: SkillError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Episode:
+    """What came of a prompt.
+
+    Attributes:
+        prompt: As said.
+        success: Whether every step of the last plan reached its post-condition.
+        steps: The calls that did, over all plans, in order.
+        plan: The last plan; None when the first answer was a refusal.
+        replans: How often the agent planned anew after a failure.
+        final_reason: Why it ended.
+        final_detail: The same as a sentence.
+        attempts: The plans that ended early.
+        refusal: The planner's no, at first or after a failure.
+        error: The last failure; None after a success.
+    """
+
+    prompt: str
+    success: bool
+    steps: tuple[Step, ...]
+    plan: Plan | None
+    replans: int
+    final_reason: FinalReason
+    final_detail: str
+    attempts: tuple[FailedAttempt, ...] = ()
+    refusal: Refusal | None = None
+    error: ErrorRecord | None = None
+
+    def record(self) -> dict[str, Any]:
+        """Return the episode as JSON data."""
+        return {
+            "prompt": self.prompt,
+            "success": self.success,
+            "final_reason": self.final_reason.value,
+            "final_detail": self.final_detail,
+            "replans": self.replans,
+            "plan": self.plan.model_dump(mode="json")["steps"] if self.plan else None,
+            "steps": [
+                {"call": step.call.model_dump(mode="json"), "result": step.result.model_dump(mode="json")}
+                for step in self.steps
+            ],
+            "attempts": [
+                {
+                    "completed": [call.model_dump(mode="json") for call in attempt.completed],
+                    "failed": attempt.failed.model_dump(mode="json"),
+                    "error": attempt.error.record().model_dump(mode="json"),
+                }
+                for attempt in self.attempts
+            ],
+            "refusal": self.refusal.model_dump(mode="json") if self.refusal else None,
+            "error": self.error.model_dump(mode="json") if self.error else None,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """There is a plan; `replan` is 0 for the first."""
+
+    plan: Plan
+    replan: int
+
+
+@dataclass(frozen=True, slots=True)
+class SkillStarted:
+    """A step begins; `index` counts from 0 within the plan of `total` steps."""
+
+    call: SkillCall
+    index: int
+    total: int
+
+
+@dataclass(frozen=True, slots=True)
+class PhaseEntered:
+    """The running skill enters a phase."""
+
+    call: SkillCall
+    phase: str
+
+
+@dataclass(frozen=True, slots=True)
+class SkillEnded:
+    """A step reached its post-condition."""
+
+    call: SkillCall
+    result: SkillResult
+
+
+@dataclass(frozen=True, slots=True)
+class SkillFailed:
+    """A step ended in an error."""
+
+    call: SkillCall
+    error: ErrorRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Replanning:
+    """The planner is asked again, for the `replan`-th time."""
+
+    replan: int
+    error: ErrorRecord
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """The episode is over."""
+
+    episode: Episode
+
+
+AgentEvent = Planned | SkillStarted | PhaseEntered | SkillEnded | SkillFailed | Replanning | Ended
+Listener = Callable[[AgentEvent], None]

@@ -1,0 +1,198 @@
+"""The agent loop on scripted skills and planners: no physics."""
+
+import logging
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from types import SimpleNamespace
+from typing import Any, cast
+
+import pytest
+
+from robosandbox.agent import episode as events
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.episode import Episode, FinalReason
+from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
+from robosandbox.protocols import Attempt, Sim, Skill, SkillContext
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
+
+
+class Clock:
+    """The part of a sim that the context needs: time that passes in ticks."""
+
+    def __init__(self) -> None:
+        self.time = 0.0
+        self.tick_hooks: list[Callable[[], None]] = []
+
+    def step(self, seconds: float) -> None:
+        for _ in range(round(seconds / 0.01)):
+            self.time += 0.01
+            for hook in self.tick_hooks:
+                hook()
+
+
+class Eyes:
+    looks = 0
+
+    def perceive(self, sim: Sim) -> ObservedScene:
+        self.looks += 1
+        return ObservedScene(time=sim.time, objects=(), table_height=0.04)
+
+
+class Act:
+    """A skill that does what its list of outcomes says."""
+
+    description = "Act."
+    schema: Mapping[str, Any] = {}
+
+    def __init__(self, name: str, *outcomes: Exception | None) -> None:
+        self.name = name
+        self.outcomes = list(outcomes)
+
+    def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
+        ctx.enter("approach")
+        cast(Clock, ctx.sim).step(1.0)
+        outcome = self.outcomes.pop(0) if self.outcomes else None
+        if outcome:
+            raise outcome
+        return SkillResult(skill=self.name)
+
+
+class Script:
+    """A planner that answers from a list and remembers what it was told."""
+
+    def __init__(self, *answers: Plan | Refusal) -> None:
+        self.answers = list(answers)
+        self.histories: list[Sequence[Attempt]] = []
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        self.histories.append(history)
+        return self.answers.pop(0) if len(self.answers) > 1 else self.answers[0]
+
+
+def calls(*names: str) -> Plan:
+    return Plan(steps=tuple(SkillCall(skill=name) for name in names))
+
+
+def make(planner: Script, *skills: Act, max_replans: int = 3) -> tuple[Agent, AgentContext, list[events.AgentEvent]]:
+    unused = cast(Any, SimpleNamespace())
+    ctx = AgentContext(sim=cast(Sim, Clock()), perception=Eyes(), grasp=unused, motion=unused)
+    agent = Agent(ctx=ctx, skills=cast(Sequence[Skill], skills), planner=planner, max_replans=max_replans)
+    seen: list[events.AgentEvent] = []
+    agent.listeners.append(seen.append)
+    return agent, ctx, seen
+
+
+MISSED = GraspError("closed on nothing")
+NO = Refusal(code=RefusalCode.IMPOSSIBLE, message="out of reach")
+
+
+def test_complete_plan_prints_as_in_the_tutorial() -> None:
+    agent, _, _ = make(Script(calls("pick")), Act("pick"))
+    ep = agent.run("pick up the red cube")
+    line = f"success={ep.success}  steps={len(ep.steps)}  reason={ep.final_reason}"
+    assert line == "success=True  steps=1  reason=plan_complete"
+
+
+def test_failure_is_told_to_the_planner_which_sees_a_fresh_scene() -> None:
+    planner = Script(calls("home", "pick"), calls("pick"))
+    agent, ctx, _ = make(planner, Act("home"), Act("pick", MISSED, None))
+    ep = agent.run("go")
+    assert ep.success and ep.replans == 1 and [step.call.skill for step in ep.steps] == ["home", "pick"]
+    (attempt,) = planner.histories[1]
+    assert [call.skill for call in attempt.completed] == ["home"]
+    assert (attempt.failed.skill, attempt.error) == ("pick", MISSED)
+    assert cast(Eyes, ctx.perception).looks == 2
+
+
+def test_replanning_stops_after_max_replans() -> None:
+    agent, _, _ = make(Script(calls("pick")), Act("pick", *[MISSED] * 9), max_replans=2)
+    ep = agent.run("go")
+    assert (ep.final_reason, ep.replans, len(ep.attempts)) == (FinalReason.REPLANS_EXHAUSTED, 2, 3)
+    assert ep.error and ep.error.message == "closed on nothing"
+
+
+@pytest.mark.parametrize("replans", [0, 1])
+def test_refusal_ends_at_once(replans: int) -> None:
+    answers = [calls("pick")] * replans + [NO]
+    agent, _, _ = make(Script(*answers), Act("pick", MISSED))
+    ep = agent.run("go")
+    assert not ep.success and ep.refusal == NO and ep.final_detail == "out of reach" and ep.replans == replans
+    assert ep.final_reason is (FinalReason.GAVE_UP if replans else FinalReason.REFUSED)
+
+
+def test_events_tell_the_whole_story() -> None:
+    agent, _, seen = make(Script(calls("pick")), Act("pick", MISSED, None))
+    agent.run("go")
+    assert [type(event).__name__ for event in seen] == [
+        *("Planned", "SkillStarted", "PhaseEntered", "SkillFailed", "Replanning"),
+        *("Planned", "SkillStarted", "PhaseEntered", "SkillEnded", "Ended"),
+    ]
+
+
+def test_unexpected_exception_becomes_an_internal_error_whose_id_is_in_the_log(
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    agent, _, _ = make(Script(calls("pick")), Act("pick", ZeroDivisionError("boom")))
+    with caplog.at_level(logging.ERROR):
+        ep = agent.run("go")
+    assert ep.final_reason is FinalReason.INTERNAL_ERROR and ep.error
+    fault_id = ep.error.message.split()[-1]
+    assert fault_id in caplog.text and "boom" in caplog.text
+
+
+def test_unknown_skill_in_a_plan_is_an_invalid_argument() -> None:
+    agent, _, _ = make(Script(calls("pik"), NO), Act("pick"))
+    ep = agent.run("go")
+    assert "did you mean 'pick'" in ep.attempts[0].error.message
+
+
+def test_cancel_from_another_thread_stops_between_ticks_and_is_not_replanned() -> None:
+    agent, ctx, _ = make(Script(calls("pick")), Act("pick"))
+    sim = cast(Clock, ctx.sim)
+
+    def cancel_at_half_time() -> None:
+        if abs(sim.time - 0.5) < 1e-6:
+            thread = threading.Thread(target=ctx.cancel)
+            thread.start()
+            thread.join()
+
+    sim.tick_hooks.insert(0, cancel_at_half_time)
+    ep = agent.run("go")
+    assert ep.final_reason is FinalReason.CANCELLED and sim.time == pytest.approx(0.5)
+    assert agent.run("go").success, "a cancel holds for one goal"
+
+
+def test_deadline_stops_a_skill_with_the_time_it_took() -> None:
+    agent, ctx, _ = make(Script(calls("pick", "pick")), Act("pick"))
+    with ctx.goal(timeout=1.5):
+        ep = agent.run("go")
+    assert ep.final_reason is FinalReason.TIMED_OUT and len(ep.steps) == 1
+    error = ep.attempts[0].error
+    assert isinstance(error, GoalTimeoutError) and error.evidence
+    cast(Clock, ctx.sim).step(5.0)
+
+
+def test_cancel_before_a_goal_does_not_reach_it() -> None:
+    _, ctx, _ = make(Script(calls("pick")))
+    ctx.cancel()
+    with ctx.goal():
+        ctx.enter("approach")
+    ctx.cancel()
+    with pytest.raises(CancelledError):
+        ctx.enter("approach")
+
+
+def test_prompt_of_ten_megabytes_is_refused_in_one_line() -> None:
+    agent, _, _ = make(Script(calls("pick")), Act("pick"))
+    with pytest.raises(InputError) as caught:
+        agent.run("x" * 10_000_000)
+    assert len(str(caught.value)) < 200
+
+
+def test_episode_record_is_json_and_keeps_the_error() -> None:
+    agent, _, _ = make(Script(calls("pick"), NO), Act("pick", MISSED))
+    ep: Episode = agent.run("go")
+    record = ep.record()
+    assert record["error"]["code"] == "grasp" and record["refusal"]["code"] == "impossible"
+    assert isinstance(ep.attempts[0].error, SkillError)
