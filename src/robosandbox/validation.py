@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import types
 import typing
 from collections.abc import Hashable, Iterable, Mapping
@@ -17,6 +18,7 @@ from robosandbox.errors import InputError
 
 MAX_FILE_BYTES = 1_000_000
 _MAX_SHOWN = 60
+_FIELD = re.compile(r"[a-z]\w*(\[\d+\]|\.[a-z]\w*)*")
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
@@ -142,7 +144,7 @@ def _one_line(detail: ErrorDetails, model: type[BaseModel]) -> str:
         message = " ".join(str(context.get("error", detail["msg"])).split())
         head, colon, rest = message.partition(": ")
         # A check over several fields names its field first.
-        if colon and head.isidentifier():
+        if colon and _FIELD.fullmatch(head):
             return f"{path + '.' if path else ''}{head}: {rest}"
         return f"{path}: {message}" if path else message
     if kind == "union_tag_not_found":
@@ -212,14 +214,16 @@ def _wanted(model: type[BaseModel], loc: tuple[int | str, ...]) -> str:
         info = owner.model_fields.get(field)
         if info is not None and info.description:
             return f"give {info.description}"
-        needed = [name for name, item in owner.model_fields.items() if item.is_required()]
+        needed = [item.alias or name for name, item in owner.model_fields.items() if item.is_required()]
         return f"needed here: {', '.join(needed)}"
     return "give it"
 
 
 def _fields_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
     owner = _resolve(model, loc)[0]
-    return list(owner.model_fields) if isinstance(owner, type) and issubclass(owner, BaseModel) else []
+    if not (isinstance(owner, type) and issubclass(owner, BaseModel)):
+        return []
+    return [item.alias or name for name, item in owner.model_fields.items()]
 
 
 def _tags_at(model: type[BaseModel], loc: tuple[int | str, ...]) -> list[str]:
@@ -259,8 +263,8 @@ def _resolve(model: type[BaseModel], loc: tuple[int | str, ...]) -> tuple[Any, l
 
 def _child(annotation: Any, step: int | str) -> Any:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        field = annotation.model_fields.get(str(step))
-        return field.annotation if field is not None else None
+        fields = {item.alias or name: item for name, item in annotation.model_fields.items()}
+        return fields[str(step)].annotation if step in fields else None
     arguments = typing.get_args(annotation)
     if isinstance(step, int) and arguments:
         return arguments[step] if step < len(arguments) and arguments[step] is not ... else arguments[0]

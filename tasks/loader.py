@@ -1,0 +1,76 @@
+"""Tasks from YAML files: a path, or the name of one that is bundled."""
+
+from __future__ import annotations
+
+from importlib import resources
+from pathlib import Path
+
+from robosandbox.errors import InputError
+from robosandbox.tasks.task import Task
+from robosandbox.types import Scene, SceneObject
+from robosandbox.validation import did_you_mean, load_yaml_model
+
+_MODEL_SUFFIXES = (".urdf", ".xml")
+
+
+def load_task(path: Path | str) -> Task:
+    """Return the task in a YAML file; paths in it are relative to the file.
+
+    Raises:
+        InputError: The file is missing or wrong, or names a file that is missing.
+    """
+    path = Path(path)
+    task = load_yaml_model(path, Task)
+    folder = path.absolute().parent
+    objects = tuple(_with_mesh(item, index, folder, path.name) for index, item in enumerate(task.scene.objects))
+    scene = task.scene.model_copy(update={"objects": objects, **_robot_files(task.scene, folder, path.name)})
+    return task.model_copy(update={"scene": scene})
+
+
+def bundled_tasks() -> dict[str, Path]:
+    """Return the YAML files in `tasks/definitions` by task name, sorted."""
+    folder = Path(str(resources.files("robosandbox.tasks"))) / "definitions"
+    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+
+
+def find_task(name: str) -> Task:
+    """Return a bundled task.
+
+    Raises:
+        InputError: None has this name, or its file is wrong.
+    """
+    bundled = bundled_tasks()
+    if name not in bundled:
+        hint = did_you_mean(name, bundled)
+        raise InputError(f"no task {name[:60]!r}{hint or '; there is ' + ', '.join(bundled)}")
+    task = load_task(bundled[name])
+    if task.name != name:
+        raise InputError(f"{name}.yaml: name: {task.name!r} is not the file's; call the file {task.name}.yaml")
+    return task
+
+
+def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
+    found: dict[str, Path] = {}
+    robot = scene.robot_urdf
+    # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
+    if robot is not None and robot.suffix.lower() in _MODEL_SUFFIXES and ":" not in str(robot):
+        found["robot_urdf"] = _existing(robot, folder, f"{source}: scene.robot_urdf")
+    if scene.robot_config is not None:
+        found["robot_config"] = _existing(scene.robot_config, folder, f"{source}: scene.robot_config")
+    return found
+
+
+def _with_mesh(item: SceneObject, index: int, folder: Path, source: str) -> SceneObject:
+    if item.mesh is None:
+        return item
+    mesh = _existing(item.mesh, folder, f"{source}: scene.objects[{index}].mesh")
+    return item.model_copy(update={"mesh": mesh})
+
+
+def _existing(path: Path, folder: Path, field: str) -> Path:
+    full = folder / path.expanduser()
+    if not full.is_file():
+        there = [item.name for item in full.parent.iterdir()] if full.parent.is_dir() else []
+        hint = did_you_mean(full.name, there) or "; a relative path starts at the YAML file's folder"
+        raise InputError(f"{field}: {str(path)!r} is not a file{hint}")
+    return full

@@ -1,0 +1,368 @@
+"""When a task has succeeded: checks on simulated truth, written in the task file and verified when it is loaded."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import ConfigDict, Field, model_validator
+
+from robosandbox.errors import InputError
+from robosandbox.perception import relations
+from robosandbox.perception.relations import Relation
+from robosandbox.sim.truth import Truth
+from robosandbox.types import (
+    CONTAINER_KINDS,
+    DetectedObject,
+    Direction,
+    Fraction,
+    NonNegative,
+    Positive,
+    Side,
+    StrictModel,
+)
+
+TABLE = "table"
+HOME_TOLERANCE = 0.05
+_SAMPLE_SECONDS = 0.1
+
+# A field that names an object, the name, and the kinds that it may have (empty: any).
+Reference = tuple[str, str, frozenset[str]]
+_ANY: frozenset[str] = frozenset()
+_DRAWER = frozenset({"drawer"})
+
+
+class Check(StrictModel):
+    """What all checks share.
+
+    Attributes:
+        hold_s: For how many seconds after the episode it must stay true.
+    """
+
+    hold_s: NonNegative = 0.0
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield from ()
+
+    def children(self) -> Iterator[tuple[str, Check]]:
+        """Return the checks inside this one, each with its field."""
+        yield from ()
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Tell whether it is true of this moment, given how the episode began."""
+        raise NotImplementedError
+
+
+class Lifted(Check):
+    """The object's lowest point is higher than at the start."""
+
+    kind: Literal["lifted"]
+    object: str
+    min_mm: Positive = 50.0
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare lowest points."""
+        return relations.lifted(_seen(start, self.object), _seen(now, self.object), self.min_mm / 1e3)
+
+
+class Pair(Check):
+    """An object let go of at a target."""
+
+    object: str
+    target: str
+    targets: ClassVar[frozenset[str]] = _ANY
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+        yield "target", self.target, self.targets
+
+    def released(self, relation: Relation, now: Truth) -> Relation:
+        """Add to a relation that the robot no longer touches the object."""
+        touched = "robot" in now.objects[self.object].contacts
+        return Relation(relation.holds and not touched, {**relation.detail, "touched": float(touched)})
+
+
+class On(Pair):
+    """The object rests on the target, or on "table"."""
+
+    kind: Literal["on"]
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare footprints and heights."""
+        del start
+        obj = _seen(now, self.object)
+        if self.target == TABLE:
+            return self.released(relations.on_table(obj, now.table_height), now)
+        return self.released(relations.on_top(obj, _seen(now, self.target)), now)
+
+
+class Inside(Pair):
+    """The object is in the container."""
+
+    kind: Literal["inside"]
+    targets: ClassVar[frozenset[str]] = CONTAINER_KINDS
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare with the inner walls and the rim."""
+        del start
+        return self.released(relations.inside(_seen(now, self.object), _seen(now, self.target)), now)
+
+
+class Beside(Pair):
+    """The object stands next to the target."""
+
+    kind: Literal["beside"]
+    side: Side
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare sides and measure the gap."""
+        del start
+        return self.released(relations.beside(_seen(now, self.object), _seen(now, self.target), self.side), now)
+
+
+class Displaced(Check):
+    """The object went that way."""
+
+    kind: Literal["displaced"]
+    object: str
+    direction: Direction
+    min_mm: Positive
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare where it was and is."""
+        before, after = _seen(start, self.object), _seen(now, self.object)
+        return relations.displacement(before, after, self.direction, self.min_mm / 1e3)
+
+
+class Opened(Check):
+    """The drawer is open at least so far."""
+
+    kind: Literal["opened"]
+    object: str
+    min_mm: Positive
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _DRAWER
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Refuse: no world has drawers yet."""
+        raise InputError(f"success.kind: 'opened': this world does not report how far {self.object!r} is open")
+
+
+class Closed(Check):
+    """The drawer is closed."""
+
+    kind: Literal["closed"]
+    object: str
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _DRAWER
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Refuse: no world has drawers yet."""
+        raise InputError(f"success.kind: 'closed': this world does not report how far {self.object!r} is open")
+
+
+class Poured(Check):
+    """What was in one container is in another."""
+
+    kind: Literal["poured"]
+    object: str
+    target: str
+    min_fraction: Fraction = 0.8
+    max_spilled: Fraction = 0.2
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, CONTAINER_KINDS
+        yield "target", self.target, CONTAINER_KINDS
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Count where the contents are; nothing inside at the start is nothing poured."""
+        source = _seen(start, self.object)
+        contents = [
+            name
+            for name in start.objects
+            if name not in (self.object, self.target) and relations.inside(_seen(start, name), source)
+        ]
+        count = len(contents)
+        arrived = sum(bool(relations.inside(_seen(now, name), _seen(now, self.target))) for name in contents)
+        stayed = sum(bool(relations.inside(_seen(now, name), _seen(now, self.object))) for name in contents)
+        poured, spilled = arrived / max(count, 1), (count - arrived - stayed) / max(count, 1)
+        holds = count > 0 and poured >= self.min_fraction and spilled <= self.max_spilled
+        return Relation(holds, {"fraction": poured, "spilled": spilled})
+
+
+class AtHome(Check):
+    """The arm is at its home configuration."""
+
+    kind: Literal["at_home"]
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare joint by joint."""
+        del start
+        error = float(np.abs(now.q - now.home_q).max())
+        return Relation(error < HOME_TOLERANCE, {"home_error": error})
+
+
+class Undisturbed(Check):
+    """One object, or all but some, moved no more than so far."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
+
+    kind: Literal["undisturbed"]
+    object: str | None = None
+    but: Annotated[tuple[str, ...] | None, Field(alias="except")] = None
+    max_mm: Positive = 10.0
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.object is None) == (self.but is None):
+            raise ValueError("object: give `object`, or `except` with a list of ids, and not both")
+        return self
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        if self.object is not None:
+            yield "object", self.object, _ANY
+        for index, name in enumerate(self.but or ()):
+            yield f"except[{index}]", name, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Find the one that moved most."""
+        names = [self.object] if self.object is not None else [n for n in start.objects if n not in (self.but or ())]
+        most = max((relations.moved(_seen(start, name), _seen(now, name)) for name in names), default=0.0)
+        return Relation(1e3 * most <= self.max_mm, {"moved_mm": 1e3 * most, "max_mm": self.max_mm})
+
+
+class AllOf(Check):
+    """Every one of the checks."""
+
+    kind: Literal["all"]
+    checks: Annotated[tuple[Criterion, ...], Field(min_length=1)]
+
+    def children(self) -> Iterator[tuple[str, Check]]:
+        """Return the checks inside this one, each with its field."""
+        yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Evaluate each."""
+        found = [check.evaluate(start, now) for check in self.checks]
+        return Relation(all(found), _merged(self.checks, found))
+
+
+class AnyOf(Check):
+    """At least one of the checks; with `hold_s`, at each moment at least one."""
+
+    kind: Literal["any"]
+    checks: Annotated[tuple[Criterion, ...], Field(min_length=1)]
+
+    def children(self) -> Iterator[tuple[str, Check]]:
+        """Return the checks inside this one, each with its field."""
+        yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Evaluate each."""
+        found = [check.evaluate(start, now) for check in self.checks]
+        return Relation(any(found), _merged(self.checks, found))
+
+
+class NotOf(Check):
+    """The check is false."""
+
+    kind: Literal["not"]
+    check: Criterion
+
+    def children(self) -> Iterator[tuple[str, Check]]:
+        """Return the checks inside this one, each with its field."""
+        yield "check", self.check
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Evaluate it and turn the answer round."""
+        found = self.check.evaluate(start, now)
+        return Relation(not found.holds, found.detail)
+
+
+Criterion = Annotated[
+    Lifted | On | Inside | Beside | Displaced | Opened | Closed | Poured | AtHome | Undisturbed | AllOf | AnyOf | NotOf,
+    Field(discriminator="kind"),
+]
+AllOf.model_rebuild()
+AnyOf.model_rebuild()
+NotOf.model_rebuild()
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a task succeeded.
+
+    Attributes:
+        success: The answer.
+        detail: The measurements at the end of the episode, or at the moment at which it ceased to hold.
+    """
+
+    success: bool
+    detail: dict[str, float]
+
+
+def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
+    """Evaluate a criterion at the end of an episode, and for as long as it asks to hold.
+
+    Args:
+        criterion: The task's.
+        start: The state in which the episode began.
+        look: Returns the state now.
+        wait: Lets simulated seconds pass.
+    """
+    end = look()
+    first = criterion.evaluate(start, end)
+    elapsed, hold = 0.0, _longest_hold(criterion)
+    while first.holds and elapsed < hold - 1e-9:
+        wait(min(_SAMPLE_SECONDS, hold - elapsed))
+        now = look()
+        elapsed = now.time - end.time
+        later = _still_holds(criterion, start, now, elapsed)
+        if not later.holds:
+            return Verdict(False, {**later.detail, "held_s": elapsed})
+    return Verdict(first.holds, first.detail)
+
+
+def _longest_hold(check: Check) -> float:
+    return max([check.hold_s, *(_longest_hold(child) for _, child in check.children())])
+
+
+def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float) -> Relation:
+    """Evaluate what has to hold `elapsed` seconds after the end."""
+    if elapsed > _longest_hold(check) + 1e-6:
+        return Relation(True)
+    if isinstance(check, AllOf) and elapsed > check.hold_s + 1e-6:
+        found = [_still_holds(child, start, now, elapsed) for child in check.checks]
+        return Relation(all(found), _merged(check.checks, found))
+    return check.evaluate(start, now)
+
+
+def _seen(truth: Truth, name: str) -> DetectedObject:
+    return truth.objects[name].detected()
+
+
+def _merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:
+    """Return the measurements of several checks, each under the object that it is about."""
+    merged: dict[str, float] = {}
+    for check, relation in zip(checks, found, strict=True):
+        subject = next((name for _, name, _ in check.references()), "")
+        merged.update({f"{subject}.{key}" if subject else key: value for key, value in relation.detail.items()})
+    return merged

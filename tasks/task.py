@@ -1,0 +1,100 @@
+"""A task: a prompt, a scene, when it has succeeded, and how seeds vary it. One YAML file each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Annotated, Self
+
+from pydantic import Field, field_validator, model_validator
+
+from robosandbox.tasks.success import TABLE, Check, Criterion, On
+from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Randomize, Scene, StrictModel
+from robosandbox.validation import did_you_mean
+
+DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
+DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)
+
+
+class Task(StrictModel):
+    """What to say, where, and what counts as done.
+
+    Attributes:
+        name: In lists and results.
+        prompt: What the agent is told.
+        scene: Robot and objects, as seed 0 has them.
+        success: When it counts as done.
+        randomize: How far other seeds may differ. Left out, objects move by up to 2 cm and turn by up to 10 degrees (and
+            a scene without objects starts with the arm up to 0.1 rad off per joint), so that seeds are never the same.
+        start_q: Where the arm starts, one value per arm joint; at home when left out.
+    """
+
+    name: str
+    prompt: Annotated[str, Field(min_length=1, max_length=MAX_PROMPT_LENGTH)]
+    scene: Scene
+    success: Criterion
+    randomize: Randomize | None = None
+    start_q: tuple[Finite, ...] | None = None
+
+    @property
+    def randomization(self) -> Randomize:
+        """How far seeds may differ, the default filled in."""
+        if self.randomize is not None:
+            return self.randomize
+        return DEFAULT_RANDOMIZE if self.scene.objects else DEFAULT_RANDOMIZE_WITHOUT_OBJECTS
+
+    @field_validator("name")
+    @classmethod
+    def _name_is_plain(cls, value: str) -> str:
+        if not IDENTIFIER.fullmatch(value):
+            raise ValueError(f"{value!r} is not a name: use up to 64 letters, digits, '_', '-' or '.'")
+        return value
+
+    @model_validator(mode="after")
+    def _success_is_about_the_scene(self) -> Self:
+        kinds: dict[str, str] = {item.id: item.kind for item in self.scene.objects}
+        for field, check in _walk("success", self.success):
+            named: list[str] = []
+            for part, name, wanted in check.references():
+                if name == TABLE and isinstance(check, On) and part == "target":
+                    continue
+                if name not in kinds:
+                    there = ", ".join(kinds) or "none"
+                    raise ValueError(
+                        f"{field}.{part}: {name!r} is no object of the scene, which has {there}{did_you_mean(name, kinds)}"
+                    )
+                if wanted and kinds[name] not in wanted:
+                    raise ValueError(
+                        f"{field}.{part}: {name!r} is a {kinds[name]}; it takes a {' or '.join(sorted(wanted))}"
+                    )
+                if name in named:
+                    raise ValueError(f"{field}.{part}: {name!r} is named twice; name another object")
+                named.append(name)
+        return self
+
+    @model_validator(mode="after")
+    def _seeds_differ(self) -> Self:
+        still = Randomize()
+        everywhere = [self.randomization, *(item.randomize for item in self.scene.objects if item.randomize)]
+        if all(item == still for item in everywhere):
+            raise ValueError(
+                "randomize: is all zero, so every seed would be the same scene; leave it out for the default, or give "
+                "xy_jitter"
+            )
+        if not self.scene.objects and self.randomization.q_jitter == 0.0:
+            raise ValueError(
+                "randomize.q_jitter: is 0 and there are no objects, so seeds would not differ; give e.g. 0.1"
+            )
+        for index, item in enumerate(self.scene.objects):
+            if item.randomize and item.randomize.q_jitter > 0.0:
+                raise ValueError(
+                    f"scene.objects[{index}].randomize.q_jitter: {item.randomize.q_jitter:g} is about the arm; give it in the "
+                    "task's own randomize"
+                )
+        return self
+
+
+def _walk(field: str, check: Check) -> Iterator[tuple[str, Check]]:
+    yield field, check
+    for part, child in check.children():
+        yield from _walk(f"{field}.{part}", child)
