@@ -76,7 +76,18 @@ def build(
     Raises:
         RefusedError: It cannot be grounded, or a step's precondition would not hold.
     """
-    return _Builder(scene, frozenset(skills), discourse or Discourse()).sentence(sentence)
+    context = discourse or Discourse()
+    try:
+        return _Builder(scene, frozenset(skills), context).sentence(sentence)
+    except RefusedError as error:
+        # "red on green and green on blue": a tower grows from below.
+        if error.refusal.code is not RefusalCode.IMPOSSIBLE or not _is_tower(sentence.steps):
+            raise
+        upwards = Sentence(tuple(reversed(sentence.steps)), sentence.avoid)
+        try:
+            return _Builder(scene, frozenset(skills), Discourse()).sentence(upwards)
+        except RefusedError:
+            raise error from None
 
 
 class _Builder:
@@ -87,6 +98,7 @@ class _Builder:
         self.skills = skills
         self.steps: list[Step] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
+        self.moved = {self.world.held} if self.world.held else set()
         self.start = {name: (xy, self.world.parent.get(name)) for name, xy in self.world.at.items()}
 
     def sentence(self, sentence: Sentence) -> Draft:
@@ -95,7 +107,7 @@ class _Builder:
             raise RefusedError(
                 RefusalCode.UNSUPPORTED, f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.", sorted(avoid)
             )
-        for command in _bottom_up(sentence.steps, self):
+        for command in sentence.steps:
             getattr(self, f"_{command.verb}")(command)
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
         if touched:
@@ -149,6 +161,7 @@ class _Builder:
                 RefusalCode.IMPOSSIBLE, f"{listed(above)} stands on {name}; say where to put {above[0]} first.", above
             )
         self._add("pick", object=name)
+        self.moved.add(name)
         self.world.take(name)
 
     def _theme(self, names: tuple[str, ...]) -> None:
@@ -280,6 +293,8 @@ class _Builder:
                 step = distance or PUSH_DISTANCE
                 self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
             case Original():
+                if name not in self.moved:
+                    raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
                 xy, parent = self.start[name]
                 if parent and parent[0] == "in":
                     self._put_in(name, parent[1])
@@ -657,9 +672,15 @@ def _acted_on(call: SkillCall) -> tuple[str, ...]:
     return tuple(value for key, value in call.arguments.items() if key in ("object", "target", "container", "drawer"))
 
 
-def _bottom_up(commands: Sequence[Command], builder: _Builder) -> Sequence[Command]:
-    """Reorder "green on blue" before "red on green" where a run of commands builds a tower top-down."""
-    return commands
+def _is_tower(commands: Sequence[Command]) -> bool:
+    """Say whether all commands put one described thing on another."""
+    return len(commands) > 1 and all(
+        command.verb in ("put", "stack")
+        and isinstance(command.place, Relation)
+        and command.place.kind == "on"
+        and not any(ref.determiner == "it" or ref.one and not ref.colours for ref in (*command.objects, *command.place.refs))
+        for command in commands
+    )
 
 
 __all__ = ["Draft", "Step", "build"]

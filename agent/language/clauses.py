@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Table
-from robosandbox.agent.language.nouns import Found, Phrasing, rule
+from robosandbox.agent.language.nouns import Found, Phrasing, capped, rule
 
 MAX_ELEMENTS = 6
 _COORDINATE_WORDS = frozenset(
@@ -29,6 +29,7 @@ class Element:
 
 
 Elements = tuple[Element, ...]
+IT = Ref(text="it", determiner="it")
 
 
 class Clauses(Phrasing):
@@ -52,8 +53,12 @@ class Clauses(Phrasing):
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
         found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
         found += [(j, Element("home")) for j in self._home(i)]
+        for k, _ in self.tag(i, "EXCEPT"):
+            found += [(j, Element("except", refs)) for j, refs in self.np_list(k)]
         found += [(j, Element("matching")) for j in self._matching(i)]
-        for j, _ in self.tag(i, "CONTENTS"):
+        for k, _ in self.tag(i, "MATERIAL"):
+            found += [(j, Element("material", refs)) for j, refs in self.np_list(k)]
+        for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
             for k in ([j + 1] if self.text(j) in ("from", "of", "in", "inside") else []) + [j]:
                 found.append((k, Element("contents")))
         if self.text(i) in ("me", "us"):
@@ -73,16 +78,23 @@ class Clauses(Phrasing):
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) == "," else j
-            found += [(end, (first, *rest)) for end, rest in self._rest(start, depth + 1) if rest or start == j]
+            if first.kind == "order_end":
+                # "blue at the bottom, then green, and red on top"
+                while self.text(start) in ("then", "and"):
+                    start += 1
+            for end, rest in self._rest(start, depth + 1):
+                # Two noun phrases in a row need a comma between them.
+                if (rest or start == j) and not (rest and start == j and first.kind == rest[0].kind == "objects"):
+                    found.append((end, (first, *rest)))
             if start != j:
                 found.append((j, (first,)))
-        found.sort(key=lambda item: -item[0])
-        return found[:64]
+        found.sort(key=lambda item: (-item[0], len(item[1])))
+        return found
 
     def _rest(self, i: int, depth: int) -> Found[Elements]:
         key = (f"rest{depth}", i)
         if key not in self.memo:
-            self.memo[key] = self._sequences(i, depth)
+            self.memo[key] = capped(self._sequences(i, depth))
         return self.memo[key]
 
     def _place(self, i: int) -> Found[Any]:
@@ -94,6 +106,10 @@ class Clauses(Phrasing):
                 for k, relation in self.relation(start):
                     if relation.kind in ("left", "right", "front", "back", "from", "away"):
                         found.append((k, Relation(relation.kind, relation.refs, metres)))
+        if self.text(i) in ("inside", "within"):
+            found.append((i + 1, Relation("in", (IT,))))
+        if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
+            found.append((i + 2, Relation("on", (IT,))))
         found += self.region(i)
         found += self._coordinates(i)
         found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
-from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.intent import (
     At,
     Command,
@@ -21,7 +21,6 @@ from robosandbox.agent.language.intent import (
     Verb,
 )
 
-IT = Ref(text="it", determiner="it")
 SUPPORTS = ("on", "in")
 
 
@@ -68,11 +67,28 @@ class Frame:
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
     """Return the commands that a verb makes of its elements, the likeliest first."""
+    elements = _excepted(elements)
     frame = Frame.of(elements)
     builder = _FRAMES.get(verb)
     if builder is None or len(frame.objects) > 2 or len(frame.places) > 3:
         return []
     return builder(frame)
+
+
+def _excepted(elements: Sequence[Element]) -> Sequence[Element]:
+    """Attach "... except the red one" at the end of a clause to the objects at its start."""
+    excluded = tuple(ref for e in elements if e.kind == "except" for ref in e.value)
+    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
+    if not excluded or first is None:
+        return elements
+    refs = elements[first].value
+    if len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all"):
+        return elements
+    return [
+        Element("objects", (replace(refs[0], without=(*refs[0].without, *excluded)),)) if k == first else element
+        for k, element in enumerate(elements)
+        if element.kind != "except"
+    ]
 
 
 _UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
@@ -102,8 +118,6 @@ def _pick(frame: Frame) -> list[Command]:
 
 
 def _located(objects: tuple[Ref, ...], place: Relation) -> tuple[Ref, ...]:
-    from dataclasses import replace
-
     return tuple(replace(ref, relations=(*ref.relations, place)) for ref in objects)
 
 
@@ -125,8 +139,9 @@ def _put(frame: Frame) -> list[Command]:
     if not frame.only("particle", "direction", "distance"):
         return []
     direction = frame.one("direction")
-    if direction == "back" and places:
+    if direction == "back" and "distance" not in frame.rest:
         direction = None
+        places = places or [Original()]
     if direction:
         if places or (particle and particle not in ("over", "down")):
             return []
@@ -233,24 +248,34 @@ def _stack(frame: Frame) -> list[Command]:
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
-    order = frame.one("order")
-    if order:
-        return order
-    end = frame.one("order_end")
-    if end:
-        return end
-    return None
+    return frame.one("order") or frame.one("order_end")
 
 
 def _build(frame: Frame) -> list[Command]:
-    """ "a tower of the red, green and blue cubes"."""
-    if not frame.objects or frame.objects[0][0].nouns[:1] not in (("tower",), ("stack",), ("pile",), ("column",), ("pyramid",), ("heap",)):
+    """ "a tower of the red, green and blue cubes", "a tower with blue at the bottom, then green"."""
+    tower = frame.objects[0][0].nouns[:1] if frame.objects else ()
+    if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) > 1:
         return []
-    if frame.objects[0][0].nouns == ("pyramid",) or len(frame.objects[0]) > 1:
+    ends = dict(frame.rest.get("order_end", ()))
+    lists = [*frame.objects[1:], *frame.rest.get("material", ())]
+    tower_ref = frame.objects[0][0]
+    plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
+    if set(frame.rest) - {"order", "order_end", "material"} or len(lists) > 1 or not plain or frame.places:
         return []
-    if len(frame.objects) == 2 and frame.only("order", "order_end"):
-        return [Command("stack", frame.objects[1], None, (), _order(frame, frame.objects[1]))]
-    return []
+    if len(ends) != len(frame.rest.get("order_end", ())):
+        return []
+    middle = lists[0] if lists else ()
+    if "order" in frame.rest and not ends:
+        return [Command("stack", middle, None, (), frame.one("order"))] if middle else []
+    if ends and (len(middle) != 1 or not (middle[0].plural or middle[0].determiner == "all")):
+        listed = (*((ends["bottom"],) if "bottom" in ends else ()), *middle, *((ends["top"],) if "top" in ends else ()))
+        # "red on top, then green, then blue" goes on downwards.
+        if "bottom" not in ends:
+            listed = (*reversed(middle), ends["top"])
+        return [Command("stack", listed, None, (), "up")] if len(listed) > 1 else []
+    if not middle or len(ends) > 1:
+        return []
+    return [Command("stack", middle, None, (), next(iter(ends.items()), None))]
 
 
 def _pour(frame: Frame) -> list[Command]:
@@ -287,8 +312,10 @@ def _pull(frame: Frame) -> list[Command]:
 
 
 def _swap(frame: Frame) -> list[Command]:
-    if not frame.only("particle") or frame.particle not in (None, "around", "over", "round", "with each other", "with one another"):
+    if not frame.only("particle", "material") or frame.particle not in (None, "around", "over", "round", "with each other", "with one another"):
         return []
+    if "material" in frame.rest:
+        return [Command("swap", (*frame.objects[0], *frame.one("material")))] if len(frame.objects) == 1 and not frame.places else []
     if len(frame.objects) == 1 and not frame.places:
         return [Command("swap", frame.objects[0])]
     if len(frame.objects) == 2 and not frame.places:

@@ -15,8 +15,8 @@ Part = Command | tuple[Ref, ...] | str
 MAX_SENTENCES = 16
 
 
-def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[Sentence, ...]:
-    """Return the readings of a sentence, the plainest first; none if a part of it is not understood.
+def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[tuple[float, Sentence], ...]:
+    """Return the readings of a sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
 
     Args:
         tokens: What `tokenize` returned.
@@ -32,7 +32,8 @@ def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[Sentence, ...]:
             sentence = _sentence(parts)
             if sentence:
                 found[sentence] = None
-    return tuple(sorted(found, key=_strain)[:MAX_SENTENCES])
+    ranked = sorted(((_strain(sentence), sentence) for sentence in found), key=lambda item: item[0])
+    return tuple(ranked[:MAX_SENTENCES])
 
 
 def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
@@ -82,7 +83,10 @@ class Grammar(Clauses):
                 continue
             for k in self._joints(j):
                 found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
-            for k, _ in self.tag(self._skip(j), "FIRST_BUT"):
+            late = [k for k, _ in self.tag(self._skip(j), "FIRST_BUT")]
+            if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
+                late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
+            for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
                     found.append((end, (*rest, *part)))
         return found[:20]
@@ -112,7 +116,9 @@ class Grammar(Clauses):
     def part(self, i: int) -> Found[tuple[Part, ...]]:
         """One clause, a prohibition, or two clauses that "before" or "after" joins."""
         found: Found[tuple[Part, ...]] = []
-        for start in self.optional(i, "FIRST", "THEN"):
+        # "... but first tap the can" is no step in the order of words; `_parts` knows it.
+        opening = i == 0 or self.text(i - 1) in (".", ";", "!", ":", "?", ",")
+        for start in self.optional(i, *(("FIRST", "THEN") if opening else ("THEN",))):
             start = self._skip(start) if start > i else start
             for j, command in self.clause(start):
                 found.append((j, (command,)))
@@ -125,8 +131,6 @@ class Grammar(Clauses):
                 for k, _ in self.tag(start, tag):
                     for j, second in self.clause(k):
                         for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
-                            if m == j:
-                                continue
                             for first_start in self.optional(m, "FIRST"):
                                 for end, first in self.clause(first_start):
                                     found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
@@ -168,8 +172,9 @@ class Grammar(Clauses):
             if verb == "home":
                 found.append((j, Command("home")))
                 found += [(k, Command("home")) for k in self._arm(j)]
-            for k, elements in self.elements(j):
-                found += [(k, command) for command in frame_command(verb, elements)]
+            for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
+                for k, elements in self.elements(start):
+                    found += [(k, command) for command in frame_command(verb, elements)]
             if verb in ("go", "move", "put", "push"):
                 for k in self._arm(j):
                     for end in self._home(k):

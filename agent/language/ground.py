@@ -303,8 +303,10 @@ class Grounder:
             )
         if rank.key in ("middle", "medium"):
             return self._middle(names, rank, ref)
-        score = self._score(names, rank)
-        order = sorted(names, key=lambda name: score[name])
+        score = self._score(names, rank) if rank.key else dict.fromkeys(names, 0.0)
+        order = sorted(score, key=lambda name: score[name])
+        if not order:
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
         if not rank.strict:
             return self._extreme(order, score, ref)
         index = rank.index - 1 if rank.index > 0 else len(order) + rank.index

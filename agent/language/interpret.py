@@ -15,6 +15,8 @@ from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.words import CONDITIONS, QUESTIONS
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
+CLOSE = 0.5
+DEBUG = []
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
 
@@ -40,17 +42,24 @@ def interpret(
         return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
     if not readings:
         return _not_understood(tokens, known, names)
-    plans: dict[tuple[object, ...], tuple[Draft, Discourse]] = {}
+    plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refusals: list[Refusal] = []
-    for reading in readings:
+    best = 0.0
+    for effort, reading in readings:
+        if plans and effort > best + CLOSE:
+            break
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, names, context)
         except RefusedError as error:
             refusals.append(error.refusal)
             continue
+        best = effort if not plans else best
         plans.setdefault(tuple(map(str, draft.calls)), (draft, context))
-        break
+    if len(plans) > 1:
+        DEBUG.append((prompt, list(plans)))
+        both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
     if plans:
         draft, context = next(iter(plans.values()))
         if discourse is not None:

@@ -11,7 +11,7 @@ from robosandbox.agent.language.real_words import REAL_WORDS
 if TYPE_CHECKING:
     from robosandbox.agent.language.tokens import Token
 
-__all__ = ["COMMON", "EDGE_FILLERS", "FILLERS", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
+__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
 
 
 def _items(text: str) -> list[str]:
@@ -86,7 +86,7 @@ def _build() -> Phrases:
         _table(lexicon, tag, table)
     for tag, numbers in (("ORDINAL", words.ORDINALS), ("NUM", words.NUMBERS), ("UNIT", words.UNITS), ("AMOUNT", words.AMOUNTS), ("TIMES", words.TIMES)):
         for phrase, number in numbers.items():
-            lexicon.add(phrase, tag, number)
+            lexicon.add(phrase, tag, number if tag in ("ORDINAL", "TIMES") else float(number))
     for tag, phrases in (
         ("SOURCE", words.SOURCES), ("TABLE", words.TABLE), ("FLOOR", words.FLOOR), ("ROBOT", words.ROBOT),
         ("ABOUT", words.ABOUT), ("PREAMBLE", words.PREAMBLES), ("DESIRE", words.DESIRES), ("COPULA", words.COPULAS),
@@ -98,7 +98,7 @@ def _build() -> Phrases:
         ("THE", words.DEFINITES), ("A", words.INDEFINITES), ("ALL", words.UNIVERSALS), ("BOTH", words.BOTHS), ("OTHER", words.OTHERS),
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
-        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("FREE", words.FREE_SPOTS),
+        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
@@ -117,9 +117,11 @@ FILLERS = Phrases()
 FILLERS.add_all(words.FILLERS, "FILLER")
 EDGE_FILLERS = Phrases()
 EDGE_FILLERS.add_all(words.EDGE_FILLERS, "FILLER")
+END_FILLERS = Phrases()
+END_FILLERS.add_all(words.END_FILLERS, "FILLER")
 
 WORDS = frozenset(
-    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
+    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
 )
 VOCABULARY = tuple(sorted(word for word in WORDS if len(word) >= 3 and word.isalpha()))
 
@@ -133,3 +135,12 @@ for _verb, _phrases in verbs.VERBS.items():
         for _form in verbs.forms(_phrase):
             MEANING.setdefault(_form, f"verb {_verb}")
 COMMON = frozenset(MEANING) | words.GRAMMAR_WORDS
+
+JOINABLE: dict[str, int] = {}
+"""Words that are run together in this order: verb, article, colour, noun, particle."""
+for _rank, _words in enumerate((
+    {"pick", "put", "push", "grab", "stack", "place", "take", "lift"}, {"the", "a"}, {w for c in words.COLOURS.values() for w in _items(c)},
+    {w for n in words.NOUNS.values() for w in _items(n) if " " not in w}, {"up", "down", "in", "on", "into", "onto"},
+)):  # fmt: skip
+    for _word in _words:
+        JOINABLE.setdefault(_word, _rank)

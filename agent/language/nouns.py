@@ -10,13 +10,14 @@ from typing import Any, Concatenate, ParamSpec, TypeVar
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, Region, Relation
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.tokens import SceneWords, Token
-from robosandbox.agent.language.words import ABSENT_NOUNS
+from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
+from robosandbox.agent.language.words import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 
 T = TypeVar("T")
 P = ParamSpec("P")
 Found = list[tuple[int, T]]
 MAX_STEPS = 6_000
-MAX_READINGS = 24
+MAX_READINGS_PER_END = 8
 
 
 class TooComplicatedError(ValueError):
@@ -39,7 +40,7 @@ def rule(function: Rule[[int], T]) -> Rule[[int], T]:
             if self.steps > MAX_STEPS:
                 raise TooComplicatedError
             self.memo[key] = []  # Left recursion finds nothing.
-            found = function(self, i)[:MAX_READINGS]
+            found = capped(function(self, i))
             self.memo[key] = found
         return found
 
@@ -94,11 +95,15 @@ class Phrasing:
             if self.text(j) in ("all", "both"):
                 found.append((j + 1, replace(base, plural=True, count=2 if self.text(j) == "both" else None)))
         found += self._everything(i)
+        for j, _ in self.tag(i, "SOMETHING"):
+            for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
+                found += self._modified(k, replace(ref, text=self.said(i, k)), 0)
         for j, base in self._determiners(i):
             for k, ref in self._head(j, base):
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
-        return _distinct(found)
+        known = {end for end, ref in found if not ref.unknown}
+        return _distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
     @rule
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
@@ -187,7 +192,7 @@ class Phrasing:
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
-                    add(m, "a", plural=False)
+                    add(m, "a", count=1)
         if self.text(i) == "another":
             add(i + 1, "a", other=True)
         return found
@@ -210,7 +215,9 @@ class Phrasing:
                         found += self._noun(k, ref)
         for j, ref in self._adjectives(i, base, 0):
             found += self._noun(j, ref)
-            bare = ref.ranks or ref.colours or ref.not_colours or ref.unknown
+            # "the left" alone is a place, not a thing.
+            ranked = any(rank.key not in _PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
+            bare = ranked or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
             if (j > i and bare) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
@@ -237,15 +244,16 @@ class Phrasing:
             step.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
         for j, index in self.tag(start, "ORDINAL"):
             step.append((j, replace(ref, ranks=(*ref.ranks, Rank("", index)))))
-            for k, key in self.tag(j, "SUPER"):
-                step.append((k, replace(ref, ranks=(*ref.ranks, Rank(key, index)))))
+            for tag in ("SUPER", "FROM"):
+                for k, key in self.tag(j, tag):
+                    step.append((k, replace(ref, ranks=(*ref.ranks, Rank(key, index)))))
         for j, _ in self.tag(start, "NON"):
             for k, colour in self.tag(j, "COLOUR"):
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
         if not any(self.tags[start]) if start < len(self.tokens) else False:
-            if self.tokens[start].kind == "word" and self.tokens[start].text not in self.words.parts:
+            if self._is_strange(start):
                 step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
         for j, nexts in step:
             found += self._adjectives(j, nexts, depth + 1)
@@ -259,7 +267,8 @@ class Phrasing:
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
-            named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=ref.plural or plural)
+            many = (ref.plural or plural) and ref.count != 1
+            named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=many)
             found += self._suffixed(j, named)
             if self.text(j) in ("or", "and") and plural:
                 for k, (_, other, also) in self.tag(j + 1, "NOUN"):
@@ -276,9 +285,15 @@ class Phrasing:
             found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
             for k, (noun, phrase, many) in self.tag(j, "NOUN"):
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
-        if token.kind == "word" and not self.tags[i] and token.text not in self.words.parts:
+        if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found
+
+    def _is_strange(self, i: int) -> bool:
+        """Say whether nobody knows the word: it may name a thing that is not there."""
+        token = self.tokens[i]
+        known = token.text in self.words.parts or token.text in _FUNCTION_WORDS or token.text in UNSUPPORTED_VERBS
+        return token.kind == "word" and len(token.text) > 1 and not self.tags[i] and not known
 
     def _is_name(self, i: int) -> bool:
         token = self.tokens[i]
@@ -320,11 +335,20 @@ class Phrasing:
         start = i + 1 if self.text(i) == "," else i
         for j, _ in self.tag(i, "OF_THEM"):
             found.append((j, ref))
+        if self.text(i) == "of" and ref.one and ref.ranks:
+            # "the larger of the two red blocks"
+            for j, whole in self.np(i + 1):
+                if whole.plural and not whole.ranks:
+                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
+                    found.append((j, merged))
         if ref.ranks:
             found += self._anchored(i, ref)
         for j, key in self.tag(i, "FROM"):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
-                ranks = tuple(Rank(key, rank.index) if not rank.key else rank for rank in ref.ranks)
+                # "the last one on the right" is the rightmost; "the last one from the right" is not.
+                index = {rank.index for rank in ref.ranks if not rank.key}.pop()
+                index = 1 if index == -1 and self.text(i) == "on" else index
+                ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
                 found.append((j, replace(ref, ranks=ranks)))
         for j, excluded in self._exceptions(start, ref):
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
@@ -347,11 +371,15 @@ class Phrasing:
                 for j, key in self.tag(m, "SUPER"):
                     superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
                     found += self._anchored(j, superlative)
-                    if k > i:
+                    if k > i or key in _PLACE_RANKS:
                         found.append((j, superlative))
         for k, _ in self.tag(start, "NOT_IS"):
             for j, colour in self.tag(k, "COLOUR"):
-                found.append((j, replace(ref, not_colours=(*ref.not_colours, colour))))
+                negated = replace(ref, not_colours=(*ref.not_colours, colour))
+                found.append((j, negated))
+                for m, _ in self.tag(j, "NOR"):
+                    for end, second in self.tag(m, "COLOUR"):
+                        found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
             for j, relation in self.relation(k):
                 if not relation.directional and relation.refs:
                     excluded = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
@@ -392,6 +420,9 @@ class Phrasing:
             side = {"left": "left", "right": "right"}.get(direction)
             if side and j > i + 1:
                 found.append((j, Rank(side)))
+        if self.text(i) in ("on", "at", "to"):
+            for k in self.optional(i + 1, "THE"):
+                found += [(j, Rank(key)) for j, key in self.tag(k, "SUPER") if key in _PLACE_RANKS and k > i + 1]
         if self.text(i) == "in" and self.text(i + 1) == "front":
             found.append((i + 2, Rank("near")))
         for key, tag in (("top", "TOP"), ("bottom", "BOTTOM")):
@@ -455,6 +486,8 @@ class Phrasing:
 
 
 _NOT_NAMES = frozenset("REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT".split())
+_PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
+_FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 _REGION_PREPOSITIONS = frozenset("in on at to into onto near by towards toward over".split())
 _REGION_SIDES = {
     "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",
@@ -476,8 +509,16 @@ def _singular(word: str, parts: frozenset[str]) -> str:
     return word
 
 
+def capped(found: Found[T]) -> Found[T]:
+    """Keep the first few readings of each length."""
+    count: dict[int, int] = {}
+    kept: Found[T] = []
+    for end, value in found:
+        count[end] = count.get(end, 0) + 1
+        if count[end] <= MAX_READINGS_PER_END:
+            kept.append((end, value))
+    return kept
+
+
 def _distinct(found: Found[T]) -> Found[T]:
     return list(dict.fromkeys(found))
-
-
-_ = ABSENT_NOUNS

@@ -33,7 +33,7 @@ def _nearest(word: str, extra: frozenset[str]) -> str | None:
 
     def cost(candidate: str) -> tuple[float, ...]:
         rank = 0 if candidate in extra else 1 if candidate in COMMON else 2
-        return near[candidate], rank, -Indel.normalized_similarity(word, candidate)
+        return near[candidate], rank, sorted(word) != sorted(candidate), -Indel.normalized_similarity(word, candidate)
 
     best, *others = sorted(near, key=cost)
     rivals = [other for other in others if cost(other) == cost(best) and MEANING.get(other) != MEANING.get(best)]

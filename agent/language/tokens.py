@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from robosandbox.agent.language.lexicon import EDGE_FILLERS, FILLERS, REAL_WORDS, WORDS
+from robosandbox.agent.language.lexicon import EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, WORDS
 from robosandbox.agent.language.spelling import nearest_word
 
 MAX_CHARACTERS = 2_000
@@ -69,10 +69,12 @@ _CONTRACTIONS = [
         (r"\bcuz\b", "because"),
     )
 ]
-_MARKS = str.maketrans({"’": "'", "‘": "'", "`": " ", "“": " ", "”": " ", "«": " ", "»": " ", "–": ",", "—": ",", "…": ",", "&": " and ", "×": "x", "−": "-", "(": ",", ")": ",", "[": ",", "]": ","})
+_MARKS = str.maketrans({"’": "'", "‘": "'", "`": " ", "“": " ", "”": " ", "«": " ", "»": " ", "–": ",", "—": ",", "…": ",", "&": " and ", "×": "x", "−": "-" })
+_BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
+    r"|(?P<identifier>[^\W\d_]+(?:_[^\W_]+)+)"
     r"|(?P<word>[^\W\d_]+)"
     r"|(?P<mark>\S)"
 )
@@ -138,6 +140,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
     text = re.sub(r"'s\b", "", text).replace("'", " ")
     text = re.sub(r"(?<=[a-z])-(?=[a-z])|(?<=\d)-(?=[a-z])", " ", text)
     for match in _PIECES.finditer(text):
@@ -145,16 +148,34 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
         match match.lastgroup:
             case "number":
                 yield Token(str(float(raw)), raw, "number")
+            case "identifier":
+                yield Token(_nearest_id(raw, words) or raw, raw, "id" if _nearest_id(raw, words) else "word")
             case "word" | "ordinal":
-                yield Token(_corrected(raw, words), raw, "word")
+                yield from _words(raw, words)
             case _:
                 yield Token({"+": "and"}.get(raw, raw), raw, "mark" if raw != "+" else "word")
 
 
-def _corrected(word: str, words: SceneWords) -> str:
-    if word in WORDS or word in words.parts or word in REAL_WORDS:
-        return word
-    return nearest_word(word, words.parts) or word
+def _nearest_id(raw: str, words: SceneWords) -> str | None:
+    """Return the id of which this is a slip: each part equal, or a long word with a typo in it."""
+    parts = raw.split("_")
+    near = []
+    for lower, name in words.ids.items():
+        own = lower.split("_")
+        if len(own) == len(parts) and all(a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=True)):
+            near.append(name)
+    return near[0] if len(near) == 1 else None
+
+
+def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
+    """Return the word, its correction, or the two words that were run together ("redcube")."""
+    if raw in WORDS or raw in words.parts or raw in REAL_WORDS:
+        return (Token(raw, raw, "word"),)
+    for k in range(2, len(raw) - 1):
+        first, second = raw[:k], raw[k:]
+        if first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]:
+            return (Token(first, first, "word"), Token(second, second, "word"))
+    return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
 
 def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
@@ -163,9 +184,14 @@ def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
     while i < len(tokens):
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
+        if not length and kept:
+            length = END_FILLERS.match(tokens, i)
+            after = i + length
+            length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
         if length:
             i += length
         else:
-            kept.append(tokens[i])
+            if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):
+                kept.append(tokens[i])
             i += 1
     return tuple(kept)

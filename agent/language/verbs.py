@@ -25,7 +25,7 @@ VERBS: dict[str, str] = {
     "release": "release, let go, let go of, drop, put down, set down, lay down, place down, let loose, unhand, let down, lower",
     "stack": "stack, stack up, pile, pile up, heap, heap up, build up",
     "build": "build, make, construct, create, erect, form, assemble, build up",
-    "pour": "pour, pour out, tip, tip out, empty, decant, empty out, dump, dump out, spill",
+    "pour": "pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
     "open": "open, open up, pull open, slide open, unclose",
     "close": "close, shut, close up, push shut, slide shut, push closed, slide closed",
     "tap": "tap, touch, poke, press, tap on, press on, prod, boop, press down on, pat, push down on, hit, bump, knock on, dab, contact",

@@ -91,8 +91,8 @@ SIZES: dict[str, str] = {
     "flat": "flat",
 }
 SUPERLATIVES: dict[str, str] = {
-    "left": "leftmost, left most, furthest left, farthest left, most left, far left, extreme left, leftest",
-    "right": "rightmost, right most, furthest right, farthest right, most right, far right, extreme right",
+    "left": "leftmost, left most, furthest left, farthest left, furthest to the left, farthest to the left, most to the left, closest to the left, nearest to the left, closest to the left edge, most left, far left, extreme left, leftest",
+    "right": "rightmost, right most, furthest right, farthest right, furthest to the right, farthest to the right, most to the right, closest to the right, nearest to the right, closest to the right edge, most right, far right, extreme right",
     "near": (
         "nearest, closest, nearest to you, closest to you, nearest to the robot, closest to the robot, frontmost, front most, "
         "nearest to yourself, closest to yourself, nearest you, closest you, nearest to the arm, closest to the arm, "
@@ -244,7 +244,7 @@ TABLE = (
 )
 FLOOR = "floor, ground, carpet"
 ROBOT = "you, yourself, the robot, your base, the base, the arm, the robot arm, robot, the robot base, your arm, base of the robot"
-PRONOUNS: dict[str, str] = {"it": "it, that, this, that one, this one, the same one, him, her, the latter", "them": "them, those, these, they, all of them, those ones, these ones, all of those, em"}
+PRONOUNS: dict[str, str] = {"it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves", "them": "them, those, these, they, all of them, those ones, these ones, all of those, em"}
 
 FILLERS = (
     "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, okey, okie, hey, hi, hello, yo, "
@@ -252,10 +252,10 @@ FILLERS = (
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
     "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
     "now, just, simply, thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, ta, much appreciated, "
-    "if you could, if you can, if you would, if you please, if you do not mind, if you will, if possible, if that is okay, if that is ok, if that is possible, "
-    "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, if you would be so kind, would you, would ya, "
+    "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
+    "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, whenever you are ready, when possible, "
-    "will you, could you, can you please, pretty please, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, neatly, properly, "
+    "pretty please, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, neatly, properly, "
     "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, this minute, very carefully, very gently, very slowly, "
     "once more, also, too, as well, alright, all right, actually, basically, literally, honestly, perhaps, maybe, "
     "quite, really, directly, simply, somewhere, there is a good robot, there you go, "
@@ -264,12 +264,13 @@ FILLERS = (
     "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, say, right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, would be lovely, much obliged, "
     "good robot, be a dear, be a dear and, be so kind as to, be kind enough to, be a good robot and, do me a favor and, do me a favour and, do me a favor, do me a favour, "
-    "there is a dear, love, darling, sweetheart, lad, sir, madam, boss, chief, "
+    "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
     "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, steady, one at a time, one by one, "
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
-    "yes, yeah, yep, yup, sure, of course, great, good, good job, well done, nice, perfect, awesome, cool, excellent, lol, haha"
+    "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
+    "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, it would be great if you could, it would be nice if you could, it would be lovely if you could, it would be great if you would, would you be able to, would you be so kind as to, i am asking you to, what about, "
     "can you, could you, would you, will you, can ya, could ya, can u, could u, can we, could we, shall we, would you mind, do you mind, would u, will u, "
     "i want you to, i would like you to, i need you to, i would love for you to, i would love you to, i want to have you, i would like to have you, i ask you to, "
     "i would appreciate it if you could, i would appreciate it if you would, i would be grateful if you could, i would be happy if you could, "
@@ -364,7 +365,7 @@ ARM = "arm, robot, gripper, hand, robot arm, manipulator, yourself, robotic arm,
 QUESTIONS = frozenset("what where which who whom whose how when is are was were am does did has had why may might shall".split())
 CONDITIONS = frozenset({"if", "unless", "whether", "until", "while", "whenever", "every time", "otherwise", "else", "when"})
 DEFINITES = "the, this, that, these, those, my, your, our, said, the one, these here, that there, this here, its, their"
-INDEFINITES = "a, an, any, one, some, any one, any old, whichever, whatever, just any, any single, a single, either, either one of the, any one of the, any of the, one of the, some random, a random, any random"
+INDEFINITES = "a, an, any, one, some, any one, any old, whichever, whatever, just any, any single, a single, either, some random, a random, any random"
 UNIVERSALS = (
     "all, all the, all of the, all of, all these, all those, all of these, all of those, every, each, each of the, every one of the, every single one of the, every single, each and every, "
     "all my, all your, any and all, each one of the, all of my, the whole set of, the entire set of, each of these, each of those, every last"
@@ -387,7 +388,11 @@ EVERYTHING = "everything, all, every thing, anything, the lot, the whole lot, al
 EVERYTHING_ELSE = "everything else, all else, anything else, all the others, all others, all the rest, all of the rest, all of the others, every other thing, all the other ones, all the remaining ones"
 TOPS = "on top, on the top, at the top, top, up top, at top, uppermost, topmost, as the top, as the top one, last, on the very top, at the very top"
 BOTTOMS = "at the bottom, on the bottom, bottom, on bottom, as the base, as a base, as the bottom, as the bottom one, as the foundation, at the base, at bottom, as its base, first, at the very bottom, on the very bottom, underneath, lowest"
-ONE_OF = "one of, any of, any one of, either of, one out of"
+ONE_OF = "one of, any of, any one of, either of, one out of, either one of, some one of"
+SOMETHING = "something, anything, some thing, any thing"
+MATERIAL = "with, of, from, out of, using, made of, made up of, consisting of, made from, made out of, by stacking, containing"
+SWAP_OF = "the positions of, positions of, the places of, places of, the locations of, the position of, the spots of, the place of, places between, positions between, the order of, locations of, the location of"
+NOR = "nor, or, and, or is, nor is"
 FREE_SPOTS = (
     "somewhere, anywhere, somewhere else, elsewhere, somewhere free, anywhere free, anywhere else, some place else, someplace else, in an empty spot, in a free spot, somewhere empty, on an empty spot, on a free spot, "
     "at a free spot, in a free space, in an empty space, to an empty spot, to a free spot, wherever there is space, wherever you like, wherever you want, anywhere you like, anywhere you want, wherever there is room, "
@@ -397,7 +402,8 @@ CONTENTS = (
     "water, contents, content, liquid, coffee, tea, juice, milk, beans, rice, beads, balls, sand, stuff, grains, pellets, drink, the contents of, contents of, the content of, the stuff in, what is in, the water in, whatever is in, "
     "the contents in, the contents from, contents from, all the contents of, everything in, the liquid in, the liquid from, the water from, water from, the beads in, the beads from, the beans from, the beans in, the drink in, what is inside, whatever is inside, the coffee from, the coffee in, the rice from, the rice in, the balls from, the balls in"
 )
-EDGE_FILLERS = "good, great, nice, perfect, cool, excellent, so, well, robot, look, listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, dear, man, love, fine, see, so then, well then, sorry, excuse me, pardon me, attention, wait, no wait, oh wait, as i said, i mean, in that case, panda, franka, robo, hal, robby"
+END_FILLERS = "if you could, if you can, if you would, if you will, like, already, for god sake, for me now, once and for all, would you, will you, could you, can you, would ya, for me please, you know, if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, that is all, ok robot"
+EDGE_FILLERS = "yes, sure, of course, awesome, let us see, let me see, let me think, let us think, good, great, nice, perfect, cool, excellent, so, well, robot, look, listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, dear, man, love, fine, see, so then, well then, sorry, excuse me, pardon me, attention, wait, no wait, oh wait, as i said, i mean, in that case, panda, franka, robo, hal, robby"
 GRAMMAR_WORDS = frozenset(
     "the a an and or of to in on at by from with without then that which is are it them them one ones all both every each not no put pick "
     "up down left right front back top bottom middle next beside between under over into onto off out away corner edge side table robot me my your you "

@@ -1,0 +1,271 @@
+"""How well sentences are understood: right, rightly refused, wrong motion, missed; by category, with timing.
+
+    uv run benchmarks/language.py [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+
+A prompts file holds a scene and sentences by category, each with every acceptable plan: `pick(can); place_in(bin_a)`, with `|`
+between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import random
+import re
+import statistics
+import sys
+import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.perception.colour import colour_name
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, Scene, SkillCall
+
+CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
+PARAMETERS: dict[str, tuple[str, ...]] = {
+    "pick": ("object",),
+    "place_on": ("target",),
+    "place_in": ("container",),
+    "place_beside": ("target", "side"),
+    "place_at": ("x", "y"),
+    "stack": ("object", "target"),
+    "push": ("object", "direction", "distance"),
+    "pour": ("target",),
+    "open_drawer": ("drawer",),
+    "close_drawer": ("drawer",),
+    "tap": ("object",),
+    "home": (),
+}
+NUMBER_TOLERANCE = 0.011
+
+
+@dataclass(frozen=True)
+class NamedSkill:
+    """Enough of a skill for a planner to plan with it."""
+
+    name: str
+
+
+@dataclass(frozen=True)
+class Prompt:
+    """A sentence in a scene and what is acceptable for it."""
+
+    text: str
+    category: str
+    expected: str
+    scene: ObservedScene
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a prompt: right, refused_right, wrong_motion or missed."""
+
+    prompt: Prompt
+    verdict: str
+    answer: Plan | Refusal
+    seconds: float
+
+
+def observed(scene: Scene, held: str | None = None) -> ObservedScene:
+    """Return the scene as ground-truth perception would see it."""
+    return ObservedScene(
+        time=0.0,
+        table_height=scene.table_height,
+        held=held,
+        objects=tuple(
+            DetectedObject(
+                id=item.id, kind=item.kind, size=item.size, colour=colour_name(item.rgba), rgba=item.rgba, pose=item.pose
+            )
+            for item in scene.objects
+        ),
+    )
+
+
+def load_prompts(path: Path, scene: ObservedScene | None = None) -> list[Prompt]:
+    """Return the prompts of a file, in its own scene or in the one given."""
+    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    own = dict(data["scene"])
+    held = own.pop("held", None)
+    seen = scene or observed(Scene.model_validate(own), held)
+    return [
+        Prompt(str(text), category, str(expected), seen)
+        for category, sentences in data["prompts"].items()
+        for text, expected in sentences.items()
+    ]
+
+
+def load_scene(path: Path) -> ObservedScene:
+    """Return the scene of a task or prompts file."""
+    own = dict(yaml.safe_load(path.read_text(encoding="utf-8"))["scene"])
+    own.pop("robot_urdf", None)
+    own.pop("robot_config", None)
+    return observed(Scene.model_validate({k: v for k, v in own.items() if k != "held"}), own.get("held"))
+
+
+def accepts(expected: str, answer: Plan | Refusal) -> bool:
+    """Say whether an answer is one of those expected."""
+    for alternative in re.split(r"\s*\|\s*", expected):
+        if alternative.startswith("!"):
+            if isinstance(answer, Refusal) and answer.code == alternative[1:]:
+                return True
+        elif isinstance(answer, Plan) and any(_same(steps, answer.steps) for steps in _orders(alternative)):
+            return True
+    return False
+
+
+def _orders(expected: str) -> Iterator[list[str]]:
+    if expected.startswith("any order"):
+        groups = [[step.strip() for step in group.split(";")] for group in re.findall(r"\[([^\]]*)\]", expected)]
+        tail = [step.strip() for step in expected.rpartition("]")[2].split(";") if step.strip()]
+        for order in itertools.permutations(groups):
+            yield [step for group in order for step in group] + tail
+    else:
+        yield [step.strip() for step in expected.split(";") if step.strip()]
+
+
+def _same(expected: Sequence[str], steps: Sequence[SkillCall]) -> bool:
+    return len(expected) == len(steps) and all(_fits(e, s) for e, s in zip(expected, steps, strict=True))
+
+
+def _fits(expected: str, call: SkillCall) -> bool:
+    match = re.fullmatch(r"(\w+)\((.*)\)", expected)
+    if match is None or match[1] != call.skill:
+        return False
+    wanted = [value.strip() for value in match[2].split(",")] if match[2] else []
+    names = PARAMETERS[call.skill]
+    return len(wanted) == len(names) and all(
+        _value_fits(w, call.arguments.get(name)) for w, name in zip(wanted, names, strict=True)
+    )
+
+
+def _value_fits(wanted: str, value: Any) -> bool:
+    if wanted == "*":
+        return True
+    if isinstance(value, (int, float)):
+        low, dots, high = wanted.partition("..")
+        if dots:
+            return float(low) - 1e-6 <= value <= float(high) + 1e-6
+        return abs(float(wanted) - value) <= NUMBER_TOLERANCE
+    return str(value) in wanted.split("/")
+
+
+def run(prompts: Sequence[Prompt], planner: StubPlanner) -> list[Outcome]:
+    """Plan every prompt and judge the answers."""
+    outcomes = []
+    for prompt in prompts:
+        start = time.perf_counter()
+        answer = planner.plan(prompt.text, prompt.scene)
+        seconds = time.perf_counter() - start
+        if accepts(prompt.expected, answer):
+            verdict = "right" if isinstance(answer, Plan) else "refused_right"
+        else:
+            verdict = "wrong_motion" if isinstance(answer, Plan) else "missed"
+        outcomes.append(Outcome(prompt, verdict, answer, seconds))
+    return outcomes
+
+
+PREFIXES = ("please ", "could you ", "can you please ", "hey robot, ", "ok, ", "I'd like you to ", "um, ", "go ahead and ", "now ")
+SUFFIXES = (" please", ", thanks", " for me", " now", "!", ".", " if you can")
+SWAPS = (("cube", "block"), ("pick up", "grab"), ("put", "place"), ("the can", "the tin"), ("push", "shove"), ("centimetres", "cm"), ("grey", "gray"))
+
+
+def paraphrases(prompts: Sequence[Prompt], count: int, seed: int) -> list[Prompt]:
+    """Return `count` rewordings of prompts that ask for a motion: politeness, synonyms and slips of the finger."""
+    rng = random.Random(seed)
+    sources = [p for p in prompts if not p.expected.startswith("!") and p.category not in ("dialogue",)]
+    made = []
+    while len(made) < count:
+        source = rng.choice(sources)
+        text = source.text
+        for old, new in SWAPS:
+            if rng.random() < 0.3 and re.search(rf"\b{old}\b", text) and f"_{old}" not in text:
+                text = re.sub(rf"\b{old}\b", new, text)
+        if rng.random() < 0.5 and text.split()[0] in ("pick", "put", "place", "push", "stack", "tap", "move", "grab"):
+            text = rng.choice(PREFIXES) + text
+        if rng.random() < 0.4 and text[-1].isalnum():
+            text += rng.choice(SUFFIXES)
+        if rng.random() < 0.3:
+            text = _slip(text, rng)
+        made.append(Prompt(text, "paraphrase", source.expected, source.scene))
+    return made
+
+
+def _slip(text: str, rng: random.Random) -> str:
+    """Swap two letters inside one long word."""
+    long = [m for m in re.finditer(r"(?<![\w.])[a-z]{5,}(?![\w.])", text)]
+    if not long:
+        return text
+    match = rng.choice(long)
+    k = match.start() + rng.randrange(1, len(match[0]) - 2)
+    return text[:k] + text[k + 1] + text[k] + text[k + 2 :]
+
+
+def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Return the figures of a run."""
+    times = sorted(1e3 * outcome.seconds for outcome in outcomes)
+    count = Counter(outcome.verdict for outcome in outcomes)
+    by_category: dict[str, Counter[str]] = {}
+    for outcome in outcomes:
+        by_category.setdefault(outcome.prompt.category, Counter())[outcome.verdict] += 1
+    verdicts = ("right", "refused_right", "wrong_motion", "missed")
+    return {
+        "sentences": len(outcomes),
+        **{verdict: count[verdict] for verdict in verdicts},
+        "share_right": (count["right"] + count["refused_right"]) / max(len(outcomes), 1),
+        "by_category": {name: {v: c[v] for v in verdicts} for name, c in sorted(by_category.items())},
+        "milliseconds": {
+            "median": statistics.median(times), "p99": times[min(len(times) - 1, int(0.99 * len(times)))], "max": times[-1]
+        },
+    }  # fmt: skip
+
+
+def answer_text(answer: Plan | Refusal) -> str:
+    """Return an answer in one line."""
+    return "; ".join(map(str, answer.steps)) if isinstance(answer, Plan) else f"<{answer.code}> {answer.message}"
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--prompts", type=Path, nargs="*", help="prompt files (default: tests/prompts/*.yaml)")
+    parser.add_argument("--scene", type=Path, help="use this file's scene instead of each file's own")
+    parser.add_argument("--paraphrase", type=int, default=0, metavar="N", help="add N seeded rewordings")
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    options = parser.parse_args(argv)
+    scene = load_scene(options.scene) if options.scene else None
+    prompts = [p for path in options.prompts or sorted(CORPUS.glob("*.yaml")) for p in load_prompts(path, scene)]
+    prompts += paraphrases(prompts, options.paraphrase, options.seed)
+    planner = StubPlanner([NamedSkill(name) for name in PARAMETERS])  # type: ignore[misc]
+    outcomes = run(prompts, planner)
+    report = summary(outcomes)
+    bad = [outcome for outcome in outcomes if outcome.verdict in ("wrong_motion", "missed")]
+    if options.json:
+        report["failures"] = [
+            {"prompt": o.prompt.text, "verdict": o.verdict, "expected": o.prompt.expected, "answer": answer_text(o.answer)}
+            for o in bad
+        ]
+        json.dump(report, sys.stdout, indent=2)
+        print()
+        return 0
+    for outcome in bad:
+        print(f"{outcome.verdict}: {outcome.prompt.text!r}\n    want {outcome.prompt.expected}\n    got  {answer_text(outcome.answer)}")
+    for name, figures in report["by_category"].items():
+        print(f"{name:22} " + "  ".join(f"{verdict} {n}" for verdict, n in figures.items()))
+    time_ = report["milliseconds"]
+    print(
+        f"\n{report['sentences']} sentences: {report['right']} right, {report['refused_right']} rightly refused, "
+        f"{report['wrong_motion']} wrong motion, {report['missed']} missed ({100 * report['share_right']:.1f}%); "
+        f"median {time_['median']:.2f} ms, p99 {time_['p99']:.2f} ms, max {time_['max']:.2f} ms"
+    )
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
