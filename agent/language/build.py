@@ -107,7 +107,7 @@ class _Builder:
             raise RefusedError(
                 RefusalCode.UNSUPPORTED, f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.", sorted(avoid)
             )
-        for command in sentence.steps:
+        for command in _fused(sentence.steps):
             getattr(self, f"_{command.verb}")(command)
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
         if touched:
@@ -190,6 +190,8 @@ class _Builder:
                 f"The gripper holds one object at a time, and you asked for {listed(names)}; where should they go?",
                 names,
             )
+        if self.world.held == names[0] and names[0] in (self.steps[-1].call.arguments.get("object") for _ in self.steps[-1:]):
+            return
         if self.world.held == names[0]:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
         self._take(names[0])
@@ -413,6 +415,9 @@ class _Builder:
             near = (along if along is not None else x, across if across is not None else y)
             if not sides:
                 near = (x, 0.36 if y >= 0 else -0.36)
+        spots = self.world.free_spots(near, radius, (name,))
+        if not spots or math.dist(spots[0], near) > 0.16:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
         self._put_free(name, near, ignore=(name,))
 
     def _release(self, command: Command) -> None:
@@ -496,6 +501,31 @@ class _Builder:
             x, y = self.world.at[name]
             away = 0.2 if y >= 0 else -0.2
             self._put_free(name, (x, max(-0.3, min(0.3, y + away))))
+
+    def _tidy(self, command: Command) -> None:
+        """Into the one container there is; a container named itself is emptied."""
+        objects = self.world.objects
+        names, _ = self._objects(command)
+        if len(names) == 1 and (not self.world.movable(names[0]) or self.world.on_top_of(names[0])):
+            self._empty(names[0])
+            return
+        bins = [item.id for item in objects.values() if item.kind == "bin"]
+        if len(bins) != 1:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
+        left = [name for name in names if name not in self.world.inside(bins[0])]
+        for name in sorted(left, key=self.world.level, reverse=True):
+            self._put_in(name, bins[0])
+
+    def _empty(self, holder: str) -> None:
+        """Take what is in or on something, and put it on the table."""
+        world = self.world
+        if world.objects[holder].kind == "drawer":
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"Name what to take out of {holder}.", (holder,))
+        content = [*world.inside(holder), *world.on_top_of(holder)]
+        if not content:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in or on {holder}.", (holder,))
+        for name in sorted(content, key=world.level, reverse=True):
+            self._put_free(name, world.at[name])
 
     def _push(self, command: Command) -> None:
         names, _ = self._objects(command)
@@ -621,7 +651,8 @@ class _Builder:
 
     def _sort(self, command: Command) -> None:
         names, _ = self._objects(command)
-        self._need_empty("sort")
+        if self.world.held not in names:
+            self._need_empty("sort")
         objects = self.world.objects
         containers = [item for item in objects.values() if item.kind in ("bin", "bowl")]
         if isinstance(command.place, Relation) and command.place.refs:
@@ -670,6 +701,19 @@ class _Builder:
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:
     return tuple(value for key, value in call.arguments.items() if key in ("object", "target", "container", "drawer"))
+
+
+def _fused(commands: Sequence[Command]) -> list[Command]:
+    """ "Pick up both balls and put them in the bin": two hands would be needed, so each goes before the next is taken."""
+    fused: list[Command] = []
+    for command in commands:
+        before = fused[-1] if fused else None
+        several = before and before.verb == "pick" and (len(before.objects) > 1 or before.objects[0].plural or before.objects[0].determiner == "all")
+        if before and several and command.verb in ("put", "stack") and len(command.objects) == 1 and command.objects[0].determiner == "it":
+            fused[-1] = Command(command.verb, before.objects, command.place, command.tower, command.order)
+        else:
+            fused.append(command)
+    return fused
 
 
 def _is_tower(commands: Sequence[Command]) -> bool:

@@ -45,6 +45,8 @@ class Clauses(Phrasing):
         found += [(j, Element("distance", value)) for j, value in self.distance(i)]
         found += [(j, Element("particle", value)) for j, value in self.tag(i, "PART")]
         found += [(j, Element("times", value)) for j, value in self._times(i)]
+        if self.tag(i, "THE") or self.tag(i, "TABLE"):
+            found += [(j, Element("table")) for k in self.optional(i, "THE") for j, _ in self.tag(k, "TABLE")]
         for tag, kind, value in (
             ("UP_ORDER", "order", "up"), ("DOWN_ORDER", "order", "down"), ("BY_COLOUR", "colour", None),
             ("BY_OTHER", "other_sort", None),

@@ -96,12 +96,14 @@ _UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the ai
     "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
     "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
 _DOWN = frozenset({"down", "back down"})
-_ASIDE = frozenset({"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "away", "over to one side"})
+_ASIDE = frozenset({"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"})
 _TOGETHER = frozenset({"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"})
 _MUTUAL = frozenset({"on top of each other", "on top of one another", "on each other", "on one another", "together", "up", "one on top of the other", "one on another", "on top of the other"})
 
 
 def _pick(frame: Frame) -> list[Command]:
+    if frame.particle == "apart":
+        return _unstack(frame)
     if not frame.only("particle", "person") or len(frame.objects) > 1 or not (frame.particle is None or frame.particle in _UP):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
@@ -139,6 +141,8 @@ def _put(frame: Frame) -> list[Command]:
     if not frame.only("particle", "direction", "distance"):
         return []
     direction = frame.one("direction")
+    if direction == "back" and particle in _DOWN and not frame.places:
+        return [Command("release", objects)]
     if direction == "back" and "distance" not in frame.rest:
         direction = None
         places = places or [Original()]
@@ -153,6 +157,8 @@ def _put(frame: Frame) -> list[Command]:
             return [Command("release", objects)]
         if particle in _ASIDE:
             return [Command("aside", objects)]
+        if particle == "away":
+            return [Command("tidy", objects)]
         if particle in _TOGETHER:
             return [Command("line_up", objects, None)]
         if particle in _MUTUAL and frame.objects:
@@ -167,7 +173,7 @@ def _placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> li
     """A destination, or a chain of them: "red on green on blue"."""
     first, *chain = places
     if isinstance(first, Relation):
-        if first.kind in ("under", "towards", "away", "against", "from"):
+        if first.kind in ("held", "towards", "away", "against", "from"):
             return []
         supports: list[Ref] = []
         for support in chain:
@@ -259,12 +265,15 @@ def _build(frame: Frame) -> list[Command]:
     ends = dict(frame.rest.get("order_end", ()))
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
     tower_ref = frame.objects[0][0]
+    where = frame.places[0] if len(frame.places) == 1 else None
     plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
-    if set(frame.rest) - {"order", "order_end", "material"} or len(lists) > 1 or not plain or frame.places:
+    if set(frame.rest) - {"order", "order_end", "material"} or len(lists) > 1 or not plain or (frame.places and not (isinstance(where, Relation) and where.kind == "on" and where.refs)):
         return []
     if len(ends) != len(frame.rest.get("order_end", ())):
         return []
     middle = lists[0] if lists else ()
+    if where is not None:
+        return [Command("stack", middle, where)] if middle and not ends and "order" not in frame.rest else []
     if "order" in frame.rest and not ends:
         return [Command("stack", middle, None, (), frame.one("order"))] if middle else []
     if ends and (len(middle) != 1 or not (middle[0].plural or middle[0].determiner == "all")):
@@ -342,6 +351,15 @@ def _sort(frame: Frame) -> list[Command]:
     return []
 
 
+def _tidy(frame: Frame) -> list[Command]:
+    """ "clear the table", "empty the tray", "tidy up the blocks"."""
+    if frame.places or len(frame.objects) > 1 or not frame.only("particle", "table"):
+        return []
+    if frame.objects:
+        return [Command("tidy", frame.objects[0])] if frame.particle in (None, "up", "away", "off", "out") else []
+    return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
+
+
 def _line_up(frame: Frame) -> list[Command]:
     if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "up", "side by side", "next to each other", "next to one another"):
         return []
@@ -377,6 +395,7 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "sort": _sort,
     "line_up": _line_up,
     "unstack": _unstack,
+    "tidy": _tidy,
     "go": _go,
 }
 _ = (Original, SUPPORTS)

@@ -86,10 +86,42 @@ class Grammar(Clauses):
             late = [k for k, _ in self.tag(self._skip(j), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
                 late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
+            for k in self._corrected(j):
+                # "pick up the can, no, push it": what was said before does not count.
+                for end, rest in self._parts(k):
+                    first = rest[0] if rest else None
+                    last = part[-1]
+                    if isinstance(first, Command) and isinstance(last, Command):
+                        if first.objects and first.objects[0].determiner == "it":
+                            first = replace(first, objects=last.objects)
+                        found.append((end, (*part[:-1], first, *rest[1:])))
+            for k in self._joints(j):
+                found += self._gapped(part, k)
             for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
                     found.append((end, (*rest, *part)))
         return found[:20]
+
+    def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
+        """ "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
+        last = part[-1]
+        if not isinstance(last, Command) or last.verb != "push":
+            return []
+        found: Found[tuple[Part, ...]] = []
+        n = len(self.tokens)
+        for j, elements in self.elements(k):
+            if not any(e.kind in ("direction", "distance") for e in elements):
+                continue
+            for command in frame_command("push", elements):
+                if command.direction is None:
+                    continue
+                again = replace(command, objects=last.objects) if not any(e.kind == "objects" for e in elements) else command
+                if self._skip(j) >= n:
+                    found.append((n, (*part, again)))
+                for m in self._joints(j):
+                    found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
+                    found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+        return found
 
     def _skip(self, i: int) -> int:
         while self.text(i) in (",", ".", ";", "!", "?", ":"):
@@ -157,6 +189,9 @@ class Grammar(Clauses):
             found += self._wish(start)
         found += self._fronted(i)
         found += self._telegram(i)
+        for j, _ in self.tag(i, "INSTEAD"):
+            for k, _ in self.np_list(j):
+                found += [(end, command) for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k]
         return list(dict.fromkeys(found))
 
     def _preambles(self, i: int, depth: int) -> list[int]:

@@ -43,13 +43,13 @@ class Discourse:
 
     mentioned: list[tuple[str, ...]] = field(default_factory=list)
     themes: list[tuple[str, ...]] = field(default_factory=list)
-    nouns: tuple[str, ...] = ()
+    nouns: list[tuple[str, ...]] = field(default_factory=list)
 
     def mention(self, ids: tuple[str, ...], nouns: tuple[str, ...] = ()) -> None:
         """Note that something was spoken of."""
         self.mentioned.append(ids)
-        if nouns:
-            self.nouns = nouns
+        if nouns and nouns != ("thing",):
+            self.nouns.append(nouns)
 
     def spoken_of(self) -> set[str]:
         """Return everything spoken of."""
@@ -94,8 +94,7 @@ class Grounder:
         else:
             found = self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
-            nouns = ref.nouns or (self.discourse.nouns if ref.one else ())
-            self.discourse.mention(meaning.ids, nouns)
+            self.discourse.mention(meaning.ids, ref.nouns)
             return meaning
         self.discourse.mention(meaning.ids)
         return meaning
@@ -136,6 +135,10 @@ class Grounder:
         several = ref.plural or ref.determiner == "all"
         found = self._named(ref, pool, several, fits)
         if ref.other:
+            if not self.discourse.mentioned and not self.world.held:
+                raise RefusedError(
+                    RefusalCode.AMBIGUOUS, f"“{ref.text}”: other than which? I see {listed(list(objects))}.", list(objects)
+                )
             found = [item for item in found if item.id not in self.discourse.spoken_of()]
         if not found:
             raise self._not_found(ref, fits, barred)
@@ -173,8 +176,7 @@ class Grounder:
                 found = preferred or found
             found = match.with_noun(found, ref.nouns, several=several)
         elif ref.one and self.discourse.nouns:
-            same = match.with_noun(found, self.discourse.nouns, several=several)
-            found = same or [item for item in found if self.world.movable(item.id) or fits]
+            found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:
             things = [item for item in found if self.world.movable(item.id)]
             found = things if things or fits is None else found
@@ -183,6 +185,14 @@ class Grounder:
         if ref.nouns == ("tower",):
             found = [item for item in found if self.world.level(item.id) and not self.world.on_top_of(item.id)]
         return found
+
+    def _same_noun(self, found: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
+        """ "one" stands for the noun spoken of last that makes sense here."""
+        for nouns in reversed(self.discourse.nouns):
+            same = [item for item in match.with_noun(found, nouns, several=several) if fits is None or fits(item.id)]
+            if same:
+                return same
+        return [item for item in found if self.world.movable(item.id) or fits]
 
     def _known(self, ref: Ref) -> None:
         if not ref.unknown:
@@ -220,10 +230,15 @@ class Grounder:
 
     def _related(self, names: list[str], relation: Relation, ref: Ref, *, empty: bool = False) -> list[str]:
         kind, world = relation.kind, self.world
-        if not relation.refs:
+        if kind == "held":
+            found = [name for name in names if name == world.held]
+        elif not relation.refs:
             found = [name for name in names if name not in world.parent and name != world.held]
         elif kind in ("on", "in", "under", "from"):
             anchors = self._anchors(relation.refs[0], loose=True)
+            if relation.refs[0].nouns == ("tower",) or relation.refs[0].nouns == ("stack",):
+                # "off the tower" is its top itself.
+                return [name for name in names if name in anchors] or anchors
             found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]
         elif kind == "between":
             ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]

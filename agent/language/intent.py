@@ -22,6 +22,8 @@ Verb = Literal[
     "line_up",
     "unstack",
     "aside",
+    "tidy",
+    "empty",
     "nothing",
 ]
 
@@ -49,7 +51,7 @@ class Relation:
     """A position relative to things: a modifier of a noun or the place where something goes.
 
     Attributes:
-        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away or against.
+        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against or held (in the gripper).
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.

@@ -11,7 +11,7 @@ from robosandbox.agent.language.real_words import REAL_WORDS
 if TYPE_CHECKING:
     from robosandbox.agent.language.tokens import Token
 
-__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
+__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "START_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
 
 
 def _items(text: str) -> list[str]:
@@ -98,7 +98,7 @@ def _build() -> Phrases:
         ("THE", words.DEFINITES), ("A", words.INDEFINITES), ("ALL", words.UNIVERSALS), ("BOTH", words.BOTHS), ("OTHER", words.OTHERS),
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
-        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
+        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
@@ -119,9 +119,11 @@ EDGE_FILLERS = Phrases()
 EDGE_FILLERS.add_all(words.EDGE_FILLERS, "FILLER")
 END_FILLERS = Phrases()
 END_FILLERS.add_all(words.END_FILLERS, "FILLER")
+START_FILLERS = Phrases()
+START_FILLERS.add_all(words.START_FILLERS, "FILLER")
 
 WORDS = frozenset(
-    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
+    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | START_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
 )
 VOCABULARY = tuple(sorted(word for word in WORDS if len(word) >= 3 and word.isalpha()))
 

@@ -17,6 +17,7 @@ T = TypeVar("T")
 P = ParamSpec("P")
 Found = list[tuple[int, T]]
 MAX_STEPS = 6_000
+HELD = Relation("held")
 MAX_READINGS_PER_END = 8
 
 
@@ -102,6 +103,16 @@ class Phrasing:
             for k, ref in self._head(j, base):
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
+        for j, _ in self.tag(i, "HELD_THING"):
+            found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
+        if self.text(i) == "not":
+            for j, _ in self.np(i + 1):
+                if self.text(j) == "but":
+                    found += self.np(j + 1)
+        for j, ref in list(found):
+            k = j + 1 if self.text(j) == "," else j
+            for m, _ in self.tag(k, "INSTEAD"):
+                found += [(end, ref) for end, _ in self.np(m)]
         known = {end for end, ref in found if not ref.unknown}
         return _distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
@@ -116,7 +127,18 @@ class Phrasing:
             k = self._joint(j)
             if k:
                 found += [(end, (first, *others)) for end, others in self.np_list(k) if len(others) < 10]
+        for j, refs in list(found):
+            for k in self._corrected(j):
+                for end, better in self.np_list(k):
+                    if better[0].one and not better[0].nouns:
+                        better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
+                    found.insert(0, (end, (*refs[:-1], *better)))
         return _distinct(found)
+
+    def _corrected(self, j: int) -> list[int]:
+        """ "the red cube, no wait, the blue one": where the better words start."""
+        k = j + 1 if self.text(j) == "," else j
+        return [m + 1 if self.text(m) == "," else m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
 
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
@@ -144,6 +166,7 @@ class Phrasing:
                 k, colour = hits[0]
                 colours.append(colour)
                 joint = self._joint(k)
+                joint = self.optional(joint, "THE")[0] if joint else 0
                 if not joint or not self.tag(joint, "COLOUR"):
                     break
                 k = joint
@@ -161,7 +184,8 @@ class Phrasing:
         found: Found[Ref] = []
         for j, _ in self.tag(i, "EVERYTHING"):
             base = Ref(text=self.said(i, j), determiner="all", plural=True)
-            found += self._modified(j, base, 0)
+            for k, ref in self._adjectives(j, base, 0):
+                found += self._modified(k, ref, 0)
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
@@ -335,6 +359,8 @@ class Phrasing:
         start = i + 1 if self.text(i) == "," else i
         for j, _ in self.tag(i, "OF_THEM"):
             found.append((j, ref))
+        for j, _ in self.tag(i, "HELD"):
+            found.append((j, replace(ref, relations=(*ref.relations, HELD))))
         if self.text(i) == "of" and ref.one and ref.ranks:
             # "the larger of the two red blocks"
             for j, whole in self.np(i + 1):
@@ -429,6 +455,9 @@ class Phrasing:
             for j, _ in self.tag(i, tag):
                 if j > i + 1:
                     found.append((j, Rank(key)))
+                    if self.text(j) == "of":
+                        for k in self.optional(j + 1, "THE"):
+                            found += [(end, Rank(key)) for end, (noun, _, _) in self.tag(k, "NOUN") if noun == "tower"]
         return found
 
     # Positions.

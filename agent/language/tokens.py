@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from robosandbox.agent.language.lexicon import EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, WORDS
+from robosandbox.agent.language.lexicon import EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, START_FILLERS, WORDS
 from robosandbox.agent.language.spelling import nearest_word
 
 MAX_CHARACTERS = 2_000
@@ -184,6 +184,7 @@ def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
     while i < len(tokens):
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
+        length = length or (0 if kept else START_FILLERS.match(tokens, i))
         if not length and kept:
             length = END_FILLERS.match(tokens, i)
             after = i + length

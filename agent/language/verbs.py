@@ -13,7 +13,7 @@ VERBS: dict[str, str] = {
     "put": (
         "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, toss, throw, chuck, stash, store, "
         "leave, insert, load, transfer, relocate, carry, deliver, transport, bring, send, tuck, slot, drop off, stow, bung, "
-        "lob, sling, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, rehome, park, plant, pile, "
+        "lob, sling, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, plant, pile, "
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, lay down, hang, "
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, push down"
     ),
@@ -33,7 +33,7 @@ VERBS: dict[str, str] = {
     "sort": "sort, sort out, organise, organize, group, separate, arrange, categorise, categorize, distribute, classify, divide",
     "line_up": "line up, align, arrange, set up, lay out, line",
     "unstack": "unstack, dismantle, take apart, disassemble, take down, break down, break up, knock down, destack, tear down",
-    "tidy": "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, empty, tidy away, clear away, put away, pack away, empty out",
+    "tidy": "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, empty, tidy away, clear away, put away, pack away, empty out, throw away, bin, dispose of, discard, get rid of, clean out",
     "go": "go, return, move, come, drive, get, head, travel, retreat, retract, go back, come back, move back, get back, head back, return back, be",
     "home": "home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, go to sleep, stand down",
     "want": "want, need, require, like, love, prefer, wish",

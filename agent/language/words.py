@@ -257,8 +257,8 @@ FILLERS = (
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, whenever you are ready, when possible, "
     "pretty please, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, neatly, properly, "
     "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, this minute, very carefully, very gently, very slowly, "
-    "once more, also, too, as well, alright, all right, actually, basically, literally, honestly, perhaps, maybe, "
-    "quite, really, directly, simply, somewhere, there is a good robot, there you go, "
+    "once more, also, too, as well, alright, all right, basically, literally, honestly, perhaps, maybe, "
+    "quite, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, using your arm, with your claw, using the arm, with the claw, "
     "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
     "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, say, right there, "
@@ -336,7 +336,7 @@ CONNECTORS = (
     "when you are done, once you are done, when you have done that, once you have done that, once finished, when finished, after this, and once done, and when done, "
     "and once that is done, to finish, and to finish, to end, second, secondly, third, thirdly, now, and now, as well as, so that you can, "
     "at the end, in the end, at last, after you are done, and after this, then next, next up, and to finish off, to finish off, as a last step, as the last step, as a final step, lastly then, followed up by, from there, and from there, "
-    "after doing that, after doing so, and after doing that, after you have done that, and last, last, last of all, and last of all, when that is finished, once that is finished, with that done, that done, having done that, in order to, immediately after, straight after, straight after that, immediately after that, right after that, right after, it, once you have it, once you have got it, once you are holding it, once it is in your gripper, once it is there, when it is there, once there, when you have it, after it"
+    "after doing that, after doing so, and after doing that, after you have done that, and last, last, last of all, and last of all, when that is finished, once that is finished, with that done, that done, having done that, in order to, immediately after, straight after, straight after that, immediately after that, right after that, right after, once you have it, once you have got it, once you are holding it, once it is in your gripper, once it is there, when it is there, once there, when you have it, after it"
 )
 FIRST = "first, firstly, first of all, to begin, to begin with, to start, to start with, first off, before anything else, initially, first up, at first, as a first step, step one, for starters, start off, first things first, before all else"
 FIRST_BUT = "but first, but before that, but before you do that, but before doing that, before that, but first of all, after first, but beforehand, beforehand, but prior to that, prior to that, but start by, only after, but only after, only once"
@@ -373,7 +373,7 @@ UNIVERSALS = (
 BOTHS = "both, both the, both of the, both these, both those, both of these, both of those, the pair of, the two, each of the two, both my"
 OTHERS = "other, remaining, leftover, left over, rest of the"
 RESTS = "rest, others, remainder, rest of them, remaining ones, rest of the stuff, rest of it, other ones, ones that are left, ones left"
-OF_THEM = "of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, of the bunch, of all of them, of the group, of the set, out of them, out of the two, out of all of them, of both, of the pair, in the scene, there is, around, here, available, in the bunch, in the lot, of any, you can find, you can see, in sight, you see, among them, in view, in the set, in the group, that you can see, that there is, overall"
+OF_THEM = "of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, of the bunch, of all of them, of the group, of the set, out of them, out of the two, out of all of them, of both, of the pair, of the bunch, in the scene, there is, around, here, available, in the bunch, in the lot, of any, you can find, you can see, in sight, you see, among them, in view, in the set, in the group, that you can see, that there is, overall"
 CALLED = "called, named, labelled, labeled, known as, with id, with the id, with name, with the name, with the label, with label, id"
 NON = "non, not"
 COLOURED = "coloured, colored, color, colour, in color, in colour"
@@ -394,7 +394,7 @@ MATERIAL = "with, of, from, out of, using, made of, made up of, consisting of, m
 SWAP_OF = "the positions of, positions of, the places of, places of, the locations of, the position of, the spots of, the place of, places between, positions between, the order of, locations of, the location of"
 NOR = "nor, or, and, or is, nor is"
 FREE_SPOTS = (
-    "somewhere, anywhere, somewhere else, elsewhere, somewhere free, anywhere free, anywhere else, some place else, someplace else, in an empty spot, in a free spot, somewhere empty, on an empty spot, on a free spot, "
+    "somewhere free, anywhere free, some free spot, on some free spot, at some free spot, in some free spot, somewhere, anywhere, somewhere else, elsewhere, somewhere free, anywhere free, anywhere else, some place else, someplace else, in an empty spot, in a free spot, somewhere empty, on an empty spot, on a free spot, "
     "at a free spot, in a free space, in an empty space, to an empty spot, to a free spot, wherever there is space, wherever you like, wherever you want, anywhere you like, anywhere you want, wherever there is room, "
     "where there is space, where there is room, somewhere safe, in a clear spot, on an empty patch, to a free space, to an empty space, in the open, in an open spot, on a clear spot, in an empty area, to an empty area, where there is free space"
 )
@@ -402,8 +402,13 @@ CONTENTS = (
     "water, contents, content, liquid, coffee, tea, juice, milk, beans, rice, beads, balls, sand, stuff, grains, pellets, drink, the contents of, contents of, the content of, the stuff in, what is in, the water in, whatever is in, "
     "the contents in, the contents from, contents from, all the contents of, everything in, the liquid in, the liquid from, the water from, water from, the beads in, the beads from, the beans from, the beans in, the drink in, what is inside, whatever is inside, the coffee from, the coffee in, the rice from, the rice in, the balls from, the balls in"
 )
-END_FILLERS = "if you could, if you can, if you would, if you will, like, already, for god sake, for me now, once and for all, would you, will you, could you, can you, would ya, for me please, you know, if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, that is all, ok robot"
-EDGE_FILLERS = "yes, sure, of course, awesome, let us see, let me see, let me think, let us think, good, great, nice, perfect, cool, excellent, so, well, robot, look, listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, dear, man, love, fine, see, so then, well then, sorry, excuse me, pardon me, attention, wait, no wait, oh wait, as i said, i mean, in that case, panda, franka, robo, hal, robby"
+START_FILLERS = "sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
+CORRECTION = "no, no wait, wait no, wait, wait a second, wait a minute, hang on, hold on, sorry, i mean, i meant, actually, actually no, no actually, or rather, rather, make that, scratch that, correction, oops, oh no, no sorry, sorry i mean, sorry i meant, sorry no, not that, not that one, i meant to say, no i mean, no i meant, no make that, oh wait, oh sorry, wait i mean, wait i meant, oops i mean, oops i meant, strike that, on second thought, on second thoughts, no wait actually, wait actually, no not that one, no not that, no hang on, my bad, my mistake, well actually, well no, better, er no, no no, or actually, oops no, oops sorry"
+INSTEAD = "instead of, rather than, and not, not, as opposed to, but not, instead of picking up, rather than picking up, instead of using, in preference to"
+HELD = "you are holding, that you are holding, which you are holding, you hold, you are currently holding, that you are currently holding, in your hand, in your gripper, in the gripper, in your claw, that is in your hand, that is in your gripper, that is in the gripper, you have, you have in your hand, you have in your gripper, you have picked up, you just picked up, you picked up, that you just picked up, that you picked up, you are gripping, in your grip, you have got, in hand"
+HELD_THING = "what you are holding, whatever you are holding, what you have, what you hold, whatever you have, whatever you hold, what is in your hand, what is in your gripper, what is in the gripper, whatever is in your gripper, whatever is in your hand, what you are currently holding, what you picked up, what you just picked up, whatever is in the gripper, what you have in your hand, what you have in your gripper, what you have got"
+END_FILLERS = "actually, if you could, if you can, if you would, if you will, like, already, for god sake, for me now, once and for all, would you, will you, could you, can you, would ya, for me please, you know, if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, that is all, ok robot"
+EDGE_FILLERS = "yes, sure, of course, awesome, let us see, let me see, let me think, let us think, good, great, nice, perfect, cool, excellent, so, well, robot, look, listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, dear, man, love, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, panda, franka, robo, hal, robby"
 GRAMMAR_WORDS = frozenset(
     "the a an and or of to in on at by from with without then that which is are it them them one ones all both every each not no put pick "
     "up down left right front back top bottom middle next beside between under over into onto off out away corner edge side table robot me my your you "

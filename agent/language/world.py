@@ -170,7 +170,7 @@ class World:
     def free_spots(self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, the nearest to `near` first."""
         ignored = tuple(ignore)
-        grid = [(0.02 * i, 0.02 * j) for i in range(0, 18) for j in range(-15, 16)]
+        grid = [(0.02 * i, 0.02 * j) for i in range(-4, 19) for j in range(-19, 20)]
         grid.sort(key=lambda xy: (round(math.dist(xy, near), 6), xy))
         spots: list[tuple[float, float]] = []
         for xy in grid:
