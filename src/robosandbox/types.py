@@ -31,13 +31,13 @@ Direction = Literal["forward", "back", "left", "right"]
 
 # Unit vectors in the world's xy plane. The words are the robot's: forward is away from it, and the front of a thing
 # is the side that it sees, so "back" as a way to go and "back" as a side of a thing are opposite.
-DIRECTION_AXES: Mapping[Direction, tuple[float, float]] = {
+DIRECTION_AXES: Mapping[str, tuple[float, float]] = {
     "forward": (1.0, 0.0),
     "back": (-1.0, 0.0),
     "left": (0.0, 1.0),
     "right": (0.0, -1.0),
 }
-SIDE_AXES: Mapping[Side, tuple[float, float]] = {
+SIDE_AXES: Mapping[str, tuple[float, float]] = {
     "front": (-1.0, 0.0),
     "back": (1.0, 0.0),
     "left": (0.0, 1.0),

@@ -1,0 +1,155 @@
+"""A seed's layout: seed 0 is the scene as written, every other one is drawn from the seed and the task's name."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.perception.relations import bottom, bounds, gap
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, SceneObject
+
+CLEARANCE = 0.02
+EDGE = 0.01
+TABLE_HALF_EXTENT = 0.5
+_ITEM_DRAWS = 200
+_SCENE_DRAWS = 50
+
+Accept = Callable[[DetectedObject], bool]
+Extents = Mapping[str, Sequence[float]]
+Group = Sequence[SceneObject]
+NO_EXTENTS: Extents = MappingProxyType({})
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How an episode begins.
+
+    Attributes:
+        scene: With the task's structure and this seed's numbers.
+        q_offset: What to add to the arm's start configuration, shape (n,).
+    """
+
+    scene: Scene
+    q_offset: Array
+
+
+def draw_layout(
+    task: Task, seed: int, *, joints: int, extents: Extents = NO_EXTENTS, accept: Accept | None = None
+) -> Layout:
+    """Return the layout of a seed.
+
+    Objects that stand on one another as written move as one. Drawn objects keep `CLEARANCE` from one another and stay
+    on the table. The layouts of two seeds differ because they are drawn from a continuum.
+
+    Args:
+        task: The task.
+        seed: 0 or more.
+        joints: How many arm joints the robot has.
+        extents: Half-extents (3) of each mesh at scale 1 by object id; they stand in its file only.
+        accept: Says of a drawn object whether it may be there; out of reach is the usual no.
+
+    Raises:
+        InputError: The seed is negative, or no layout was accepted.
+    """
+    if seed < 0:
+        raise InputError(f"seed: {seed} is negative; give 0 or more")
+    if seed == 0:
+        return Layout(task.scene, np.zeros(joints))
+    rng = np.random.default_rng([seed, *task.name.encode()])
+    q_offset = rng.uniform(-1.0, 1.0, joints) * task.randomization.q_jitter
+    groups = _groups(task.scene.objects, extents)
+    for _ in range(_SCENE_DRAWS):
+        drawn = _draw_scene(task, groups, extents, rng, accept)
+        if drawn is not None:
+            objects = tuple(drawn[item.id] for item in task.scene.objects)
+            return Layout(task.scene.model_copy(update={"objects": objects}), q_offset)
+    raise InputError(
+        f"{task.name}: randomize: seed {seed}: no layout without overlaps and within reach in {_SCENE_DRAWS} draws; "
+        "give a smaller xy_jitter, or put the objects further apart or nearer the robot"
+    )
+
+
+def _draw_scene(
+    task: Task, groups: Sequence[Group], extents: Extents, rng: np.random.Generator, accept: Accept | None
+) -> dict[str, SceneObject] | None:
+    placed: dict[str, SceneObject] = {}
+    for group in groups:
+        others = [_as_seen(item, extents) for item in placed.values()]
+        for _ in range(_ITEM_DRAWS):
+            drawn = _draw_group(group, task.randomization, extents, rng)
+            if all(_fits(_as_seen(item, extents), others, accept) for item in drawn):
+                placed.update({item.id: item for item in drawn})
+                break
+        else:
+            return None
+    return placed
+
+
+def _draw_group(
+    group: Sequence[SceneObject], default: Randomize, extents: Extents, rng: np.random.Generator
+) -> list[SceneObject]:
+    """Return the group moved and turned about its lowest object, each with its own colour and mass."""
+    base = group[0]
+    jitter = base.randomize or default
+    move = rng.uniform(-1.0, 1.0, 2) * jitter.xy_jitter
+    yaw = rng.uniform(-1.0, 1.0) * jitter.yaw_jitter
+    turn = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))
+    pivot = base.pose.position
+    drawn = []
+    for item in group:
+        own = item.randomize or default
+        # A stack of other sizes would float or overlap, so only what stands alone changes its size.
+        scale = 1.0 + rng.uniform(-1.0, 1.0) * own.size_jitter * (len(group) == 1)
+        arm = turn.rotation @ (item.pose.position - pivot)
+        position = pivot + arm + np.array([*move, 0.0])
+        pose = Pose.from_matrix(position, turn.rotation @ item.pose.rotation)
+        mass = item.mass * (1.0 + rng.uniform(-1.0, 1.0) * own.mass_jitter)
+        colour = np.clip(np.array(item.rgba[:3]) + rng.uniform(-1.0, 1.0, 3) * own.rgba_jitter, 0.0, 1.0)
+        scaled = item.model_copy(
+            update={
+                "size": tuple(value * scale for value in item.size),
+                "scale": item.scale * scale if item.kind == "mesh" else item.scale,
+                "pose": pose,
+                "mass": mass,
+                "rgba": (*map(float, colour), item.rgba[3]),
+            }
+        )
+        drawn.append(_standing_as_high_as(item, scaled, extents) if scale != 1.0 else scaled)
+    return drawn
+
+
+def _standing_as_high_as(item: SceneObject, scaled: SceneObject, extents: Extents) -> SceneObject:
+    """Return the scaled object with its lowest point where the original's is."""
+    x, y, z = scaled.pose.xyz
+    z += bottom(_as_seen(item, extents)) - bottom(_as_seen(scaled, extents))
+    return scaled.model_copy(update={"pose": Pose(xyz=(x, y, z), quat_xyzw=scaled.pose.quat_xyzw)})
+
+
+def _fits(seen: DetectedObject, others: Iterable[DetectedObject], accept: Accept | None) -> bool:
+    low, high = bounds(seen)
+    on_table = max(float(-low[:2].min()), float(high[:2].max())) < TABLE_HALF_EXTENT - EDGE
+    apart = all(gap(seen, other) >= CLEARANCE for other in others)
+    return on_table and apart and (accept is None or accept(seen))
+
+
+def _groups(objects: Sequence[SceneObject], extents: Extents) -> list[list[SceneObject]]:
+    """Return the objects in groups that stand on or in one another, the lowest of each first."""
+    groups: list[list[SceneObject]] = []
+    for item in sorted(objects, key=lambda each: bottom(_as_seen(each, extents))):
+        seen = _as_seen(item, extents)
+        below = [group for group in groups if any(gap(_as_seen(other, extents), seen) < 0.0 for other in group)]
+        merged = [other for group in below for other in group]
+        groups = [group for group in groups if group not in below]
+        groups.append([*merged, item])
+    return groups
+
+
+def _as_seen(item: SceneObject, extents: Extents) -> DetectedObject:
+    size = tuple(half * item.scale for half in extents[item.id]) if item.kind == "mesh" else item.size
+    return DetectedObject(id=item.id, kind=item.kind, size=size, colour="", rgba=item.rgba, pose=item.pose)

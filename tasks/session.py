@@ -1,0 +1,241 @@
+"""A world with an agent in it, ready for prompts: what the command line, the bench and short scripts use."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Self
+
+import numpy as np
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.episode import Episode
+from robosandbox.errors import InputError, UnreachableError
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.perception.relations import centre
+from robosandbox.plugins import load_plugin
+from robosandbox.protocols import Planner, Skill
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.truth import Truth
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.loader import find_task, load_task
+from robosandbox.tasks.randomize import draw_layout
+from robosandbox.tasks.success import AtHome, Verdict, judge
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
+
+DEFAULT_TASK = "pick_from_three"
+_REACH_YAWS = (0.0, np.pi / 2.0)
+_REACH_ABOVE = (0.0, 0.12)
+_DOWN = np.array([0.0, 0.0, -1.0])
+_BASE_RADIUS = 0.15
+
+
+@dataclass(slots=True, kw_only=True)
+class Session:
+    """A loaded task, and an agent that can act in it.
+
+    Attributes:
+        task: What is loaded.
+        sim: The world.
+        ctx: What skills use in it.
+        skills: What the robot can do.
+        agent: Carries out prompts.
+        seed: The last reset's.
+        start: The state after it, which success is judged against.
+    """
+
+    task: Task
+    sim: MuJoCoBackend
+    ctx: AgentContext
+    skills: list[Skill]
+    agent: Agent
+    seed: int
+    start: Truth
+    _extents: dict[str, tuple[float, ...]]
+
+    def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
+        """Carry out a prompt, or the task's own.
+
+        Args:
+            prompt: A sentence.
+            timeout: Simulated seconds after which the running skill is stopped.
+        """
+        with self.ctx.goal(timeout):
+            return self.agent.run(self.task.prompt if prompt is None else prompt)
+
+    def reset(self, seed: int = 0) -> None:
+        """Start over with this seed's layout.
+
+        Raises:
+            InputError: The seed is negative or has no layout.
+        """
+        robot = self.sim.robot
+        layout = draw_layout(
+            self.task,
+            seed,
+            joints=len(robot.home_q),
+            extents=self._extents,
+            accept=_ReachCheck(self.ctx, self.task.scene),
+        )
+        q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
+        self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
+        self.start = self.sim.truth()
+        self.seed = seed
+
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now."""
+        return self.ctx.perception.perceive(self.sim)
+
+    def judge(self) -> Verdict:
+        """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold."""
+        return judge(self.task.success, self.start, self.sim.truth, self.sim.step)
+
+    def close(self) -> None:
+        """Free the world."""
+        self.sim.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def open_session(
+    task: Task | Scene | Path | str | None = None,
+    *,
+    robot: Path | str | None = None,
+    planner: str = "stub",
+    perception: str = "ground_truth",
+    seed: int = 0,
+    max_replans: int = 3,
+    what_if: bool = True,
+    render_size: tuple[int, int] = (240, 320),
+) -> Session:
+    """Load a world and put an agent in it.
+
+    Args:
+        task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
+            three cubes when left out.
+        robot: A model file or a bundled robot's name, in place of the task's robot.
+        planner: Name of an installed planner.
+        perception: Name of an installed perception.
+        seed: The layout; 0 is the task as written.
+        max_replans: How often a failure may be answered with a new plan.
+        what_if: Whether skills may try repairs on copies of the world.
+        render_size: (height, width) of camera pictures, pixels.
+
+    Raises:
+        InputError: A name, file or value is wrong.
+    """
+    chosen = resolve_task(task)
+    if robot is not None:
+        scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
+        chosen = chosen.model_copy(update={"scene": scene})
+    skills = load_skills()
+    make_planner = load_plugin("planners", planner)
+    sim = MuJoCoBackend(render_size=render_size)
+    ctx = AgentContext(
+        sim=sim,
+        perception=load_plugin("perceptions", perception)(),
+        grasp=AnalyticTopDown(),
+        motion=DLSMotionPlanner(),
+        what_if=what_if,
+    )
+    mind: Planner = make_planner(skills)
+    agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
+    sim.load(chosen.scene)
+    try:
+        _check_start_q(chosen, sim)
+        start = sim.truth()
+        extents = {
+            item.id: tuple(half / item.scale for half in start.objects[item.id].size)
+            for item in chosen.scene.objects
+            if item.kind == "mesh"
+        }
+        session = Session(
+            task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=0, start=start, _extents=extents
+        )
+        if seed != 0 or chosen.start_q is not None:
+            session.reset(seed)
+    except BaseException:
+        sim.close()
+        raise
+    return session
+
+
+def resolve_task(task: Task | Scene | Path | str | None) -> Task:
+    """Return the task that a value names.
+
+    Raises:
+        InputError: There is none of that name, or its file is wrong.
+    """
+    match task:
+        case None:
+            return find_task(DEFAULT_TASK)
+        case Task():
+            return task
+        case Scene():
+            return Task(name="scene", prompt="go home", scene=task, success=AtHome(kind="at_home"))
+        case Path():
+            return load_task(task)
+        case _:
+            return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+
+
+def _check_start_q(task: Task, sim: MuJoCoBackend) -> None:
+    if task.start_q is None:
+        return
+    robot = sim.robot
+    if len(task.start_q) != len(robot.joints):
+        raise InputError(
+            f"{task.name}: start_q: has {len(task.start_q)} values; {robot.name} has {len(robot.joints)} arm joints"
+        )
+    for name, value, low, high in zip(robot.joints, task.start_q, robot.lower, robot.upper, strict=True):
+        if not low <= value <= high:
+            raise InputError(
+                f"{task.name}: start_q: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}"
+            )
+
+
+class _ReachCheck:
+    """Says whether the gripper can be over an object and at it, pointing down.
+
+    An arm that cannot do so even where the task puts the object works in another way; its draws are not checked.
+    """
+
+    def __init__(self, ctx: AgentContext, scene: Scene) -> None:
+        self._ctx = ctx
+        self._exempt: dict[str, bool] = {}
+        self._scene = scene
+        self._ready = False
+
+    def __call__(self, obj: DetectedObject) -> bool:
+        if not self._ready:
+            self._ctx.motion.use(self._ctx.sim, self._ctx.perception.perceive(self._ctx.sim))
+            self._ready = True
+        if obj.id not in self._exempt:
+            written = next(item for item in self._scene.objects if item.id == obj.id)
+            self._exempt[obj.id] = not self._reaches(replace(obj, pose=written.pose))
+        return self._exempt[obj.id] or self._reaches(obj)
+
+    def _reaches(self, obj: DetectedObject) -> bool:
+        middle = centre(obj)
+        base = self._ctx.sim.robot.base_position
+        if float(np.hypot(*(middle - base)[:2])) < _BASE_RADIUS:
+            return False
+        return any(self._reaches_with(middle, yaw) for yaw in _REACH_YAWS)
+
+    def _reaches_with(self, middle: Array, yaw: float) -> bool:
+        closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        rotation = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
+        seed: Array | None = None
+        for above in _REACH_ABOVE:
+            try:
+                seed = self._ctx.motion.ik(Pose.from_matrix(middle + [0.0, 0.0, above], rotation), seed)
+            except UnreachableError:
+                return False
+        return True
