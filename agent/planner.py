@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosandbox.agent.language.build import Draft
+from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.replan import replan
 from robosandbox.protocols import Attempt, Skill
@@ -14,9 +15,15 @@ from robosandbox.types import ObservedScene, Plan, Refusal
 class StubPlanner:
     """Plans from the sentence and the scene alone; no network, no model, the same answer every time."""
 
-    def __init__(self, skills: Sequence[Skill]) -> None:
-        """Plan with these skills only."""
+    def __init__(self, skills: Sequence[Skill], *, dialogue: bool = False) -> None:
+        """Plan with these skills only.
+
+        Args:
+            skills: The skills at hand; only their names are read.
+            dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
+        """
         self._skills = tuple(skill.name for skill in skills)
+        self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
@@ -31,6 +38,8 @@ class StubPlanner:
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
             draft = replan(prompt, scene, self._skills, history, before)
+        elif self._dialogue:
+            draft = self._dialogue.interpret(prompt, scene)
         else:
             draft = interpret(prompt, scene, self._skills)
         if isinstance(draft, Refusal):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -63,7 +63,11 @@ class Draft:
 
 
 def build(
-    sentence: Sentence, scene: ObservedScene, skills: Iterable[str], discourse: Discourse | None = None
+    sentence: Sentence,
+    scene: ObservedScene,
+    skills: Iterable[str],
+    discourse: Discourse | None = None,
+    chosen: Mapping[str, str] | None = None,
 ) -> Draft:
     """Return the plan for one reading of a sentence.
 
@@ -72,29 +76,32 @@ def build(
         scene: What perception sees.
         skills: Names of the skills at hand.
         discourse: What was spoken of before; noted in place.
+        chosen: Answers to questions: unclear words and the ids that they mean.
 
     Raises:
         RefusedError: It cannot be grounded, or a step's precondition would not hold.
     """
     context = discourse or Discourse()
     try:
-        return _Builder(scene, frozenset(skills), context).sentence(sentence)
+        return _Builder(scene, frozenset(skills), context, chosen).sentence(sentence)
     except RefusedError as error:
         # "red on green and green on blue": a tower grows from below.
         if error.refusal.code is not RefusalCode.IMPOSSIBLE or not _is_tower(sentence.steps):
             raise
         upwards = Sentence(tuple(reversed(sentence.steps)), sentence.avoid)
         try:
-            return _Builder(scene, frozenset(skills), Discourse()).sentence(upwards)
+            return _Builder(scene, frozenset(skills), Discourse(), chosen).sentence(upwards)
         except RefusedError:
             raise error from None
 
 
 class _Builder:
-    def __init__(self, scene: ObservedScene, skills: frozenset[str], discourse: Discourse) -> None:
+    def __init__(
+        self, scene: ObservedScene, skills: frozenset[str], discourse: Discourse, chosen: Mapping[str, str] | None
+    ) -> None:
         self.world = World(scene)
         self.discourse = discourse
-        self.ground = Grounder(self.world, discourse)
+        self.ground = Grounder(self.world, discourse, chosen)
         self.skills = skills
         self.steps: list[Step] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}

@@ -189,6 +189,10 @@ class Grammar(Clauses):
             found += self._wish(start)
         found += self._fronted(i)
         found += self._telegram(i)
+        for j, key in self.tag(i, "FROM"):
+            # "counting from the left, pick the fourth"
+            for end, command in self._verb_first(self._skip(j)):
+                found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += [(end, command) for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k]
@@ -267,6 +271,10 @@ class Grammar(Clauses):
                 if elements and any(e.kind in ("place", "matching") for e in elements):
                     found += [(end, c) for c in frame_command("put", (_objects(refs), *elements))]
         return found
+
+
+def _counted_from(ref: Ref, key: str) -> Ref:
+    return replace(ref, ranks=tuple(replace(rank, key=key) if not rank.key else rank for rank in ref.ranks))
 
 
 def _objects(refs: tuple[Ref, ...]) -> object:

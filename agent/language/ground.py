@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation, Sentence
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.world import ROBOT_XY, World, volume
@@ -17,8 +17,10 @@ from robosandbox.types import DetectedObject, Refusal, RefusalCode
 class RefusedError(Exception):
     """Carries a refusal out of the depth of a plan."""
 
-    def __init__(self, code: RefusalCode, message: str, candidates: Iterable[str] = ()) -> None:
+    def __init__(self, code: RefusalCode, message: str, candidates: Iterable[str] = (), *, about: str = "") -> None:
+        """Refuse; `about` are the words that an answer would make clear."""
         super().__init__(message)
+        self.about = about
         self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates))
 
 
@@ -39,17 +41,32 @@ class Meaning:
 
 @dataclass
 class Discourse:
-    """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to."""
+    """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to.
+
+    Attributes:
+        mentioned: Groups of ids.
+        themes: Groups of ids that were acted on.
+        nouns: What things were called.
+        question: The words that the last refusal asked about.
+        last: The last sentence that became a plan.
+    """
 
     mentioned: list[tuple[str, ...]] = field(default_factory=list)
     themes: list[tuple[str, ...]] = field(default_factory=list)
     nouns: list[tuple[str, ...]] = field(default_factory=list)
+    question: str = ""
+    last: Sentence | None = None
 
     def mention(self, ids: tuple[str, ...], nouns: tuple[str, ...] = ()) -> None:
         """Note that something was spoken of."""
         self.mentioned.append(ids)
         if nouns and nouns != ("thing",):
             self.nouns.append(nouns)
+
+    def become(self, other: Discourse) -> None:
+        """Take over what another one has noted."""
+        self.mentioned, self.themes, self.nouns = other.mentioned, other.themes, other.nouns
+        self.question, self.last = other.question, other.last
 
     def spoken_of(self) -> set[str]:
         """Return everything spoken of."""
@@ -62,9 +79,17 @@ Fits = Callable[[str], bool]
 class Grounder:
     """Looks descriptions up in a world."""
 
-    def __init__(self, world: World, discourse: Discourse) -> None:
+    def __init__(self, world: World, discourse: Discourse, chosen: Mapping[str, str] | None = None) -> None:
+        """Look up in a world.
+
+        Args:
+            world: Where.
+            discourse: What was spoken of; noted in place.
+            chosen: Answers to questions asked before: the words that were unclear, and the id that was meant.
+        """
         self.world = world
         self.discourse = discourse
+        self.chosen = chosen or {}
 
     def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
         """Return the one object that a description means.
@@ -89,7 +114,9 @@ class Grounder:
             RefusedError: None fits, or several where one is meant.
         """
         barred = set(exclude)
-        if ref.determiner == "it":
+        if ref.text in self.chosen and self.chosen[ref.text] in self.world.objects:
+            meaning = Meaning((self.chosen[ref.text],))
+        elif ref.determiner == "it":
             meaning = self._pronoun(ref, fits, barred)
         else:
             found = self._candidates(ref, fits, barred)
@@ -123,7 +150,7 @@ class Grounder:
         if len(movable) == 1 and not ref.plural:
             return Meaning((movable[0],))
         raise RefusedError(
-            RefusalCode.AMBIGUOUS, f"What does “{ref.text}” refer to? I see {listed(movable)}.", movable
+            RefusalCode.AMBIGUOUS, f"What does “{ref.text}” refer to? I see {listed(movable)}.", movable, about=ref.text
         )
 
     # Descriptions.
@@ -315,9 +342,15 @@ class Grounder:
                 RefusalCode.AMBIGUOUS,
                 f"“{ref.text}”: counted from where, the left or the right? I see {listed(names)}.",
                 names,
+                about=ref.text,
             )
         if rank.key in ("middle", "medium"):
             return self._middle(names, rank, ref)
+        if rank.key in ("top", "bottom"):
+            stacked = [name for name in names if self.world.level(name) or self.world.on_top_of(name)]
+            names = stacked or names
+            if len(names) == 1:
+                return names
         score = self._score(names, rank) if rank.key else dict.fromkeys(names, 0.0)
         order = sorted(score, key=lambda name: score[name])
         if not order:
@@ -452,7 +485,7 @@ class Grounder:
 
     def _ambiguous(self, ref: Ref, names: Sequence[str]) -> RefusedError:
         return RefusedError(
-            RefusalCode.AMBIGUOUS, f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?", names
+            RefusalCode.AMBIGUOUS, f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?", names, about=ref.text
         )
 
     def _not_found(self, ref: Ref, fits: Fits | None, barred: set[str]) -> RefusedError:

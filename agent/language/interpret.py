@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 
 from robosandbox.agent.language.build import Draft, build
 from robosandbox.agent.language.grammar import parse
 from robosandbox.agent.language.ground import Discourse, RefusedError, listed
+from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.nouns import TooComplicatedError
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
@@ -16,12 +17,16 @@ from robosandbox.agent.language.words import CONDITIONS, QUESTIONS
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
-DEBUG = []
+Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
 
 def interpret(
-    prompt: str, scene: ObservedScene, skills: Iterable[str], discourse: Discourse | None = None
+    prompt: str,
+    scene: ObservedScene,
+    skills: Iterable[str],
+    discourse: Discourse | None = None,
+    chosen: Mapping[str, str] | None = None,
 ) -> Draft | Refusal:
     """Return the plan that a sentence asks for in a scene, or why there is none.
 
@@ -30,42 +35,61 @@ def interpret(
         scene: What perception sees.
         skills: Names of the skills at hand.
         discourse: What was spoken of before; updated when a plan comes out.
+        chosen: Answers to questions asked before: unclear words and the ids that they mean.
     """
-    known = scene_words(tuple(item.id for item in scene.objects))
     names = tuple(skills)
+    readings = read(prompt, scene, names)
+    if isinstance(readings, Refusal):
+        return readings
+    return choose(readings, scene, names, discourse, chosen)
+
+
+def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings | Refusal:
+    """Return the readings of a sentence, the plainest first, or a refusal that names what was not understood."""
+    known = scene_words(tuple(item.id for item in scene.objects))
     try:
         tokens = tokenize(prompt, known)
-        readings = parse(tokens, known)
+        return parse(tokens, known) or _not_understood(tokens, known, skills)
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
         return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
-    if not readings:
-        return _not_understood(tokens, known, names)
+
+
+def choose(
+    readings: Readings,
+    scene: ObservedScene,
+    skills: Sequence[str],
+    discourse: Discourse | None = None,
+    chosen: Mapping[str, str] | None = None,
+) -> Draft | Refusal:
+    """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
-    refusals: list[Refusal] = []
+    refused: list[RefusedError] = []
     best = 0.0
-    for effort, reading in readings:
-        if plans and effort > best + CLOSE:
+    for strain, reading in readings:
+        if plans and strain > best + CLOSE:
             break
         context = deepcopy(discourse) if discourse else Discourse()
         try:
-            draft = build(reading, scene, names, context)
+            draft = build(reading, scene, skills, context, chosen)
         except RefusedError as error:
-            refusals.append(error.refusal)
+            refused.append(error)
             continue
-        best = effort if not plans else best
+        best = strain if not plans else best
+        context.last = reading
         plans.setdefault(tuple(map(str, draft.calls)), (draft, context))
     if len(plans) > 1:
-        DEBUG.append((prompt, list(plans)))
         both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
-    if plans:
-        draft, context = next(iter(plans.values()))
+    if not plans:
         if discourse is not None:
-            discourse.mentioned, discourse.themes, discourse.nouns = context.mentioned, context.themes, context.nouns
-        return draft
-    return refusals[0]
+            discourse.question = refused[0].about
+        return refused[0].refusal
+    draft, context = next(iter(plans.values()))
+    if discourse is not None:
+        discourse.become(context)
+    return draft
 
 
 def _unrecognized(message: str, words: Sequence[str] = ()) -> Refusal:

@@ -125,8 +125,6 @@ START_FILLERS.add_all(words.START_FILLERS, "FILLER")
 WORDS = frozenset(
     LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | START_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
 )
-VOCABULARY = tuple(sorted(word for word in WORDS if len(word) >= 3 and word.isalpha()))
-
 MEANING: dict[str, str] = {}
 for _name, _table_ in (("noun", words.NOUNS), ("colour", words.COLOURS), ("size", words.SIZES), ("super", words.SUPERLATIVES)):
     for _value, _phrases in _table_.items():
@@ -136,7 +134,20 @@ for _verb, _phrases in verbs.VERBS.items():
     for _phrase in _items(_phrases):
         for _form in verbs.forms(_phrase):
             MEANING.setdefault(_form, f"verb {_verb}")
-COMMON = frozenset(MEANING) | words.GRAMMAR_WORDS
+_CORE = frozenset(
+    "pick grab grasp get fetch take lift raise hold put place set drop move push shove slide nudge stack pile pour open close shut tap touch "
+    "press swap switch exchange sort tidy go return home release build poke position pull drag shift transfer".split()
+)
+COMMON = (
+    frozenset(w for phrase, meaning in MEANING.items() if not meaning.startswith("verb") for w in phrase.split())
+    | words.GRAMMAR_WORDS
+    | frozenset(w for w in words.UNITS if w.isalpha())
+    | frozenset(w for verb in _CORE for form in verbs.inflections(verb) if form == verb or form.endswith("ing") for w in [form])
+    | frozenset(w for n in words.NUMBERS for w in n.split())
+    | {"please", "everything", "forward", "forwards", "backward", "backwards", "towards", "toward", "could", "would", "can", "first", "second", "third"}
+)
+"""The words that a typo is likely to have been."""
+VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
 
 JOINABLE: dict[str, int] = {}
 """Words that are run together in this order: verb, article, colour, noun, particle."""

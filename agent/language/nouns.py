@@ -200,7 +200,7 @@ class Phrasing:
         kinds: tuple[tuple[str, Determiner], ...] = (("THE", "the"), ("A", "a"), ("ALL", "all"))
         for tag, determiner in kinds:
             for j, _ in self.tag(i, tag):
-                add(j, determiner)
+                found.append((j, Ref(text=self.text(i), determiner=determiner)))
                 for k, number in self._count(j):
                     add(k, determiner, count=number, plural=number > 1)
                 for k, _ in self.tag(j, "OTHER"):
@@ -381,6 +381,11 @@ class Phrasing:
         for k in self.optional(start, "IS"):
             if k == start and start > i:
                 continue
+            if self.text(i) in ("is", "are") and ref.text == "whichever":
+                for m in self.optional(i + 1, "THE"):
+                    for j, key in self.tag(m, "SUPER"):
+                        whichever = replace(ref, determiner="the", ranks=(*ref.ranks, Rank(key)))
+                        found += [*self._anchored(j, whichever), (j, whichever)]
             for j, relation in self.relation(k):
                 if not relation.directional and relation.distance is None:
                     found.append((j, replace(ref, relations=(*ref.relations, relation))))

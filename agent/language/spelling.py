@@ -8,7 +8,7 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA, Indel
 
-from robosandbox.agent.language.lexicon import COMMON, MEANING, VOCABULARY
+from robosandbox.agent.language.lexicon import MEANING, VOCABULARY
 
 
 def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
@@ -23,7 +23,7 @@ def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
 def _nearest(word: str, extra: frozenset[str]) -> str | None:
     if len(word) < 3 or len(word) > 24 or not word.isalpha():
         return None
-    allowed = 1 if len(word) < 6 else 2
+    allowed = 1 if len(word) < 7 else 2
     found = process.extract(
         word, [*VOCABULARY, *sorted(extra)], scorer=OSA.distance, score_cutoff=allowed, limit=12
     )
@@ -32,7 +32,7 @@ def _nearest(word: str, extra: frozenset[str]) -> str | None:
         return None
 
     def cost(candidate: str) -> tuple[float, ...]:
-        rank = 0 if candidate in extra else 1 if candidate in COMMON else 2
+        rank = 0 if candidate in extra else 1
         return near[candidate], rank, sorted(word) != sorted(candidate), -Indel.normalized_similarity(word, candidate)
 
     best, *others = sorted(near, key=cost)
@@ -46,7 +46,7 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
         return False
     if len(word) == 3:
         return swapped or len(candidate) == 4
-    return distance <= (1 if min(len(word), len(candidate)) < 6 else 2)
+    return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
 
 
 def suggestions(word: str, names: Iterable[str], limit: int = 3) -> tuple[str, ...]:

@@ -184,13 +184,13 @@ DIRECTIONS: dict[str, str] = {
     ),
     "left": (
         "left, leftward, leftwards, to the left, to your left, to left, towards the left, toward the left, over to the left, "
-        "to the left side, off to the left, to the left hand side, on your left, toward your left, towards your left, "
+        "off to the left, on your left, toward your left, towards your left, "
         "in the left direction, further left, sideways to the left, to its left, left wards, along +y, in the leftward direction, more to the left, "
         "to the robot left, further to the left, over to your left, leftways"
     ),
     "right": (
         "right, rightward, rightwards, to the right, to your right, to right, towards the right, toward the right, over to the right, "
-        "to the right side, off to the right, to the right hand side, on your right, toward your right, towards your right, "
+        "off to the right, on your right, toward your right, towards your right, "
         "further right, sideways to the right, to its right, right wards, along -y, in the rightward direction, more to the right, "
         "to the robot right, further to the right, over to your right, rightways"
     ),

@@ -1,0 +1,165 @@
+"""A conversation: answers to questions, corrections of what was said, and words that refer back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from robosandbox.agent.language import match
+from robosandbox.agent.language.build import Draft, Step
+from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.ground import Discourse, Grounder, RefusedError
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.interpret import choose, interpret
+from robosandbox.agent.language.tokens import TooLongError, scene_words, tokenize
+from robosandbox.agent.language.world import World
+from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
+
+
+class Dialogue:
+    """Remembers what was spoken of from one sentence to the next, and which question is open."""
+
+    def __init__(self, skills: Iterable[str]) -> None:
+        """Begin a conversation with a robot that has these skills."""
+        self._skills = tuple(skills)
+        self._discourse = Discourse()
+        self._open: tuple[str, Refusal, dict[str, str]] | None = None
+
+    def interpret(self, prompt: str, scene: ObservedScene) -> Draft | Refusal:
+        """Return the plan for a sentence in the light of what was said before.
+
+        "The left one" answers the question that the last refusal asked; "no, the green one" redoes the last command with
+        another object; everything else is a sentence of its own, whose "it" may refer back.
+        """
+        result = self._answer(prompt, scene) or self._correction(prompt, scene)
+        if result is None:
+            result = interpret(prompt, scene, self._skills, self._discourse)
+            self._ask(prompt, result, {})
+        return result
+
+    def _ask(self, prompt: str, result: Draft | Refusal, chosen: dict[str, str]) -> None:
+        asks = isinstance(result, Refusal) and result.code is RefusalCode.AMBIGUOUS
+        self._open = (prompt, result, chosen) if isinstance(result, Refusal) and asks else None
+
+    # Answers.
+
+    def _answer(self, prompt: str, scene: ObservedScene) -> Draft | Refusal | None:
+        if self._open is None:
+            return None
+        question, refusal, chosen = self._open
+        ref = self._fragment(prompt, scene)
+        if ref is not None and self._discourse.question:
+            name = self._among(ref, refusal.candidates, scene)
+            if name is None:
+                return None
+            answers = {**chosen, self._discourse.question: name}
+            result = interpret(question, scene, self._skills, self._discourse, answers)
+            self._ask(question, result, answers)
+            return result
+        # "Which way should it go?" - "to the left": the answer completes the sentence.
+        completed = f"{question.rstrip(' .!?')} {prompt}"
+        result = interpret(completed, scene, self._skills, self._discourse, chosen)
+        if isinstance(result, Refusal):
+            return None
+        self._open = None
+        return result
+
+    def _among(self, ref: Ref, candidates: Iterable[str], scene: ObservedScene) -> str | None:
+        """Return the one candidate that an answer describes."""
+        left = {*candidates}
+        among = ObservedScene(
+            time=scene.time,
+            table_height=scene.table_height,
+            held=scene.held,
+            objects=tuple(item for item in scene.objects if item.id in left),
+        )
+        try:
+            return Grounder(World(among), Discourse()).one(ref, lambda name: True).ids[0]
+        except RefusedError:
+            return None
+
+    def _fragment(self, prompt: str, scene: ObservedScene) -> Ref | None:
+        """Return the noun phrase that the whole prompt is, if it is one."""
+        known = scene_words(tuple(item.id for item in scene.objects))
+        try:
+            tokens = tokenize(prompt, known)
+        except TooLongError:
+            return None
+        while tokens and tokens[-1].kind == "mark":
+            tokens = tokens[:-1]
+        grammar = Grammar(tokens, known)
+        for start in self._after_no(grammar):
+            for end, refs in grammar.np_list(start):
+                if end == len(tokens) and len(refs) == 1 and not refs[0].unknown:
+                    return refs[0]
+        return None
+
+    def _after_no(self, grammar: Grammar) -> list[int]:
+        """Return where the words begin after "no," and the like; 0 as well."""
+        starts = [0]
+        for end, _ in grammar.tag(0, "CORRECTION"):
+            starts.insert(0, end + 1 if grammar.text(end) == "," else end)
+        return [start for start in starts if start < len(grammar.tokens)]
+
+    # Corrections.
+
+    def _correction(self, prompt: str, scene: ObservedScene) -> Draft | Refusal | None:
+        last = self._discourse.last
+        if last is None or not last.steps:
+            return None
+        ref = self._fragment(prompt, scene)
+        if ref is None:
+            return None
+        corrected = self._replaced(last, ref, scene)
+        if corrected is None:
+            return None
+        draft = choose(((0.0, corrected),), self._without_held(scene, ref), self._skills, self._discourse)
+        self._ask(prompt, draft, {})
+        return draft if isinstance(draft, Refusal) else self._put_down_first(draft, scene)
+
+    def _replaced(self, last: Sentence, ref: Ref, scene: ObservedScene) -> Sentence | None:
+        """Put another description in the place that it fits: the object's, or the container's."""
+        command = last.steps[-1] if len(last.steps) == 1 else _main(last)
+        place = command.place
+        if ref.one and not ref.nouns and command.objects:
+            ref = replace(ref, nouns=command.objects[0].nouns, one=False)
+        if isinstance(place, Relation) and place.kind == "in" and self._is_container(ref, scene):
+            changed = replace(command, place=replace(place, refs=(ref,)))
+        elif command.objects:
+            changed = replace(command, objects=(ref,))
+        else:
+            return None
+        kept = tuple(changed if step is command else step for step in last.steps)
+        return Sentence(kept, last.avoid)
+
+    def _is_container(self, ref: Ref, scene: ObservedScene) -> bool:
+        if not ref.nouns and not ref.names:
+            return False
+        try:
+            names = Grounder(World(scene), Discourse()).many(ref, lambda name: True).ids
+        except RefusedError:
+            return False
+        return all(World(scene).objects[name].kind in match.CONTAINERS for name in names)
+
+    def _without_held(self, scene: ObservedScene, ref: Ref) -> ObservedScene:
+        """Return the scene as if what is held were on the table again: a correction undoes the grasp."""
+        return ObservedScene(time=scene.time, table_height=scene.table_height, objects=scene.objects, held=None)
+
+    def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
+        held = scene.held
+        if held is None:
+            return draft
+        if draft.calls and draft.calls[0] == SkillCall(skill="pick", arguments={"object": held}):
+            return Draft(draft.steps[1:], draft.substitutes)
+        world = World(scene)
+        spots = world.free_spots(world.at[held], world.radius(held), (held,))
+        if not spots or "place_at" not in self._skills:
+            return draft
+        down = SkillCall(skill="place_at", arguments={"x": spots[0][0], "y": spots[0][1]})
+        return Draft((Step(down), *draft.steps), draft.substitutes)
+
+
+def _main(sentence: Sentence) -> Command:
+    """Return the command that a correction is about: the last one that names its object."""
+    named = [step for step in sentence.steps if step.objects and step.objects[0].determiner != "it"]
+    return named[-1] if named else sentence.steps[-1]
