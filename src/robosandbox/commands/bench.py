@@ -1,0 +1,162 @@
+"""`robo-sandbox-bench`: tasks over seeds, as a table and as JSON rows."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from robosandbox.tasks.bench import Row
+    from robosandbox.tasks.task import Task
+
+app = typer.Typer(add_completion=False)
+RULE = "-" * 72
+_TASK_WIDTH = 18
+_LISTS = ("--tasks", "--task-file")
+
+
+@app.command()
+def bench(
+    tasks: Annotated[
+        list[str] | None, typer.Option("--tasks", help="Names, by comma or space; all if left out.")
+    ] = None,
+    task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
+    seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
+    jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
+    planner: Annotated[str, typer.Option("--planner", help="What turns prompts into plans.")] = "stub",
+    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
+    max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
+    json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
+    what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
+) -> int:
+    """Run tasks over seeds and judge each episode on the simulated state."""
+    for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1), ("--max-replans", max_replans, 0)):
+        if value < least:
+            raise InputError(f"{option}: {value}; give {least} or more")
+    if json not in (None, "-") and not Path(json).absolute().parent.is_dir():
+        raise InputError(f"--json: the folder of {json!r} does not exist; make it first")
+
+    from robosandbox.plugins import load_plugin
+    from robosandbox.tasks.bench import BenchSettings, run_bench
+
+    chosen = _choose(tasks or [], task_file or [])
+    load_plugin("planners", planner)
+    load_plugin("perceptions", perception)
+    settings = BenchSettings(planner=planner, perception=perception, max_replans=max_replans, what_if=what_if)
+    out = sys.stderr if json == "-" else sys.stdout
+    width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
+    print(header(width), RULE, sep="\n", file=out)
+    rows: list[Row] = []
+    with _progress(len(chosen) * seeds) as done:
+        for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done):
+            rows.append(row)
+            print(line(row, width), file=out, flush=True)
+    print("", *summary(rows), sep="\n", file=out)
+    if json is not None:
+        _write(json, rows)
+    return EXIT_DONE if all(row.success for row in rows) else EXIT_FAILED
+
+
+def header(width: int = _TASK_WIDTH) -> str:
+    """Return the table's first line."""
+    return f"{'TASK':<{width}} {'SEED':<5} {'RESULT':<6} {'SECS':>6} {'REPLANS':>8} DETAIL"
+
+
+def line(row: Row, width: int = _TASK_WIDTH) -> str:
+    """Return an episode's line."""
+    result = "OK" if row.success else "FAIL"
+    detail = ", ".join(
+        f"{key}={value:.3f}" if isinstance(value, float) else f"{key}={value}" for key, value in row.detail.items()
+    )
+    if row.claimed and not row.success:
+        detail += ", claimed=true"
+    return f"{row.task:<{width}} {row.seed:<5} {result:<6} {row.secs:>6.1f} {row.replans:>8} {detail}"
+
+
+def summary(rows: Sequence[Row]) -> list[str]:
+    """Return the last lines: the count, and with several seeds each task's rate."""
+    from robosandbox.tasks.bench import rates
+
+    lines = [f"SUMMARY: {sum(row.success for row in rows)}/{len(rows)} successful"]
+    found = [rate for rate in rates(rows) if rate.episodes > 1]
+    width = max((len(rate.task) for rate in found), default=0)
+    for rate in found:
+        percent = 100.0 * rate.successes / rate.episodes
+        lines.append(
+            f"  {rate.task:<{width}}  {rate.successes}/{rate.episodes}  {percent:.1f}%  "
+            f"95% Beta interval {100.0 * rate.low:.1f}..{100.0 * rate.high:.1f}%"
+        )
+    return lines
+
+
+def split_lists(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with `--tasks a b` written as `--tasks a --tasks b`, which the parser takes."""
+    result: list[str] = []
+    option = ""
+    for position, argument in enumerate(arguments):
+        previous = arguments[position - 1] if position else ""
+        if argument.startswith("-"):
+            option = argument if argument in _LISTS else ""
+        elif option and previous != option:
+            result.append(option)
+        result.append(argument)
+    return result
+
+
+def _choose(names: Sequence[str], files: Sequence[Path]) -> list[Task]:
+    from robosandbox.tasks.loader import bundled_tasks, find_task, load_task
+
+    wanted = [name for item in names for name in item.split(",") if name]
+    if names and not wanted:
+        raise InputError("--tasks: names no task; give names by comma, or leave it out for all")
+    for name in wanted:
+        if name.endswith((".yaml", ".yml")):
+            raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
+    if not names and not files:
+        wanted = list(bundled_tasks())
+    chosen = [find_task(name) for name in dict.fromkeys(wanted)] + [load_task(file) for file in files]
+    seen: set[str] = set()
+    for task in chosen:
+        if task.name in seen:
+            raise InputError(f"--task-file: a task {task.name!r} is there already; give it another name")
+        seen.add(task.name)
+    return chosen
+
+
+@contextmanager
+def _progress(total: int) -> Iterator[Callable[[int], None]]:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TimeRemainingColumn
+
+    console = Console(stderr=True)
+    if not console.is_terminal or total < 2:
+        yield lambda _: None
+        return
+    # Rows that go to the same terminal have to pass through the bar; rows that go elsewhere must not.
+    columns = (BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as progress:
+        bar = progress.add_task("", total=total)
+        yield lambda count: progress.advance(bar, count)
+
+
+def _write(target: str, rows: Sequence[Row]) -> None:
+    import json
+
+    text = json.dumps([row.record() for row in rows], indent=1) + "\n"
+    if target == "-":
+        sys.stdout.write(text)
+        return
+    try:
+        Path(target).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"--json: {target!r} cannot be written: {error.strerror}") from None

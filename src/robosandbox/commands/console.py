@@ -1,0 +1,79 @@
+"""What all commands share: exit codes, one-line errors, one JSON document on stdout."""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from collections.abc import Sequence
+from typing import Any
+
+import typer
+
+from robosandbox.errors import InputError, RenderingError
+
+EXIT_DONE = 0
+EXIT_FAILED = 1
+EXIT_USAGE = 2
+EXIT_UNAVAILABLE = 3
+_EXIT_INTERRUPTED = 130
+
+# Typer carries its own copy of click in some versions and click itself in others; this finds UsageError in either.
+_UsageError: type[Exception] = typer.BadParameter.__mro__[1]
+
+
+def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
+    """Run a command line and return its exit code; what is wrong with the input becomes one line on stderr."""
+    logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
+    command = typer.main.get_command(app)
+    try:
+        code = command.main(args=list(arguments), prog_name=program, standalone_mode=False)
+        sys.stdout.flush()
+        return code if isinstance(code, int) else EXIT_DONE
+    except _UsageError as error:
+        text = error.format_message() if hasattr(error, "format_message") else str(error)
+        _complain(program, f"{text.rstrip('.')}; see {program} --help")
+        return EXIT_USAGE
+    except InputError as error:
+        _complain(program, str(error))
+        return EXIT_USAGE
+    except RenderingError as error:
+        _complain(program, str(error))
+        return EXIT_UNAVAILABLE
+    except (KeyboardInterrupt, typer.Abort):
+        _complain(program, "interrupted")
+        return _EXIT_INTERRUPTED
+    except BrokenPipeError:
+        # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
+        sys.stdout = None
+        return EXIT_FAILED
+
+
+def print_json(document: Any) -> None:
+    """Print one document on stdout."""
+    print(json.dumps(document, indent=2))
+
+
+def read_prompt(prompt: str) -> str:
+    """Return the prompt; `-` reads it from stdin.
+
+    Raises:
+        InputError: It is empty or longer than any sentence.
+    """
+    from robosandbox.agent.agent import check_prompt
+    from robosandbox.types import MAX_PROMPT_LENGTH
+
+    if prompt == "-":
+        prompt = sys.stdin.read(MAX_PROMPT_LENGTH + 1).strip()
+        if len(prompt) > MAX_PROMPT_LENGTH:
+            raise InputError(
+                f"prompt: stdin has more than {MAX_PROMPT_LENGTH:,} characters; say it in a sentence or two"
+            )
+    if not prompt.strip():
+        raise InputError('prompt: is empty; say what to do, as in "pick up the red cube"')
+    check_prompt(prompt)
+    return prompt
+
+
+def _complain(program: str, message: str) -> None:
+    print(f"{program}: {' '.join(message.split())}", file=sys.stderr)

@@ -1,0 +1,87 @@
+"""An episode as it happens, on stderr: a line per skill, and its phases while it runs."""
+
+from __future__ import annotations
+
+import signal
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.text import Text
+
+from robosandbox.agent import episode as events
+
+if TYPE_CHECKING:
+    from rich.status import Status
+
+    from robosandbox.agent.context import AgentContext
+
+
+class LiveView:
+    """A listener for agents that prints to stderr; on a terminal the running phase moves, else phases are listed."""
+
+    def __init__(self) -> None:
+        self._console = Console(stderr=True, highlight=False)
+        self._status: Status | None = None
+        self._phases: list[str] = []
+
+    def __call__(self, event: events.AgentEvent) -> None:
+        """Show an event."""
+        match event:
+            case events.Planned(plan, replan):
+                steps = ", ".join(str(call) for call in plan.steps) or "nothing to do"
+                self._print("new plan" if replan else "plan", steps, "cyan")
+            case events.SkillStarted(call, index, total):
+                self._phases = []
+                self._show(f"{index + 1}/{total} {call}")
+            case events.PhaseEntered(call, phase):
+                self._phases.append(phase)
+                self._show(f"{call}: {phase}")
+            case events.SkillEnded(call, result):
+                self._hide()
+                self._print("done", f"{call} [{' > '.join(self._phases)}]", "green")
+                for effect in result.side_effects:
+                    self._print("note", effect, "yellow")
+            case events.SkillFailed(call, error):
+                self._hide()
+                self._print("failed", f"{call} at {error.phase}: {error.message}", "red")
+                for repair in error.repairs:
+                    self._print("could", f"{', '.join(map(str, repair.calls))}: {repair.why}", "yellow")
+            case events.Replanning() | events.Ended():
+                self._hide()
+
+    def _print(self, head: str, text: str, style: str) -> None:
+        self._console.print(Text.assemble((f"{head:>8}", style), "  ", text), soft_wrap=True)
+
+    def _show(self, text: str) -> None:
+        if not self._console.is_terminal:
+            return
+        if self._status is None:
+            self._status = self._console.status(Text(text))
+            self._status.start()
+        self._status.update(Text(text))
+
+    def _hide(self) -> None:
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
+
+
+@contextmanager
+def cancel_on_interrupt(ctx: AgentContext) -> Iterator[None]:
+    """Let the first Ctrl-C stop the arm and end the episode properly, and the second one end the program."""
+
+    def handle(number: int, frame: FrameType | None) -> None:
+        del number, frame
+        print("stopping; Ctrl-C again quits", file=sys.stderr)
+        signal.signal(signal.SIGINT, before)
+        ctx.cancel()
+
+    before = signal.signal(signal.SIGINT, handle)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)

@@ -1,0 +1,140 @@
+"""`run` and `plan`: a prompt in an embedded world."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json, read_prompt
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.agent.episode import Episode
+    from robosandbox.tasks.session import Session
+
+Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
+TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
+RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
+PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
+PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
+Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")]
+MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.")]
+WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+
+
+def run(
+    prompt: Prompt = None,
+    task: TaskName = None,
+    robot: RobotName = None,
+    planner: PlannerName = "stub",
+    perception: PerceptionName = "ground_truth",
+    seed: Seed = 0,
+    max_replans: MaxReplans = 3,
+    what_if: WhatIf = True,
+    json: Json = False,
+) -> int:
+    """Carry out a prompt and check what came of it."""
+    from robosandbox.commands.live import LiveView, cancel_on_interrupt
+
+    with _open(prompt, task, robot, planner, perception, seed, max_replans, what_if) as session:
+        said = session.task.prompt if prompt is None else read_prompt(prompt)
+        session.agent.listeners.append(LiveView())
+        with cancel_on_interrupt(session.ctx):
+            episode = session.run(said)
+        document = _document(session, episode)
+    judged = document["judged"]
+    if json:
+        print_json(document)
+    else:
+        print(_sentence(episode, judged))
+    return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
+
+
+def plan(
+    prompt: Prompt = None,
+    task: TaskName = None,
+    robot: RobotName = None,
+    planner: PlannerName = "stub",
+    perception: PerceptionName = "ground_truth",
+    seed: Seed = 0,
+    json: Json = False,
+) -> int:
+    """Print the plan for a prompt; nothing moves."""
+    from robosandbox.types import Refusal
+
+    with _open(prompt, task, robot, planner, perception, seed, 0, False) as session:
+        said = session.task.prompt if prompt is None else read_prompt(prompt)
+        answer = session.agent.plan(said)
+    refused = isinstance(answer, Refusal)
+    if json:
+        dump = answer.model_dump(mode="json")
+        print_json({"prompt": said, "plan": None if refused else dump["steps"], "refusal": dump if refused else None})
+    elif isinstance(answer, Refusal):
+        print(f"refused ({answer.code}): {answer.message}")
+    else:
+        for number, call in enumerate(answer.steps, start=1):
+            print(f"{number}. {call}")
+    return EXIT_FAILED if refused else EXIT_DONE
+
+
+def _open(
+    prompt: str | None,
+    task: str | None,
+    robot: str | None,
+    planner: str,
+    perception: str,
+    seed: int,
+    max_replans: int,
+    what_if: bool,
+) -> Session:
+    from robosandbox.tasks.session import open_session
+
+    if prompt is None and task is None:
+        raise InputError('prompt: is missing; say what to do, as in "pick up the red cube", or give --task')
+    if prompt is not None and prompt != "-":
+        read_prompt(prompt)
+    if seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+    if max_replans < 0:
+        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
+    return open_session(
+        task,
+        robot=robot,
+        planner=planner,
+        perception=perception,
+        seed=seed,
+        max_replans=max_replans,
+        what_if=what_if,
+    )
+
+
+def _document(session: Session, episode: Episode) -> dict[str, Any]:
+    """Return the episode as JSON data; judged against the task only if its own prompt was given."""
+    from robosandbox.tasks.bench import versions
+
+    sim = session.sim
+    document = {
+        **episode.record(),
+        "task": session.task.name,
+        "seed": session.seed,
+        "robot": sim.robot.name,
+        "sim_secs": round(sim.time, 6),
+        "physics_steps": sim.physics_steps,
+        "versions": versions(),
+        "judged": None,
+    }
+    if episode.prompt == session.task.prompt:
+        verdict = session.judge()
+        document["judged"] = {"success": verdict.success, "detail": verdict.detail}
+    return document
+
+
+def _sentence(episode: Episode, judged: dict[str, Any] | None) -> str:
+    if not episode.success:
+        return f"{episode.final_reason}: {episode.final_detail}"
+    if judged is None:
+        return f"done: {episode.final_detail}"
+    numbers = ", ".join(f"{key}={value:.3f}" for key, value in judged["detail"].items())
+    return f"{'done' if judged['success'] else 'not done'}: {episode.final_detail} ({numbers})"

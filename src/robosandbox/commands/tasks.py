@@ -1,0 +1,44 @@
+"""`tasks list` and `tasks show`: what is bundled."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import typer
+
+from robosandbox.commands.console import print_json
+
+app = typer.Typer(add_completion=False, help="The tasks that a bench runs.")
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+
+
+@app.command("list")
+def list_tasks(json: Json = False) -> None:
+    """List the bundled tasks."""
+    from robosandbox.tasks.loader import bundled_tasks, find_task
+
+    tasks = [find_task(name) for name in bundled_tasks()]
+    if json:
+        print_json([{"name": task.name, "prompt": task.prompt, "success": task.success.kind} for task in tasks])
+        return
+    width = max(len(task.name) for task in tasks)
+    for task in tasks:
+        print(f"{task.name:<{width}}  {task.prompt}")
+
+
+@app.command("show")
+def show_task(
+    name: Annotated[str, typer.Argument(help="A bundled task or a YAML file.")],
+    json: Json = False,
+) -> None:
+    """Print a task, its defaults filled in."""
+    import yaml
+
+    from robosandbox.tasks.session import resolve_task
+
+    document = resolve_task(name).model_dump(mode="json")
+    if json:
+        print_json(document)
+    else:
+        print(yaml.safe_dump(document, sort_keys=False, allow_unicode=True), end="")
