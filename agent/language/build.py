@@ -449,19 +449,17 @@ class _Builder:
         self._order_tower(command, list(names))
 
     def _order_tower(self, command: Command, names: list[str]) -> None:
-        order: Any = command.order
+        order = command.order
         if isinstance(order, tuple):
-            end, ref = order
-            chosen = self.ground.one(ref).ids[0]
-            rest = [name for name in names if name != chosen]
-            names = [chosen, *rest] if end == "bottom" else [*rest, chosen]
-            if len(command.objects) == 1 and end == "top":
-                names = [*sorted(rest, key=self._breadth), chosen]
+            placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
+            rest = sorted((name for name in names if name not in placed.values()), key=self._breadth)
+            levels = (placed.get("bottom"), *rest[: len(rest) // 2], placed.get("middle"), *rest[len(rest) // 2 :], placed.get("top"))
+            names = [name for name in levels if name]
         elif order == "down":
             names.reverse()
         elif order is None and len(command.objects) == 1:
             # The widest below; what stands in a tower already stays.
-            names.sort(key=lambda name: (-self.world.level(name) if False else 0, self._breadth(name)))
+            names.sort(key=self._breadth)
         self._pile(names[0], names[1:])
 
     def _breadth(self, name: str) -> tuple[float, float]:

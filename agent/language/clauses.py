@@ -79,7 +79,7 @@ class Clauses(Phrasing):
         if depth >= MAX_ELEMENTS:
             return found
         for j, first in self.element(i):
-            start = j + 1 if self.text(j) == "," else j
+            start = j + 1 if self.text(j) in (",", ":") else j
             if first.kind == "order_end":
                 # "blue at the bottom, then green, and red on top"
                 while self.text(start) in ("then", "and"):
@@ -202,7 +202,7 @@ class Clauses(Phrasing):
         start = i + 1 if self.text(i) in ("with", "having", "keeping", "leaving") else i
         for j, ref in self.np(start):
             k = j + 1 if self.text(j) in ("being", "goes", "going", "is", "as") else j
-            for tag, value in (("TOP", "top"), ("BOTTOM", "bottom")):
+            for tag, value in (("TOP", "top"), ("BOTTOM", "bottom"), ("MIDDLE", "middle")):
                 found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
         return found
 

@@ -223,6 +223,8 @@ def _push(frame: Frame) -> list[Command]:
             kind = "away" if place.kind == "from" else "towards" if place.kind == "to" else place.kind
             return [Command("push", objects, Relation(kind, place.refs), distance=distance or place.distance, times=times)]
         return []
+    if frame.particle == "over" and not direction:
+        return []
     if frame.particle == "away":
         direction = direction or "forward"
     return [Command("push", objects, direction=direction, distance=distance, times=times)] if frame.objects or direction else []
@@ -237,7 +239,7 @@ def _release(frame: Frame) -> list[Command]:
 
 
 def _stack(frame: Frame) -> list[Command]:
-    if len(frame.objects) > 1 or not frame.only("particle", "order", "order_end", "direction"):
+    if len(frame.objects) > 1 or set(frame.rest) - {"particle", "order", "order_end", "direction"}:
         return []
     if frame.particle and frame.particle not in _MUTUAL:
         return []
@@ -254,7 +256,7 @@ def _stack(frame: Frame) -> list[Command]:
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
-    return frame.one("order") or frame.one("order_end")
+    return frame.one("order") or tuple(frame.rest.get("order_end", ())) or None
 
 
 def _build(frame: Frame) -> list[Command]:
@@ -262,29 +264,32 @@ def _build(frame: Frame) -> list[Command]:
     tower = frame.objects[0][0].nouns[:1] if frame.objects else ()
     if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) > 1:
         return []
-    ends = dict(frame.rest.get("order_end", ()))
+    ends = [end for end in frame.rest.get("order_end", ())]
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
-    tower_ref = frame.objects[0][0]
     where = frame.places[0] if len(frame.places) == 1 else None
+    tower_ref = frame.objects[0][0]
     plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
-    if set(frame.rest) - {"order", "order_end", "material"} or len(lists) > 1 or not plain or (frame.places and not (isinstance(where, Relation) and where.kind == "on" and where.refs)):
+    on = isinstance(where, Relation) and where.kind == "on" and bool(where.refs)
+    if set(frame.rest) - {"order", "order_end", "material", "person"} or len(lists) > 1 or not plain or (frame.places and not on):
         return []
-    if len(ends) != len(frame.rest.get("order_end", ())):
+    if len({level for level, _ in ends}) < len(ends):
         return []
     middle = lists[0] if lists else ()
-    if where is not None:
+    if on:
         return [Command("stack", middle, where)] if middle and not ends and "order" not in frame.rest else []
-    if "order" in frame.rest and not ends:
-        return [Command("stack", middle, None, (), frame.one("order"))] if middle else []
-    if ends and (len(middle) != 1 or not (middle[0].plural or middle[0].determiner == "all")):
-        listed = (*((ends["bottom"],) if "bottom" in ends else ()), *middle, *((ends["top"],) if "top" in ends else ()))
+    if "order" in frame.rest:
+        return [Command("stack", middle, None, (), frame.one("order"))] if middle and not ends else []
+    if not ends:
+        return [Command("stack", middle)] if middle else []
+    if len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all"):
+        return [Command("stack", middle, None, (), tuple(ends))]
+    by_level = dict(ends)
+    if "bottom" not in by_level and "middle" not in by_level:
         # "red on top, then green, then blue" goes on downwards.
-        if "bottom" not in ends:
-            listed = (*reversed(middle), ends["top"])
-        return [Command("stack", listed, None, (), "up")] if len(listed) > 1 else []
-    if not middle or len(ends) > 1:
-        return []
-    return [Command("stack", middle, None, (), next(iter(ends.items()), None))]
+        listed = (*reversed(middle), by_level["top"])
+    else:
+        listed = tuple(ref for ref in (by_level.get("bottom"), by_level.get("middle"), *middle, by_level.get("top")) if ref)
+    return [Command("stack", listed, None, (), "up")] if len(listed) > 1 else []
 
 
 def _pour(frame: Frame) -> list[Command]:
@@ -353,8 +358,11 @@ def _sort(frame: Frame) -> list[Command]:
 
 def _tidy(frame: Frame) -> list[Command]:
     """ "clear the table", "empty the tray", "tidy up the blocks"."""
-    if frame.places or len(frame.objects) > 1 or not frame.only("particle", "table"):
+    if len(frame.objects) > 1 or not frame.only("particle", "table"):
         return []
+    if frame.places:
+        inside = all(isinstance(place, Relation) and place.kind in ("in", "to") for place in frame.places)
+        return _placed("put", frame.objects[0], frame.places) if inside and frame.objects else []
     if frame.objects:
         return [Command("tidy", frame.objects[0])] if frame.particle in (None, "up", "away", "off", "out") else []
     return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
@@ -396,6 +404,7 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "line_up": _line_up,
     "unstack": _unstack,
     "tidy": _tidy,
+    "empty": _simple("tidy", "out", "off"),
     "go": _go,
 }
 _ = (Original, SUPPORTS)

@@ -49,7 +49,8 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
 
 def _strain(sentence: Sentence) -> float:
     """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
-    return sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command)) + sum(map(_ref_strain, sentence.avoid))
+    telegrams = sum(0.3 for command in sentence.steps if command.bare)
+    return telegrams + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command)) + sum(map(_ref_strain, sentence.avoid))
 
 
 def _refs(command: Command) -> tuple[Ref, ...]:
@@ -59,7 +60,8 @@ def _refs(command: Command) -> tuple[Ref, ...]:
 
 def _ref_strain(ref: Ref) -> float:
     inner = sum(_ref_strain(r) for relation in ref.relations for r in relation.refs) + sum(map(_ref_strain, ref.without))
-    bare = 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    # "everything but the trays and the tin" leaves both out.
+    bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
 
@@ -214,6 +216,8 @@ class Grammar(Clauses):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 for k, elements in self.elements(start):
                     found += [(k, command) for command in frame_command(verb, elements)]
+            if verb == "give":
+                found += self._light(j)
             if verb in ("go", "move", "put", "push"):
                 for k in self._arm(j):
                     for end in self._home(k):
@@ -221,6 +225,17 @@ class Grammar(Clauses):
         for end in self._home(i):
             if end > i:
                 found.append((end, Command("home")))
+        return found
+
+    def _light(self, i: int) -> Found[Command]:
+        """ "give the can a gentle push to the left": the noun is the verb."""
+        found: Found[Command] = []
+        for j, refs in self.np_list(i):
+            for k, _ in self.tag(j, "A"):
+                for m in self.optional(k, "LIGHT_ADJECTIVE"):
+                    for n, verb in self.tag(m, "LIGHT_NOUN"):
+                        for end, elements in self.elements(n):
+                            found += [(end, c) for c in frame_command(verb, (_objects(refs), *elements))]
         return found
 
     def _arm(self, i: int) -> list[int]:
@@ -269,7 +284,7 @@ class Grammar(Clauses):
         for j, refs in self.np_list(i):
             for end, elements in self.elements(j):
                 if elements and any(e.kind in ("place", "matching") for e in elements):
-                    found += [(end, c) for c in frame_command("put", (_objects(refs), *elements))]
+                    found += [(end, replace(c, bare=True)) for c in frame_command("put", (_objects(refs), *elements))]
         return found
 
 

@@ -473,7 +473,11 @@ class Grounder:
             chosen = sorted(names, key=self._handiness)
             return Meaning((chosen[0],), tuple(chosen[1:]))
         if len(names) > 1:
-            raise self._ambiguous(ref, names)
+            recent = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1 and ids[0] in names]
+            if not recent or not ref.nouns or ref.colours or ref.ranks or ref.relations or ref.other or ref.determiner != "the":
+                raise self._ambiguous(ref, names)
+            # "the ball nearest the white tray ... that tray": the one spoken of.
+            return Meaning((recent[0],))
         return Meaning((names[0],))
 
     def _handiness(self, name: str) -> tuple[bool, bool, float, str]:

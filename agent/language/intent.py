@@ -158,20 +158,23 @@ class Command:
         objects: To what.
         place: Where to.
         tower: Further supports, from the one right below the objects down ("red on green on blue").
-        order: For towers of listed objects: "up" names the bottom one first, "down" the top one.
+        order: For towers of listed objects: "up" names the bottom one first, "down" the top one; or
+            which one is to be at the "top", "middle" or "bottom".
         direction: For push: forward, back, left or right.
         distance: For push: metres.
         times: How often.
+        bare: No verb was said.
     """
 
     verb: Verb
     objects: tuple[Ref, ...] = ()
     place: Place | None = None
     tower: tuple[Ref, ...] = ()
-    order: Literal["up", "down"] | None = None
+    order: Literal["up", "down"] | tuple[tuple[str, Ref], ...] | None = None
     direction: str | None = None
     distance: float | None = None
     times: int = 1
+    bare: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,7 +108,8 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     for i, token in enumerate(tokens):
         tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
         starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
-        if token.text in UNSUPPORTED_VERBS and starts and "VERB" not in tags:
+        giving = any(tag == "VERB" and value == "give" for _, tag, value in LEXICON.at(tokens, i))
+        if starts and (giving or (token.text in UNSUPPORTED_VERBS and ("VERB" not in tags or i == 0))):
             return Refusal(
                 code=RefusalCode.UNSUPPORTED,
                 message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",

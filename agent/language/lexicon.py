@@ -11,7 +11,7 @@ from robosandbox.agent.language.real_words import REAL_WORDS
 if TYPE_CHECKING:
     from robosandbox.agent.language.tokens import Token
 
-__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "START_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
+__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "START_FILLERS", "ASIDE_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
 
 
 def _items(text: str) -> list[str]:
@@ -81,7 +81,7 @@ def _build() -> Phrases:
     for tag, table in (
         ("COLOUR", words.COLOURS), ("SHADE", words.SHADES), ("SIZE", words.SIZES), ("SUPER", words.SUPERLATIVES),
         ("POS", words.POSITIONS), ("FROM", words.ORDER_FROM), ("DIR", words.DIRECTIONS), ("REL", words.RELATIONS),
-        ("TO", words.DIRECTIONAL), ("PRON", words.PRONOUNS),
+        ("TO", words.DIRECTIONAL), ("PRON", words.PRONOUNS), ("LIGHT_NOUN", words.LIGHT_NOUNS),
     ):  # fmt: skip
         _table(lexicon, tag, table)
     for tag, numbers in (("ORDINAL", words.ORDINALS), ("NUM", words.NUMBERS), ("UNIT", words.UNITS), ("AMOUNT", words.AMOUNTS), ("TIMES", words.TIMES)):
@@ -98,7 +98,7 @@ def _build() -> Phrases:
         ("THE", words.DEFINITES), ("A", words.INDEFINITES), ("ALL", words.UNIVERSALS), ("BOTH", words.BOTHS), ("OTHER", words.OTHERS),
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
-        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
+        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("LIGHT_ADJECTIVE", words.LIGHT_ADJECTIVES), ("MIDDLE", words.MIDDLES), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
@@ -119,11 +119,13 @@ EDGE_FILLERS = Phrases()
 EDGE_FILLERS.add_all(words.EDGE_FILLERS, "FILLER")
 END_FILLERS = Phrases()
 END_FILLERS.add_all(words.END_FILLERS, "FILLER")
+ASIDE_FILLERS = Phrases()
+ASIDE_FILLERS.add_all(words.ASIDE_FILLERS, "FILLER")
 START_FILLERS = Phrases()
 START_FILLERS.add_all(words.START_FILLERS, "FILLER")
 
 WORDS = frozenset(
-    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | START_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
+    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | START_FILLERS.words() | ASIDE_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
 )
 MEANING: dict[str, str] = {}
 for _name, _table_ in (("noun", words.NOUNS), ("colour", words.COLOURS), ("size", words.SIZES), ("super", words.SUPERLATIVES)):

@@ -18,7 +18,7 @@ P = ParamSpec("P")
 Found = list[tuple[int, T]]
 MAX_STEPS = 6_000
 HELD = Relation("held")
-MAX_READINGS_PER_END = 8
+MAX_READINGS_PER_END = 20
 
 
 class TooComplicatedError(ValueError):
@@ -252,7 +252,7 @@ class Phrasing:
         if depth > 5:
             return found
         start = i
-        if depth and self.text(i) in (",", "and"):
+        if depth and self.text(i) in (",", "and") and not any(rank.strict for rank in ref.ranks):
             start = i + 1
         step: Found[Ref] = []
         for j, colour in self.tag(start, "COLOUR"):
@@ -401,8 +401,9 @@ class Phrasing:
             for m in self.optional(k, "THE"):
                 for j, key in self.tag(m, "SUPER"):
                     superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
-                    found += self._anchored(j, superlative)
-                    if k > i or key in _PLACE_RANKS:
+                    anchored = self._anchored(j, superlative)
+                    found += anchored
+                    if not anchored and (k > i or key in _PLACE_RANKS):
                         found.append((j, superlative))
         for k, _ in self.tag(start, "NOT_IS"):
             for j, colour in self.tag(k, "COLOUR"):
@@ -418,7 +419,7 @@ class Phrasing:
         return found
 
     def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
-        if not (ref.plural or ref.determiner in ("all", "a")):
+        if not (ref.plural or ref.determiner in ("all", "a") or "not" in (self.text(i), self.text(i + 1))):
             return []
         return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
 
@@ -508,7 +509,7 @@ class Phrasing:
             if names:
                 region = Region(names, tuple(dict.fromkeys(sides)))
                 found += [(end, region) for end in self._of_table(k + 1)]
-            if sides and j > start:
+            if sides and j > start and self.text(k - 1) not in ("top", "bottom", "upper", "lower"):
                 found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
         return found
 

@@ -6,8 +6,7 @@ REAL_WORDS: frozenset[str] = frozenset(
     arms army arne arse arte artiste arya atp awa awry baal babe bac bach backhand backs backwoods backyard bae baek
     baer bail bailing bain bak baker bala bald balding bali balm bane bank bare bark barre barred barren bas basel
     bases bash basic basil basing bask bass bate bath battle batty bearer beater beaver beck becker becket bedside
-    bee beef beep bees beet bein bell ber beth betty bidding bien bill billing bind binding blacks blank bleu
-    blinding bloch blown blues blum blur blush bock boer boiling bol booth bose bosh botha bots bottled bottoms bout
+    bee beef beep bees beet bein bell ber beth betty bidding bien bill billing bind binding blacks blank     blinding bloch blown blues blum blur blush bock boer boiling bol booth bose bosh botha bots bottled bottoms bout
     bowel bows brad bravest brawn breaker breeder brice brig brink brisk broadcast broaden broadly broads brock bron
     brood broth brother brow browne browns brows browser buck bucky budding bugger buick buildings bulging bulk bull
     bullies bully bullying bunt burt burundi busiest bust bute butt cabaret cabernet cain cams cane canines cano

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from robosandbox.agent.language.lexicon import EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, START_FILLERS, WORDS
+from robosandbox.agent.language.lexicon import ASIDE_FILLERS, EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, START_FILLERS, WORDS
 from robosandbox.agent.language.spelling import nearest_word
 
 MAX_CHARACTERS = 2_000
@@ -185,8 +185,9 @@ def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
-        if not length and kept:
-            length = END_FILLERS.match(tokens, i)
+        if not length:
+            # Some words are fillers only where nothing follows, or where they stand alone between commas.
+            length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
         if length:
