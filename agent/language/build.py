@@ -429,6 +429,9 @@ class _Builder:
 
     def _release(self, command: Command) -> None:
         held = self.world.held
+        if not held and self.steps and self.steps[-1].call.skill.startswith("place_"):
+            # "move it over the bin and let go"
+            return
         if not held:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")
         names, _ = self._objects(command)
@@ -443,6 +446,9 @@ class _Builder:
         if isinstance(place, Relation) and place.refs:
             self._put(command)
             return
+        if not command.objects:
+            movable = [name for name in self.world.objects if self.world.movable(name)]
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"A tower of what? I see {listed(movable)}.", movable)
         names, _ = self._objects(command)
         if len(names) < 2:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"On what should {listed(names)} go?", tuple(self.world.objects))
@@ -665,6 +671,8 @@ class _Builder:
             containers = [objects[name] for name in ids]
         colours = {name: match.colour_of(objects[name]) for name in names}
         homes = {colour: match.with_colour(containers, (colour,)) for colour in dict.fromkeys(colours.values())}
+        if not isinstance(command.place, Relation) and len(containers) == 1 and not all(homes.values()):
+            homes = {}
         if any(homes.values()) or (isinstance(command.place, Relation) and containers):
             if not any(homes.values()) and len(containers) >= len(homes):
                 homes = {colour: [container] for colour, container in zip(homes, containers, strict=False)}

@@ -178,6 +178,8 @@ class Clauses(Phrasing):
                     numbers.append((start + 3, self.tokens[start].number / self.tokens[start + 2].number))
             numbers += self.tag(start, "NUM")
             for j, number in numbers:
+                if self._is_number(j - 1) and 0 < number < 1 and not self.tag(j, "UNIT"):
+                    found.append((j, number))
                 for k, unit in self.tag(j, "UNIT"):
                     found.append((k, number * unit))
                     if self.text(k) == "and":

@@ -97,7 +97,8 @@ _UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the ai
     "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
 _DOWN = frozenset({"down", "back down"})
 _ASIDE = frozenset({"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"})
-_TOGETHER = frozenset({"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"})
+_ROW = frozenset({"in a row", "in a line", "in line", "into a row", "into a line", "in one row", "in a straight line", "in one line", "in a neat row", "in a neat line"})
+_TOGETHER = _ROW | frozenset({"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"})
 _MUTUAL = frozenset({"on top of each other", "on top of one another", "on each other", "on one another", "together", "up", "one on top of the other", "one on another", "on top of the other"})
 
 
@@ -204,6 +205,13 @@ def _move(frame: Frame) -> list[Command]:
     return pushed if "direction" in frame.rest or frame.places else []
 
 
+def _relocate(frame: Frame) -> list[Command]:
+    """ "move the ball out of the tray": to anywhere else."""
+    if not frame.places or not all(isinstance(place, Relation) and place.kind == "from" for place in frame.places):
+        return []
+    return [Command("put", command.objects, Table()) for command in _pick(frame)]
+
+
 def _push(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or not frame.only("direction", "distance", "particle", "times"):
         return []
@@ -262,6 +270,8 @@ def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
 def _build(frame: Frame) -> list[Command]:
     """ "a tower of the red, green and blue cubes", "a tower with blue at the bottom, then green"."""
     tower = frame.objects[0][0].nouns[:1] if frame.objects else ()
+    if len(frame.objects) == 1 and len(frame.objects[0]) == 1 and tower and not frame.rest and not frame.places:
+        return [Command("stack")]
     if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) > 1:
         return []
     ends = [end for end in frame.rest.get("order_end", ())]
@@ -344,7 +354,7 @@ def _sort(frame: Frame) -> list[Command]:
     objects = frame.objects[0] if frame.objects else (everything,)
     if "matching" in frame.rest:
         return [Command("put", objects, Matching())] if not frame.places else []
-    if "colour" not in frame.rest:
+    if "colour" not in frame.rest and not (frame.objects and len(frame.places) < 2):
         return []
     if not frame.places:
         return [Command("sort", objects)]
@@ -369,7 +379,7 @@ def _tidy(frame: Frame) -> list[Command]:
 
 
 def _line_up(frame: Frame) -> list[Command]:
-    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "up", "side by side", "next to each other", "next to one another"):
+    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "up", *_TOGETHER):
         return []
     return [Command("line_up", frame.objects[0])]
 
@@ -391,6 +401,7 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "pick": _pick,
     "put": _put,
     "move": _move,
+    "relocate": _relocate,
     "push": lambda frame: _pull(frame) or _push(frame),
     "release": _release,
     "stack": _stack,

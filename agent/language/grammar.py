@@ -144,6 +144,8 @@ class Grammar(Clauses):
                 starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
+        if k == j and any(verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")):
+            starts.append(k)
         return list(dict.fromkeys(starts))
 
     @rule

@@ -201,7 +201,7 @@ class Grounder:
                 # "in the box" means a container, if there is one that could be called so.
                 preferred = [item for item in found if fits(item.id) and match.noun_fit("box", item)]
                 found = preferred or found
-            found = match.with_noun(found, ref.nouns, several=several)
+            found = match.with_noun(found, ref.nouns, several=several, count=ref.count)
         elif ref.one and self.discourse.nouns:
             found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 
 from robosandbox.agent.language.build import Draft, build
-from robosandbox.agent.language.grammar import parse
+from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.ground import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
@@ -78,7 +78,7 @@ def choose(
             continue
         best = strain if not plans else best
         context.last = reading
-        plans.setdefault(tuple(map(str, draft.calls)), (draft, context))
+        plans.setdefault(_effect(draft), (draft, context))
     if len(plans) > 1:
         both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
@@ -90,6 +90,17 @@ def choose(
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def _effect(draft: Draft) -> tuple[str, ...]:
+    """Return the calls in a form in which `stack` and pick-and-place are the same."""
+    calls: list[str] = []
+    for call in draft.calls:
+        if call.skill == "stack":
+            calls += [f"pick(object={call.arguments['object']})", f"place_on(target={call.arguments['target']})"]
+        else:
+            calls.append(str(call))
+    return tuple(calls)
 
 
 def _unrecognized(message: str, words: Sequence[str] = ()) -> Refusal:
@@ -105,6 +116,9 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
         return Refusal(
             code=RefusalCode.UNSUPPORTED, message="I act and do not answer questions; tell me what to do.", candidates=tuple(skills)
         )
+    bare = _only_a_thing(tokens, known)
+    if bare:
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"What should I do with “{bare}”?", candidates=tuple(skills))
     for i, token in enumerate(tokens):
         tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
         starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
@@ -127,6 +141,19 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     if strange:
         return _unrecognized(f"I do not understand {listed([f'“{word}”' for word in strange])} here.", strange)
     return _unrecognized(f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently.")
+
+
+def _only_a_thing(tokens: Sequence[Token], known: SceneWords) -> str | None:
+    """Return the words if they name things and no action: "the red cube, please"."""
+    grammar = Grammar(tokens, known)
+    end = len(tokens)
+    while end and tokens[end - 1].kind == "mark":
+        end -= 1
+    for start in grammar.optional(0, "DESIRE"):
+        for stop, refs in grammar.np_list(start):
+            if stop == end and not any(ref.unknown for ref in refs):
+                return grammar.said(start, end)
+    return None
 
 
 def _inside_phrase(tokens: Sequence[Token], i: int) -> bool:

@@ -98,20 +98,23 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list
     ]
 
 
-def with_noun(items: Iterable[DetectedObject], nouns: Sequence[str], *, several: bool) -> list[DetectedObject]:
+def with_noun(
+    items: Iterable[DetectedObject], nouns: Sequence[str], *, several: bool, count: int | None = None
+) -> list[DetectedObject]:
     """Return the objects that the noun names best.
 
     Args:
         items: To choose from.
         nouns: As said; several are alternatives.
-        several: More than one is meant: if fewer than two bear the name, those of the shape count as well.
+        several: More than one is meant: if too few bear the name, those of the shape count as well.
+        count: How many are meant; two at least without it.
     """
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
         return []
     top = [item for item, fit in fits if fit == best]
-    if len(nouns) > 1 or (several and len(top) < 2):
+    if len(nouns) > 1 or (several and len(top) < (count or 2)):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
     return top
 

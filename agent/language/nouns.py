@@ -203,7 +203,7 @@ class Phrasing:
                 found.append((j, Ref(text=self.text(i), determiner=determiner)))
                 for k, number in self._count(j):
                     add(k, determiner, count=number, plural=number > 1)
-                for k, _ in self.tag(j, "OTHER"):
+                for k, _ in self.tag(j, "OTHER") if self.text(i) != "each" else []:
                     add(k, "the" if determiner != "all" else "all", other=True)
                     for m, number in self._count(k):
                         add(m, "the", other=True, count=number, plural=number > 1)
@@ -255,7 +255,7 @@ class Phrasing:
         if depth and self.text(i) in (",", "and") and not any(rank.strict for rank in ref.ranks):
             start = i + 1
         step: Found[Ref] = []
-        for j, colour in self.tag(start, "COLOUR"):
+        for j, colour in self.tag(start, "COLOUR") if not (start > i and ref.colours) else []:
             for k in self.optional(j, "COLOURED"):
                 step.append((k, replace(ref, colours=(*ref.colours, colour))))
         for j, shade in self.tag(start, "SHADE"):

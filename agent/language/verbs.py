@@ -18,6 +18,7 @@ VERBS: dict[str, str] = {
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, push down"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
+    "relocate": "move, shift, relocate, reposition, transfer",
     "push": (
         "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, edge, "
         "jostle, inch, propel, bulldoze, draw, give a push, give a shove, give a nudge"

@@ -204,6 +204,7 @@ PARTICLES = (
     "off of the desk, off to one side, off to the side, in your grip, in your claw, on its own, by itself, back down, "
     "up high, in your grasp, on top of each other, on top of one another, on each other, on one another, "
     "next to each other, beside each other, side by side, next to one another, beside one another, "
+    "in a row, in a line, in line, into a row, into a line, in one row, in a straight line, in one line, in a neat row, in a neat line, "
     "on top of it all, on top of the other, one on top of the other, one on another, over to one side"
 )
 RELATIONS: dict[str, str] = {
