@@ -29,8 +29,12 @@ def load_task(path: Path | str) -> Task:
 
 def bundled_tasks() -> dict[str, Path]:
     """Return the YAML files in `tasks/definitions` by task name, sorted."""
-    folder = Path(str(resources.files("robosandbox.tasks"))) / "definitions"
-    return {path.stem: path for path in sorted(folder.glob("*.yaml"))}
+    return {path.stem: path for path in sorted(definitions_folder().glob("*.yaml"))}
+
+
+def definitions_folder() -> Path:
+    """Return the folder of the bundled tasks; a file dropped there is one more."""
+    return Path(str(resources.files("robosandbox.tasks"))) / "definitions"
 
 
 def find_task(name: str) -> Task:

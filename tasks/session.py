@@ -81,7 +81,10 @@ class Session:
             accept=_ReachCheck(self.ctx, self.task.scene),
         )
         q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
-        self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
+        try:
+            self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
+        except InputError as error:
+            raise InputError(f"{self.task.name}: seed {seed}: {error}") from None
         self.start = self.sim.truth()
         self.seed = seed
 
@@ -147,23 +150,26 @@ def open_session(
     )
     mind: Planner = make_planner(skills)
     agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
-    sim.load(chosen.scene)
     try:
+        sim.load(chosen.scene)
         _check_start_q(chosen, sim)
-        start = sim.truth()
-        extents = {
-            item.id: tuple(half / item.scale for half in start.objects[item.id].size)
-            for item in chosen.scene.objects
-            if item.kind == "mesh"
-        }
-        session = Session(
-            task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=0, start=start, _extents=extents
-        )
-        if seed != 0 or chosen.start_q is not None:
-            session.reset(seed)
-    except BaseException:
+    except InputError as error:
         sim.close()
-        raise
+        # With a robot of the caller's own the task is not to blame.
+        raise error if robot is not None else InputError(f"{chosen.name}: {error}") from None
+    start = sim.truth()
+    extents = {
+        item.id: tuple(half / item.scale for half in start.objects[item.id].size)
+        for item in chosen.scene.objects
+        if item.kind == "mesh"
+    }
+    session = Session(task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=0, start=start, _extents=extents)
+    if seed != 0 or chosen.start_q is not None:
+        try:
+            session.reset(seed)
+        except InputError:
+            session.close()
+            raise
     return session
 
 
@@ -191,14 +197,10 @@ def _check_start_q(task: Task, sim: MuJoCoBackend) -> None:
         return
     robot = sim.robot
     if len(task.start_q) != len(robot.joints):
-        raise InputError(
-            f"{task.name}: start_q: has {len(task.start_q)} values; {robot.name} has {len(robot.joints)} arm joints"
-        )
+        raise InputError(f"start_q: has {len(task.start_q)} values; {robot.name} has {len(robot.joints)} arm joints")
     for name, value, low, high in zip(robot.joints, task.start_q, robot.lower, robot.upper, strict=True):
         if not low <= value <= high:
-            raise InputError(
-                f"{task.name}: start_q: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}"
-            )
+            raise InputError(f"start_q: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}")
 
 
 class _ReachCheck:

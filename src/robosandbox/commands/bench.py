@@ -55,10 +55,11 @@ def bench(
     settings = BenchSettings(planner=planner, perception=perception, max_replans=max_replans, what_if=what_if)
     out = sys.stderr if json == "-" else sys.stdout
     width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
-    print(header(width), RULE, sep="\n", file=out)
     rows: list[Row] = []
     with _progress(len(chosen) * seeds) as done:
         for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done):
+            if not rows:
+                print(header(width), RULE, sep="\n", file=out)
             rows.append(row)
             print(line(row, width), file=out, flush=True)
     print("", *summary(rows), sep="\n", file=out)
