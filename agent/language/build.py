@@ -112,7 +112,9 @@ class _Builder:
         avoid = self._avoided(sentence.avoid)
         if not sentence.steps:
             raise RefusedError(
-                RefusalCode.UNSUPPORTED, f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.", sorted(avoid)
+                RefusalCode.UNSUPPORTED,
+                f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
+                sorted(avoid),
             )
         for command in _fused(sentence.steps):
             getattr(self, f"_{command.verb}")(command)
@@ -120,7 +122,9 @@ class _Builder:
         if touched:
             step, name = touched[0]
             raise RefusedError(
-                RefusalCode.IMPOSSIBLE, f"You asked me to keep away from {name}, and {step.call} would move or use it.", (name,)
+                RefusalCode.IMPOSSIBLE,
+                f"You asked me to keep away from {name}, and {step.call} would move or use it.",
+                (name,),
             )
         if not self.steps:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
@@ -161,7 +165,9 @@ class _Builder:
             return
         self._need_empty(f"pick up {name}")
         if self.world.objects[name].kind == "drawer":
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
+            )
         above = self.world.on_top_of(name)
         if above:
             raise RefusedError(
@@ -174,12 +180,16 @@ class _Builder:
     def _theme(self, names: tuple[str, ...]) -> None:
         self.discourse.themes.append(names)
 
-    def _objects(self, command: Command, exclude: Iterable[str] = (), *, fits: Any = None) -> tuple[tuple[str, ...], bool]:
+    def _objects(
+        self, command: Command, exclude: Iterable[str] = (), *, fits: Any = None
+    ) -> tuple[tuple[str, ...], bool]:
         """Return the ids of a command's objects, each once, and whether a plural was meant."""
         names: list[str] = []
         several = len(command.objects) > 1
         for ref in command.objects:
-            meaning = self.ground.many(ref, fits or self.world.movable, (*exclude, *names) if ref.determiner != "the" else exclude)
+            meaning = self.ground.many(
+                ref, fits or self.world.movable, (*exclude, *names) if ref.determiner != "the" else exclude
+            )
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
             names += [name for name in meaning.ids if name not in names]
@@ -197,7 +207,9 @@ class _Builder:
                 f"The gripper holds one object at a time, and you asked for {listed(names)}; where should they go?",
                 names,
             )
-        if self.world.held == names[0] and names[0] in (self.steps[-1].call.arguments.get("object") for _ in self.steps[-1:]):
+        if self.world.held == names[0] and names[0] in (
+            self.steps[-1].call.arguments.get("object") for _ in self.steps[-1:]
+        ):
             return
         if self.world.held == names[0]:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
@@ -206,7 +218,13 @@ class _Builder:
     def _put(self, command: Command) -> None:
         place = command.place
         if isinstance(place, Matching):
-            self._sort(Command("sort", command.objects, Relation("in", (Ref(text="bins", determiner="all", nouns=("bin",), plural=True),))))
+            self._sort(
+                Command(
+                    "sort",
+                    command.objects,
+                    Relation("in", (Ref(text="bins", determiner="all", nouns=("bin",), plural=True),)),
+                )
+            )
             return
         if command.tower and isinstance(place, Relation):
             self._tower([*reversed(command.tower), *place.refs, *reversed(command.objects)], command)
@@ -236,16 +254,21 @@ class _Builder:
         if not isinstance(place, Relation) or not targets:
             return isinstance(place, Table) and name not in self.world.parent and self.world.held != name
         parent = self.world.parent.get(name)
-        return place.kind in ("in", "to", "on") and (parent in (("on", targets[0]), ("in", targets[0])) or name in self.world.inside(targets[0]))
+        return place.kind in ("in", "to", "on") and (
+            parent in (("on", targets[0]), ("in", targets[0])) or name in self.world.inside(targets[0])
+        )
 
     def _targets(self, place: Relation, names: Sequence[str]) -> tuple[str, ...]:
         world = self.world
         if place.kind == "in":
+
             def fits(name: str) -> bool:
                 return world.objects[name].kind in match.CONTAINERS
         else:
+
             def fits(name: str) -> bool:
                 return name not in names
+
         if place.kind == "between":
             found: list[str] = []
             for ref in place.refs:
@@ -276,7 +299,11 @@ class _Builder:
             case Relation(kind=kind, distance=distance):
                 target = targets[0]
                 holder = world.objects[target].kind in ("bin", "bowl")
-                if kind == "in" or (kind == "to" and world.objects[target].kind in match.CONTAINERS) or (kind == "on" and holder):
+                if (
+                    kind == "in"
+                    or (kind == "to" and world.objects[target].kind in match.CONTAINERS)
+                    or (kind == "on" and holder)
+                ):
                     self._put_in(name, target)
                 elif kind == "on":
                     self._put_on(name, target, stack=stack)
@@ -320,12 +347,20 @@ class _Builder:
         world = self.world
         kind = world.objects[target].kind
         if kind not in match.CONTAINERS:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
+            )
         if world.objects[name].kind in match.CONTAINERS:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,)
+            )
         if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
             if world.held:
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} has to be opened first, and the gripper holds {world.held}.", (target,))
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE,
+                    f"{target} has to be opened first, and the gripper holds {world.held}.",
+                    (target,),
+                )
             self._add("open_drawer", drawer=target)
             world.opened.add(target)
         self._take(name)
@@ -337,18 +372,26 @@ class _Builder:
         if world.objects[target].kind == "sphere":
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a ball: nothing stays on it.", (target,))
         if target == world.held:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is in the gripper; nothing can be put on it.", (target,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} is in the gripper; nothing can be put on it.", (target,)
+            )
         if ("on", name) == world.parent.get(target):
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} stands on {name}; say where to put {target} first.", (target,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} stands on {name}; say where to put {target} first.", (target,)
+            )
         above = [other for other in world.on_top_of(target) if other != name]
         area = math.prod(world.extents(target)[:2])
         if above and sum(math.prod(world.extents(other)[:2]) for other in (*above, name)) > 0.7 * area:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(above)} already stands on {target}.", above)
-        if stack and world.held != name and "stack" in self.skills or "place_on" not in self.skills and world.held != name and "stack" in self.skills:
+        if (stack and world.held != name and "stack" in self.skills) or (
+            "place_on" not in self.skills and world.held != name and "stack" in self.skills
+        ):
             self._need_empty(f"pick up {name}")
             blockers = world.on_top_of(name)
             if blockers:
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(blockers)} stands on {name}; say where to put it first.", blockers)
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{listed(blockers)} stands on {name}; say where to put it first.", blockers
+                )
             if world.objects[name].kind == "drawer":
                 self._take(name)
             self._add("stack", object=name, target=target)
@@ -384,12 +427,16 @@ class _Builder:
             ox, oy, _ = world.extents(name)
             gap = abs(ex) * (tx + ox) + abs(ey) * (ty + oy) + 0.03
             x, y = world.at[target][0] + ex * gap, world.at[target][1] + ey * gap
-            if len(sides) == 1 or (world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))):
+            if len(sides) == 1 or (
+                world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
+            ):
                 free.append((round(math.dist((x, y), ROBOT_XY), 3), side, (x, y)))
         if not free:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room next to {target}.", (target,))
         if target in world.parent or target == world.held:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} does not stand on the table, so nothing fits beside it.", (target,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} does not stand on the table, so nothing fits beside it.", (target,)
+            )
         self._take(name)
         _, side, xy = free[0] if len(sides) == 1 else min(free)
         others = [{"target": target, "side": other} for _, other, _ in sorted(free) if other != side]
@@ -406,7 +453,7 @@ class _Builder:
         self.world.put(name, (x, y))
 
     def _put_region(self, name: str, region: Region, radius: float) -> None:
-        """ "in the far left corner", "on the left side", "at the edge", "in the middle"."""
+        """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
         x, y = self.world.at[name]
         sides = region.sides
         across = 0.32 if "left" in sides else -0.32 if "right" in sides else None
@@ -416,7 +463,11 @@ class _Builder:
             near = (0.0, 0.0) if not sides else near
         elif region.name == "corner":
             choices = [(a, c) for a in (0.0, 0.32) for c in (0.34, -0.34)]
-            choices = [p for p in choices if (along is None or (p[0] > 0.2) == (along > 0.2)) and (across is None or p[1] * across > 0)]
+            choices = [
+                p
+                for p in choices
+                if (along is None or (p[0] > 0.2) == (along > 0.2)) and (across is None or p[1] * across > 0)
+            ]
             near = min(choices, key=lambda p: (round(math.dist(p, (x, y)), 4), p))
         else:
             near = (along if along is not None else x, across if across is not None else y)
@@ -459,7 +510,13 @@ class _Builder:
         if isinstance(order, tuple):
             placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
             rest = sorted((name for name in names if name not in placed.values()), key=self._breadth)
-            levels = (placed.get("bottom"), *rest[: len(rest) // 2], placed.get("middle"), *rest[len(rest) // 2 :], placed.get("top"))
+            levels = (
+                placed.get("bottom"),
+                *rest[: len(rest) // 2],
+                placed.get("middle"),
+                *rest[len(rest) // 2 :],
+                placed.get("top"),
+            )
             names = [name for name in levels if name]
         elif order == "down":
             names.reverse()
@@ -556,17 +613,20 @@ class _Builder:
         if self.world.objects[name].kind == "drawer":
             raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} is a drawer; I can open and close it.", (name,))
         if self.world.on_top_of(name) or name in self.world.parent:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} does not stand free on the table; I cannot push it.", (name,))
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} does not stand free on the table; I cannot push it.", (name,)
+            )
         direction, distance = command.direction, command.distance
         if isinstance(command.place, Relation):
             direction, distance = self._towards(name, command.place, distance)
         if direction is None:
-            raise RefusedError(
-                RefusalCode.AMBIGUOUS, f"Which way should {name} go?", tuple(DIRECTIONS)
-            )
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Which way should {name} go?", tuple(DIRECTIONS))
         metres = PUSH_DISTANCE if distance is None else distance
         if metres < SHORTEST_PUSH:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{1e3 * metres:g} mm is no distance to push; at least {1e3 * SHORTEST_PUSH:g} mm.")
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE,
+                f"{1e3 * metres:g} mm is no distance to push; at least {1e3 * SHORTEST_PUSH:g} mm.",
+            )
         dx, dy = DIRECTIONS[direction]
         x, y = self.world.at[name]
         end = (x + dx * metres, y + dy * metres)
@@ -596,17 +656,23 @@ class _Builder:
             )
         if place.kind == "away":
             return direction, distance or PUSH_DISTANCE
-        gap = along - abs(ex) * (self.world.extents(name)[0] + self.world.extents(target)[0]) - abs(ey) * (
-            self.world.extents(name)[1] + self.world.extents(target)[1]
+        gap = (
+            along
+            - abs(ex) * (self.world.extents(name)[0] + self.world.extents(target)[0])
+            - abs(ey) * (self.world.extents(name)[1] + self.world.extents(target)[1])
         )
         return direction, distance or (gap if place.kind == "against" else min(PUSH_DISTANCE, max(gap - 0.01, 0.0)))
 
     def _pour(self, command: Command) -> None:
-        names, several = self._objects(command, fits=lambda name: self.world.objects[name].kind not in ("bin", "drawer"))
+        names, several = self._objects(
+            command, fits=lambda name: self.world.objects[name].kind not in ("bin", "drawer")
+        )
         place = command.place
         if several or not isinstance(place, Relation):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one should I pour from: {listed(names, 'or')}?", names)
-        target = self.ground.one(place.refs[0], lambda name: self.world.objects[name].kind in match.CONTAINERS, names).ids[0]
+        target = self.ground.one(
+            place.refs[0], lambda name: self.world.objects[name].kind in match.CONTAINERS, names
+        ).ids[0]
         if target == names[0]:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
         self._take(names[0])
@@ -648,7 +714,9 @@ class _Builder:
         first, second = names
         for name in names:
             if world.parent.get(name, ("", ""))[1] in names:
-                raise RefusedError(RefusalCode.IMPOSSIBLE, f"{first} and {second} stand on each other; I cannot swap them.", names)
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{first} and {second} stand on each other; I cannot swap them.", names
+                )
         places = {name: (world.at[name], world.parent.get(name)) for name in names}
         self._put_free(first, world.at[first], ignore=())
         for name, other in ((second, first), (first, second)):
@@ -667,7 +735,9 @@ class _Builder:
         objects = self.world.objects
         containers = [item for item in objects.values() if item.kind in ("bin", "bowl")]
         if isinstance(command.place, Relation) and command.place.refs:
-            ids = self.ground.many(command.place.refs[0], lambda name: objects[name].kind in match.CONTAINERS, names).ids
+            ids = self.ground.many(
+                command.place.refs[0], lambda name: objects[name].kind in match.CONTAINERS, names
+            ).ids
             containers = [objects[name] for name in ids]
         colours = {name: match.colour_of(objects[name]) for name in names}
         homes = {colour: match.with_colour(containers, (colour,)) for colour in dict.fromkeys(colours.values())}
@@ -708,7 +778,9 @@ class _Builder:
         anchor = min(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
         previous = anchor
         for name in (name for name in names if name != anchor):
-            self._put_beside(name, previous, ("right", "left") if previous != anchor else ("right", "left", "front", "back"))
+            self._put_beside(
+                name, previous, ("right", "left") if previous != anchor else ("right", "left", "front", "back")
+            )
             previous = name
 
 
@@ -717,12 +789,22 @@ def _acted_on(call: SkillCall) -> tuple[str, ...]:
 
 
 def _fused(commands: Sequence[Command]) -> list[Command]:
-    """ "Pick up both balls and put them in the bin": two hands would be needed, so each goes before the next is taken."""
+    """As in "pick up both balls and put them in the bin": two hands would be needed, so each goes before the next is taken."""
     fused: list[Command] = []
     for command in commands:
         before = fused[-1] if fused else None
-        several = before and before.verb == "pick" and (len(before.objects) > 1 or before.objects[0].plural or before.objects[0].determiner == "all")
-        if before and several and command.verb in ("put", "stack") and len(command.objects) == 1 and command.objects[0].determiner == "it":
+        several = (
+            before
+            and before.verb == "pick"
+            and (len(before.objects) > 1 or before.objects[0].plural or before.objects[0].determiner == "all")
+        )
+        if (
+            before
+            and several
+            and command.verb in ("put", "stack")
+            and len(command.objects) == 1
+            and command.objects[0].determiner == "it"
+        ):
             fused[-1] = Command(command.verb, before.objects, command.place, command.tower, command.order)
         else:
             fused.append(command)
@@ -735,7 +817,9 @@ def _is_tower(commands: Sequence[Command]) -> bool:
         command.verb in ("put", "stack")
         and isinstance(command.place, Relation)
         and command.place.kind == "on"
-        and not any(ref.determiner == "it" or ref.one and not ref.colours for ref in (*command.objects, *command.place.refs))
+        and not any(
+            ref.determiner == "it" or (ref.one and not ref.colours) for ref in (*command.objects, *command.place.refs)
+        )
         for command in commands
     )
 

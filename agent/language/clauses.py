@@ -5,12 +5,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from robosandbox.agent.language.chart import Found, capped, rule
 from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Table
-from robosandbox.agent.language.nouns import Found, Phrasing, capped, rule
+from robosandbox.agent.language.nouns import Phrasing
+from robosandbox.agent.language.wordlist import word_set
 
 MAX_ELEMENTS = 6
-_COORDINATE_WORDS = frozenset(
-    "at to the position coordinates coordinate point location spot of table on in into onto world pos xy ( x,y place".split()
+_COORDINATE_WORDS = word_set(
+    """
+    at to the position coordinates coordinate point location spot of table on in into onto world pos xy ( x,y
+    place
+    """
 )
 
 
@@ -132,7 +137,9 @@ class Clauses(Phrasing):
         k = j
         while len(values) + len(labelled) < 3:
             axis = ""
-            if self.text(k) in ("x", "y", "z") and (k > j or i < k or self.text(k + 1) in ("=", ":", "is") or self._is_number(k + 1)):
+            if self.text(k) in ("x", "y", "z") and (
+                k > j or i < k or self.text(k + 1) in ("=", ":", "is") or self._is_number(k + 1)
+            ):
                 axis = self.text(k)
                 k += 1
                 while self.text(k) in ("=", ":", "is", "of", "at"):
@@ -167,7 +174,7 @@ class Clauses(Phrasing):
 
     @rule
     def distance(self, i: int) -> Found[float]:
-        """ "by about 10 cm", "two inches", "half a metre", "a bit"."""
+        """As in "by about 10 cm", "two inches", "half a metre", "a bit"."""
         found: Found[float] = []
         for start in self.optional(i, "ABOUT"):
             found += [(j, value) for j, value in self.tag(start, "AMOUNT")]
@@ -199,7 +206,7 @@ class Clauses(Phrasing):
         return found
 
     def _order_end(self, i: int) -> Found[tuple[str, Ref]]:
-        """ "with the red one on top", "red at the bottom"."""
+        """As in "with the red one on top", "red at the bottom"."""
         found: Found[tuple[str, Ref]] = []
         start = i + 1 if self.text(i) in ("with", "having", "keeping", "leaving") else i
         for j, ref in self.np(start):
@@ -221,9 +228,22 @@ class Clauses(Phrasing):
         return [end for end, _ in self.tag(j, "HOME")]
 
     def _matching(self, i: int) -> list[int]:
-        """ "into the matching bin", "in the bin of the same colour"."""
+        """As in "into the matching bin", "in the bin of the same colour"."""
         j = i
-        while self.text(j) in ("in", "into", "to", "inside", "the", "their", "its", "on", "onto", "a", "each", "respective"):
+        while self.text(j) in (
+            "in",
+            "into",
+            "to",
+            "inside",
+            "the",
+            "their",
+            "its",
+            "on",
+            "onto",
+            "a",
+            "each",
+            "respective",
+        ):
             j += 1
         if j == i:
             return []

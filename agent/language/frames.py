@@ -96,16 +96,49 @@ _UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the ai
     "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
     "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
 _DOWN = frozenset({"down", "back down"})
-_ASIDE = frozenset({"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"})
-_ROW = frozenset({"in a row", "in a line", "in line", "into a row", "into a line", "in one row", "in a straight line", "in one line", "in a neat row", "in a neat line"})
-_TOGETHER = _ROW | frozenset({"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"})
-_MUTUAL = frozenset({"on top of each other", "on top of one another", "on each other", "on one another", "together", "up", "one on top of the other", "one on another", "on top of the other"})
+_ASIDE = frozenset(
+    {"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"}
+)
+_ROW = frozenset(
+    {
+        "in a row",
+        "in a line",
+        "in line",
+        "into a row",
+        "into a line",
+        "in one row",
+        "in a straight line",
+        "in one line",
+        "in a neat row",
+        "in a neat line",
+    }
+)
+_TOGETHER = _ROW | frozenset(
+    {"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"}
+)
+_MUTUAL = frozenset(
+    {
+        "on top of each other",
+        "on top of one another",
+        "on each other",
+        "on one another",
+        "together",
+        "up",
+        "one on top of the other",
+        "one on another",
+        "on top of the other",
+    }
+)
 
 
 def _pick(frame: Frame) -> list[Command]:
     if frame.particle == "apart":
         return _unstack(frame)
-    if not frame.only("particle", "person") or len(frame.objects) > 1 or not (frame.particle is None or frame.particle in _UP):
+    if (
+        not frame.only("particle", "person")
+        or len(frame.objects) > 1
+        or not (frame.particle is None or frame.particle in _UP)
+    ):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
     if not frame.objects and frame.particle is None:
@@ -206,7 +239,7 @@ def _move(frame: Frame) -> list[Command]:
 
 
 def _relocate(frame: Frame) -> list[Command]:
-    """ "move the ball out of the tray": to anywhere else."""
+    """As in "move the ball out of the tray": to anywhere else."""
     if not frame.places or not all(isinstance(place, Relation) and place.kind == "from" for place in frame.places):
         return []
     return [Command("put", command.objects, Table()) for command in _pick(frame)]
@@ -227,15 +260,25 @@ def _push(frame: Frame) -> list[Command]:
         place = frame.places[0]
         if len(frame.places) > 1 or not isinstance(place, Relation) or direction:
             return []
-        if place.kind in ("towards", "away", "against") or (place.kind == "to" and not place.distance) or (place.kind == "from" and frame.particle == "away"):
+        if (
+            place.kind in ("towards", "away", "against")
+            or (place.kind == "to" and not place.distance)
+            or (place.kind == "from" and frame.particle == "away")
+        ):
             kind = "away" if place.kind == "from" else "towards" if place.kind == "to" else place.kind
-            return [Command("push", objects, Relation(kind, place.refs), distance=distance or place.distance, times=times)]
+            return [
+                Command("push", objects, Relation(kind, place.refs), distance=distance or place.distance, times=times)
+            ]
         return []
     if frame.particle == "over" and not direction:
         return []
     if frame.particle == "away":
         direction = direction or "forward"
-    return [Command("push", objects, direction=direction, distance=distance, times=times)] if frame.objects or direction else []
+    return (
+        [Command("push", objects, direction=direction, distance=distance, times=times)]
+        if frame.objects or direction
+        else []
+    )
 
 
 def _release(frame: Frame) -> list[Command]:
@@ -258,9 +301,20 @@ def _stack(frame: Frame) -> list[Command]:
     if not frame.places:
         return [Command("stack", objects, None, (), order)] if frame.objects else []
     found = _placed("stack", objects, frame.places)
-    return [c for c in found if isinstance(c.place, Relation | Table) and not (isinstance(c.place, Relation) and c.place.kind not in ("on", "in"))] if order is None else [
-        Command("stack", c.objects, c.place, c.tower, order) for c in found if isinstance(c.place, Relation) and c.place.kind == "on"
-    ]
+    return (
+        [
+            c
+            for c in found
+            if isinstance(c.place, Relation | Table)
+            and not (isinstance(c.place, Relation) and c.place.kind not in ("on", "in"))
+        ]
+        if order is None
+        else [
+            Command("stack", c.objects, c.place, c.tower, order)
+            for c in found
+            if isinstance(c.place, Relation) and c.place.kind == "on"
+        ]
+    )
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
@@ -268,7 +322,7 @@ def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
 
 
 def _build(frame: Frame) -> list[Command]:
-    """ "a tower of the red, green and blue cubes", "a tower with blue at the bottom, then green"."""
+    """As in "a tower of the red, green and blue cubes", "a tower with blue at the bottom, then green"."""
     tower = frame.objects[0][0].nouns[:1] if frame.objects else ()
     if len(frame.objects) == 1 and len(frame.objects[0]) == 1 and tower and not frame.rest and not frame.places:
         return [Command("stack")]
@@ -280,7 +334,12 @@ def _build(frame: Frame) -> list[Command]:
     tower_ref = frame.objects[0][0]
     plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
     on = isinstance(where, Relation) and where.kind == "on" and bool(where.refs)
-    if set(frame.rest) - {"order", "order_end", "material", "person"} or len(lists) > 1 or not plain or (frame.places and not on):
+    if (
+        set(frame.rest) - {"order", "order_end", "material", "person"}
+        or len(lists) > 1
+        or not plain
+        or (frame.places and not on)
+    ):
         return []
     if len({level for level, _ in ends}) < len(ends):
         return []
@@ -298,7 +357,9 @@ def _build(frame: Frame) -> list[Command]:
         # "red on top, then green, then blue" goes on downwards.
         listed = (*reversed(middle), by_level["top"])
     else:
-        listed = tuple(ref for ref in (by_level.get("bottom"), by_level.get("middle"), *middle, by_level.get("top")) if ref)
+        listed = tuple(
+            ref for ref in (by_level.get("bottom"), by_level.get("middle"), *middle, by_level.get("top")) if ref
+        )
     return [Command("stack", listed, None, (), "up")] if len(listed) > 1 else []
 
 
@@ -327,7 +388,7 @@ def _simple(verb: Verb, *particles: str) -> Callable[[Frame], list[Command]]:
 
 
 def _pull(frame: Frame) -> list[Command]:
-    """ "pull the drawer open", "push it shut"."""
+    """As in "pull the drawer open", "push it shut"."""
     if frame.particle in ("open", "out") and frame.only("particle") and not frame.places and frame.objects:
         return [Command("open", frame.objects[0])]
     if frame.particle in ("shut", "closed") and frame.only("particle") and not frame.places and frame.objects:
@@ -336,10 +397,21 @@ def _pull(frame: Frame) -> list[Command]:
 
 
 def _swap(frame: Frame) -> list[Command]:
-    if not frame.only("particle", "material") or frame.particle not in (None, "around", "over", "round", "with each other", "with one another"):
+    if not frame.only("particle", "material") or frame.particle not in (
+        None,
+        "around",
+        "over",
+        "round",
+        "with each other",
+        "with one another",
+    ):
         return []
     if "material" in frame.rest:
-        return [Command("swap", (*frame.objects[0], *frame.one("material")))] if len(frame.objects) == 1 and not frame.places else []
+        return (
+            [Command("swap", (*frame.objects[0], *frame.one("material")))]
+            if len(frame.objects) == 1 and not frame.places
+            else []
+        )
     if len(frame.objects) == 1 and not frame.places:
         return [Command("swap", frame.objects[0])]
     if len(frame.objects) == 2 and not frame.places:
@@ -367,7 +439,7 @@ def _sort(frame: Frame) -> list[Command]:
 
 
 def _tidy(frame: Frame) -> list[Command]:
-    """ "clear the table", "empty the tray", "tidy up the blocks"."""
+    """As in "clear the table", "empty the tray", "tidy up the blocks"."""
     if len(frame.objects) > 1 or not frame.only("particle", "table"):
         return []
     if frame.places:
@@ -379,22 +451,32 @@ def _tidy(frame: Frame) -> list[Command]:
 
 
 def _line_up(frame: Frame) -> list[Command]:
-    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "up", *_TOGETHER):
+    if (
+        not frame.only("particle")
+        or frame.places
+        or len(frame.objects) != 1
+        or frame.particle not in (None, "up", *_TOGETHER)
+    ):
         return []
     return [Command("line_up", frame.objects[0])]
 
 
 def _unstack(frame: Frame) -> list[Command]:
-    if not frame.only("particle") or frame.places or len(frame.objects) != 1 or frame.particle not in (None, "apart", "down"):
+    if (
+        not frame.only("particle")
+        or frame.places
+        or len(frame.objects) != 1
+        or frame.particle not in (None, "apart", "down")
+    ):
         return []
     return [Command("unstack", frame.objects[0])]
 
 
 def _go(frame: Frame) -> list[Command]:
-    if "home" in frame.rest and not frame.objects and not frame.places and frame.only("home", "direction", "particle"):
-        if frame.one("direction") in (None, "back") and frame.particle in (None, "up", "over"):
-            return [Command("home")]
-    return []
+    if "home" not in frame.rest or frame.objects or frame.places or not frame.only("home", "direction", "particle"):
+        return []
+    goes = frame.one("direction") in (None, "back") and frame.particle in (None, "up", "over")
+    return [Command("home")] if goes else []
 
 
 _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robosandbox.agent.language.clauses import Clauses
+from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Sentence
-from robosandbox.agent.language.nouns import Found, rule
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 Part = Command | tuple[Ref, ...] | str
@@ -50,7 +50,11 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
 def _strain(sentence: Sentence) -> float:
     """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
     telegrams = sum(0.3 for command in sentence.steps if command.bare)
-    return telegrams + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command)) + sum(map(_ref_strain, sentence.avoid))
+    return (
+        telegrams
+        + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command))
+        + sum(map(_ref_strain, sentence.avoid))
+    )
 
 
 def _refs(command: Command) -> tuple[Ref, ...]:
@@ -59,7 +63,9 @@ def _refs(command: Command) -> tuple[Ref, ...]:
 
 
 def _ref_strain(ref: Ref) -> float:
-    inner = sum(_ref_strain(r) for relation in ref.relations for r in relation.refs) + sum(map(_ref_strain, ref.without))
+    inner = sum(_ref_strain(r) for relation in ref.relations for r in relation.refs) + sum(
+        map(_ref_strain, ref.without)
+    )
     # "everything but the trays and the tin" leaves both out.
     bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
@@ -105,7 +111,7 @@ class Grammar(Clauses):
         return found[:20]
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
-        """ "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
+        """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
         last = part[-1]
         if not isinstance(last, Command) or last.verb != "push":
             return []
@@ -117,7 +123,11 @@ class Grammar(Clauses):
             for command in frame_command("push", elements):
                 if command.direction is None:
                     continue
-                again = replace(command, objects=last.objects) if not any(e.kind == "objects" for e in elements) else command
+                again = (
+                    replace(command, objects=last.objects)
+                    if not any(e.kind == "objects" for e in elements)
+                    else command
+                )
                 if self._skip(j) >= n:
                     found.append((n, (*part, again)))
                 for m in self._joints(j):
@@ -144,7 +154,9 @@ class Grammar(Clauses):
                 starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
-        if k == j and any(verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")):
+        if k == j and any(
+            verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")
+        ):
             starts.append(k)
         return list(dict.fromkeys(starts))
 
@@ -230,7 +242,7 @@ class Grammar(Clauses):
         return found
 
     def _light(self, i: int) -> Found[Command]:
-        """ "give the can a gentle push to the left": the noun is the verb."""
+        """As in "give the can a gentle push to the left": the noun is the verb."""
         found: Found[Command] = []
         for j, refs in self.np_list(i):
             for k, _ in self.tag(j, "A"):
@@ -244,7 +256,7 @@ class Grammar(Clauses):
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
 
     def _wish(self, i: int) -> Found[Command]:
-        """ "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
+        """As in "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
         found: Found[Command] = []
         starts = [end for end, _ in self.tag(i, "DESIRE")]
         for start in [*starts, i]:
@@ -263,7 +275,7 @@ class Grammar(Clauses):
         return found
 
     def _fronted(self, i: int) -> Found[Command]:
-        """ "In the bin, put the red cube"; "the red cube, put it in the bin"."""
+        """As in "In the bin, put the red cube"; "the red cube, put it in the bin"."""
         found: Found[Command] = []
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) == "," else j
@@ -281,7 +293,7 @@ class Grammar(Clauses):
         return found
 
     def _telegram(self, i: int) -> Found[Command]:
-        """ "red cube in the bin", "red on green on blue": no verb, or the one before."""
+        """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
         for j, refs in self.np_list(i):
             for end, elements in self.elements(j):
@@ -294,7 +306,5 @@ def _counted_from(ref: Ref, key: str) -> Ref:
     return replace(ref, ranks=tuple(replace(rank, key=key) if not rank.key else rank for rank in ref.ranks))
 
 
-def _objects(refs: tuple[Ref, ...]) -> object:
-    from robosandbox.agent.language.clauses import Element
-
+def _objects(refs: tuple[Ref, ...]) -> Element:
     return Element("objects", refs)

@@ -143,10 +143,21 @@ class Grounder:
             if left:
                 return Meaning(left, several=ref.plural)
         if ref.plural:
-            together = tuple(dict.fromkeys(name for ids in self.discourse.themes for name in ids if name not in barred and (fits is None or fits(name))))
+            together = tuple(
+                dict.fromkeys(
+                    name
+                    for ids in self.discourse.themes
+                    for name in ids
+                    if name not in barred and (fits is None or fits(name))
+                )
+            )
             if len(together) > 1 and (ref.count is None or ref.count == len(together)):
                 return Meaning(together, several=True)
-        movable = [name for name in self.world.objects if name not in barred and (fits(name) if fits else self.world.movable(name))]
+        movable = [
+            name
+            for name in self.world.objects
+            if name not in barred and (fits(name) if fits else self.world.movable(name))
+        ]
         if len(movable) == 1 and not ref.plural:
             return Meaning((movable[0],))
         raise RefusedError(
@@ -164,7 +175,9 @@ class Grounder:
         if ref.other:
             if not self.discourse.mentioned and not self.world.held:
                 raise RefusedError(
-                    RefusalCode.AMBIGUOUS, f"“{ref.text}”: other than which? I see {listed(list(objects))}.", list(objects)
+                    RefusalCode.AMBIGUOUS,
+                    f"“{ref.text}”: other than which? I see {listed(list(objects))}.",
+                    list(objects),
                 )
             found = [item for item in found if item.id not in self.discourse.spoken_of()]
         if not found:
@@ -214,7 +227,7 @@ class Grounder:
         return found
 
     def _same_noun(self, found: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
-        """ "one" stands for the noun spoken of last that makes sense here."""
+        """As in "one" stands for the noun spoken of last that makes sense here."""
         for nouns in reversed(self.discourse.nouns):
             same = [item for item in match.with_noun(found, nouns, several=several) if fits is None or fits(item.id)]
             if same:
@@ -359,10 +372,10 @@ class Grounder:
             return self._extreme(order, score, ref)
         index = rank.index - 1 if rank.index > 0 else len(order) + rank.index
         if not 0 <= index < len(order):
-            raise RefusedError(
-                RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names
-            )
-        tied = [name for name in order if abs(score[name] - score[order[index]]) < 1e-3 * max(1.0, abs(score[order[index]]))]
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
+        tied = [
+            name for name in order if abs(score[name] - score[order[index]]) < 1e-3 * max(1.0, abs(score[order[index]]))
+        ]
         if len(tied) > 1 and ref.determiner != "a":
             if ref.plural and index == 0:
                 return tied
@@ -372,7 +385,7 @@ class Grounder:
         return [order[index]]
 
     def _side(self, order: list[str], rank: Rank) -> list[str]:
-        """ "the cubes on the left": those on that half of the table."""
+        """As in "the cubes on the left": those on that half of the table."""
         sign = {"left": (0, 1.0), "right": (0, -1.0), "near": (1, -1.0), "far": (1, 1.0)}[rank.key]
         centre = (0.0, 0.1)[sign[0]]
         half = [name for name in order if (self.world.at[name][1 - sign[0]] - centre) * sign[1] > 0.01]
@@ -409,7 +422,7 @@ class Grounder:
         return {name: keys[rank.key](name) for name in names}
 
     def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
-        """ "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""
+        """As in "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""
         first, last = score[order[0]], score[order[-1]]
         scale = max(abs(first), abs(last), 1e-12)
         if abs(first - last) < 0.05 * scale:
@@ -421,7 +434,12 @@ class Grounder:
 
     def _plausible(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
         """A single candidate: "the small red cube" is not the biggest cube of all."""
-        if rank.key in ("top", "bottom") and rank.strict and not self.world.level(names[0]) and not self.world.on_top_of(names[0]):
+        if (
+            rank.key in ("top", "bottom")
+            and rank.strict
+            and not self.world.level(names[0])
+            and not self.world.on_top_of(names[0])
+        ):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: {names[0]} is in no stack.", names)
         if rank.strict or rank.key not in ("big", "small", "tall", "short") or not ref.nouns:
             return names
@@ -453,12 +471,10 @@ class Grounder:
     # Counting.
 
     def _counted(self, ref: Ref, names: list[str]) -> Meaning:
-        if ref.count and ref.count > 1 or (ref.count and ref.determiner == "all"):
+        if (ref.count and ref.count > 1) or (ref.count and ref.determiner == "all"):
             count = ref.count or 1
             if len(names) < count:
-                raise RefusedError(
-                    RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names
-                )
+                raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
             if len(names) > count:
                 if ref.determiner in ("the", "all"):
                     raise self._ambiguous(ref, names)
@@ -468,13 +484,23 @@ class Grounder:
         if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
             return Meaning(tuple(names), several=True)
         if ref.plural:
-            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names)
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
+            )
         if ref.determiner == "a":
             chosen = sorted(names, key=self._handiness)
             return Meaning((chosen[0],), tuple(chosen[1:]))
         if len(names) > 1:
             recent = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1 and ids[0] in names]
-            if not recent or not ref.nouns or ref.colours or ref.ranks or ref.relations or ref.other or ref.determiner != "the":
+            if (
+                not recent
+                or not ref.nouns
+                or ref.colours
+                or ref.ranks
+                or ref.relations
+                or ref.other
+                or ref.determiner != "the"
+            ):
                 raise self._ambiguous(ref, names)
             # "the ball nearest the white tray ... that tray": the one spoken of.
             return Meaning((recent[0],))
@@ -489,7 +515,10 @@ class Grounder:
 
     def _ambiguous(self, ref: Ref, names: Sequence[str]) -> RefusedError:
         return RefusedError(
-            RefusalCode.AMBIGUOUS, f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?", names, about=ref.text
+            RefusalCode.AMBIGUOUS,
+            f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?",
+            names,
+            about=ref.text,
         )
 
     def _not_found(self, ref: Ref, fits: Fits | None, barred: set[str]) -> RefusedError:
@@ -497,9 +526,7 @@ class Grounder:
         words = {*ref.nouns, *ref.colours, *ref.names}
         near = [name for name in names if words & {*id_parts(name), match.colour_of(self.world.objects[name])}]
         near = near or list(suggestions(ref.text, names)) or names
-        return RefusedError(
-            RefusalCode.OBJECT_NOT_FOUND, f"I see no {_bare(ref.text)}; I see {listed(names)}.", near
-        )
+        return RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"I see no {_bare(ref.text)}; I see {listed(names)}.", near)
 
 
 def _bare(text: str) -> str:

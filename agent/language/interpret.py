@@ -6,11 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 
 from robosandbox.agent.language.build import Draft, build
+from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.ground import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.nouns import TooComplicatedError
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.words import CONDITIONS, QUESTIONS
@@ -112,9 +112,11 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     if not tokens:
         return _unrecognized("Tell me what to do, for example: pick up the red cube.")
     words = [token.text for token in tokens]
-    if words[0] in QUESTIONS or tokens[-1].text == "?" and words[0] in QUESTIONS:
+    if words[0] in QUESTIONS or (tokens[-1].text == "?" and words[0] in QUESTIONS):
         return Refusal(
-            code=RefusalCode.UNSUPPORTED, message="I act and do not answer questions; tell me what to do.", candidates=tuple(skills)
+            code=RefusalCode.UNSUPPORTED,
+            message="I act and do not answer questions; tell me what to do.",
+            candidates=tuple(skills),
         )
     bare = _only_a_thing(tokens, known)
     if bare:
@@ -132,7 +134,9 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     for token in tokens:
         if token.text in CONDITIONS:
             return Refusal(
-                code=RefusalCode.UNSUPPORTED, message=f"I do not follow conditions (“{token.raw}”); tell me what to do now.", candidates=tuple(skills)
+                code=RefusalCode.UNSUPPORTED,
+                message=f"I do not follow conditions (“{token.raw}”); tell me what to do now.",
+                candidates=tuple(skills),
             )
     strange = [
         token.raw for i, token in enumerate(tokens)
@@ -140,7 +144,9 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     ]  # fmt: skip
     if strange:
         return _unrecognized(f"I do not understand {listed([f'“{word}”' for word in strange])} here.", strange)
-    return _unrecognized(f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently.")
+    return _unrecognized(
+        f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently."
+    )
 
 
 def _only_a_thing(tokens: Sequence[Token], known: SceneWords) -> str | None:

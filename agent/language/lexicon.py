@@ -7,15 +7,26 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.language import verbs, words
 from robosandbox.agent.language.real_words import REAL_WORDS
+from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 if TYPE_CHECKING:
     from robosandbox.agent.language.tokens import Token
 
-__all__ = ["COMMON", "EDGE_FILLERS", "END_FILLERS", "START_FILLERS", "ASIDE_FILLERS", "FILLERS", "JOINABLE", "LEXICON", "MEANING", "REAL_WORDS", "VOCABULARY", "WORDS", "Phrases"]
-
-
-def _items(text: str) -> list[str]:
-    return [item.strip() for item in text.split(",") if item.strip()]
+__all__ = [
+    "ASIDE_FILLERS",
+    "COMMON",
+    "EDGE_FILLERS",
+    "END_FILLERS",
+    "FILLERS",
+    "JOINABLE",
+    "LEXICON",
+    "MEANING",
+    "REAL_WORDS",
+    "START_FILLERS",
+    "VOCABULARY",
+    "WORDS",
+    "Phrases",
+]
 
 
 class Phrases:
@@ -31,7 +42,7 @@ class Phrases:
 
     def add_all(self, phrases: str | Iterable[str], tag: str, value: Any = None) -> None:
         """Add phrases, given as a list or separated by commas."""
-        for phrase in _items(phrases) if isinstance(phrases, str) else phrases:
+        for phrase in phrase_list(phrases) if isinstance(phrases, str) else phrases:
             self.add(phrase, tag, value)
 
     def at(self, tokens: Sequence[Token], i: int) -> list[tuple[int, str, Any]]:
@@ -67,11 +78,11 @@ def _table(lexicon: Phrases, tag: str, table: Mapping[str, str]) -> None:
 def _build() -> Phrases:
     lexicon = Phrases()
     for verb, phrases in verbs.VERBS.items():
-        for phrase in _items(phrases):
+        for phrase in phrase_list(phrases):
             for form in verbs.forms(phrase):
                 lexicon.add(form, "VERB", verb)
     for noun, phrases in words.NOUNS.items():
-        for phrase in _items(phrases):
+        for phrase in phrase_list(phrases):
             lexicon.add(phrase, "NOUN", (noun, phrase, phrase in words.MASS_NOUNS))
             if phrase not in words.MASS_NOUNS:
                 lexicon.add(words_plural(phrase), "NOUN", (noun, phrase, True))
@@ -84,7 +95,13 @@ def _build() -> Phrases:
         ("TO", words.DIRECTIONAL), ("PRON", words.PRONOUNS), ("LIGHT_NOUN", words.LIGHT_NOUNS),
     ):  # fmt: skip
         _table(lexicon, tag, table)
-    for tag, numbers in (("ORDINAL", words.ORDINALS), ("NUM", words.NUMBERS), ("UNIT", words.UNITS), ("AMOUNT", words.AMOUNTS), ("TIMES", words.TIMES)):
+    for tag, numbers in (
+        ("ORDINAL", words.ORDINALS),
+        ("NUM", words.NUMBERS),
+        ("UNIT", words.UNITS),
+        ("AMOUNT", words.AMOUNTS),
+        ("TIMES", words.TIMES),
+    ):
         for phrase, number in numbers.items():
             lexicon.add(phrase, tag, number if tag in ("ORDINAL", "TIMES") else float(number))
     for tag, phrases in (
@@ -102,7 +119,7 @@ def _build() -> Phrases:
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
-    for phrase in _items(words.PARTICLES):
+    for phrase in phrase_list(words.PARTICLES):
         lexicon.add(phrase, "PART", phrase)
     return lexicon
 
@@ -125,28 +142,62 @@ START_FILLERS = Phrases()
 START_FILLERS.add_all(words.START_FILLERS, "FILLER")
 
 WORDS = frozenset(
-    LEXICON.words() | FILLERS.words() | EDGE_FILLERS.words() | END_FILLERS.words() | START_FILLERS.words() | ASIDE_FILLERS.words() | verbs.UNSUPPORTED_VERBS | words.QUESTIONS | words.CONDITIONS | words.GRAMMAR_WORDS
+    LEXICON.words()
+    | FILLERS.words()
+    | EDGE_FILLERS.words()
+    | END_FILLERS.words()
+    | START_FILLERS.words()
+    | ASIDE_FILLERS.words()
+    | verbs.UNSUPPORTED_VERBS
+    | words.QUESTIONS
+    | words.CONDITIONS
+    | words.GRAMMAR_WORDS
 )
 MEANING: dict[str, str] = {}
-for _name, _table_ in (("noun", words.NOUNS), ("colour", words.COLOURS), ("size", words.SIZES), ("super", words.SUPERLATIVES)):
+for _name, _table_ in (
+    ("noun", words.NOUNS),
+    ("colour", words.COLOURS),
+    ("size", words.SIZES),
+    ("super", words.SUPERLATIVES),
+):
     for _value, _phrases in _table_.items():
-        for _phrase in _items(_phrases):
+        for _phrase in phrase_list(_phrases):
             MEANING[_phrase] = f"{_name} {_value}"
 for _verb, _phrases in verbs.VERBS.items():
-    for _phrase in _items(_phrases):
+    for _phrase in phrase_list(_phrases):
         for _form in verbs.forms(_phrase):
             MEANING.setdefault(_form, f"verb {_verb}")
-_CORE = frozenset(
-    "pick grab grasp get fetch take lift raise hold put place set drop move push shove slide nudge stack pile pour open close shut tap touch "
-    "press swap switch exchange sort tidy go return home release build poke position pull drag shift transfer".split()
+_CORE = word_set(
+    """
+    pick grab grasp get fetch take lift raise hold put place set drop move push shove slide nudge stack pile pour
+    open close shut tap touch press swap switch exchange sort tidy go return home release build poke position pull
+    drag shift transfer
+    """
 )
 COMMON = (
     frozenset(w for phrase, meaning in MEANING.items() if not meaning.startswith("verb") for w in phrase.split())
     | words.GRAMMAR_WORDS
     | frozenset(w for w in words.UNITS if w.isalpha())
-    | frozenset(w for verb in _CORE for form in verbs.inflections(verb) if form == verb or form.endswith("ing") for w in [form])
+    | frozenset(
+        w for verb in _CORE for form in verbs.inflections(verb) if form == verb or form.endswith("ing") for w in [form]
+    )
     | frozenset(w for n in words.NUMBERS for w in n.split())
-    | {"please", "everything", "forward", "forwards", "backward", "backwards", "towards", "toward", "could", "would", "can", "first", "second", "third"}
+    | {
+        "please",
+        "everything",
+        "forward",
+        "forwards",
+        "backward",
+        "backwards",
+        "towards",
+        "toward",
+        "could",
+        "would",
+        "can",
+        "first",
+        "second",
+        "third",
+    }
 )
 """The words that a typo is likely to have been."""
 VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
@@ -154,8 +205,8 @@ VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isa
 JOINABLE: dict[str, int] = {}
 """Words that are run together in this order: verb, article, colour, noun, particle."""
 for _rank, _words in enumerate((
-    {"pick", "put", "push", "grab", "stack", "place", "take", "lift"}, {"the", "a"}, {w for c in words.COLOURS.values() for w in _items(c)},
-    {w for n in words.NOUNS.values() for w in _items(n) if " " not in w}, {"up", "down", "in", "on", "into", "onto"},
+    {"pick", "put", "push", "grab", "stack", "place", "take", "lift"}, {"the", "a"}, {w for c in words.COLOURS.values() for w in phrase_list(c)},
+    {w for n in words.NOUNS.values() for w in phrase_list(n) if " " not in w}, {"up", "down", "in", "on", "into", "onto"},
 )):  # fmt: skip
     for _word in _words:
         JOINABLE.setdefault(_word, _rank)

@@ -27,7 +27,11 @@ SHAPE_KINDS: dict[str, frozenset[str]] = {
     "drawer": frozenset({"drawer"}),
 }
 """Words for a shape: they fit whatever has it."""
-THING_KINDS: dict[str, frozenset[str]] = {"can": frozenset({"cylinder"}), "bottle": frozenset({"cylinder", "capsule"}), "mug": frozenset({"bowl"})}
+THING_KINDS: dict[str, frozenset[str]] = {
+    "can": frozenset({"cylinder"}),
+    "bottle": frozenset({"cylinder", "capsule"}),
+    "mug": frozenset({"bowl"}),
+}
 """Words for a thing: they fit its usual shape only where the id names no other thing."""
 
 
@@ -62,7 +66,12 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     noun_class = NOUN_CLASS.get(noun, noun)
     if noun_class == "thing":
         return LOOSE if kind not in CONTAINERS else 0
-    if noun in parts or noun == "".join(parts) or noun.replace(" ", "") in parts or all(w in parts for w in noun.split()):
+    if (
+        noun in parts
+        or noun == "".join(parts)
+        or noun.replace(" ", "") in parts
+        or all(w in parts for w in noun.split())
+    ):
         return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
     if noun_class in own:

@@ -2,86 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import wraps
-from typing import Any, Concatenate, ParamSpec, TypeVar
+from dataclasses import replace
+from typing import Any
 
+from robosandbox.agent.language.chart import Chart, Found, distinct, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, Region, Relation
-from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.tokens import SceneWords, Token
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
+from robosandbox.agent.language.wordlist import word_set
 from robosandbox.agent.language.words import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 
-T = TypeVar("T")
-P = ParamSpec("P")
-Found = list[tuple[int, T]]
-MAX_STEPS = 6_000
 HELD = Relation("held")
-MAX_READINGS_PER_END = 20
 
 
-class TooComplicatedError(ValueError):
-    """The sentence has more readings than anybody would follow."""
-
-
-Rule = Callable[Concatenate["Phrasing", P], Found[T]]
-
-
-def rule(function: Rule[[int], T]) -> Rule[[int], T]:
-    """Remember what a grammar rule found at each position (a packrat parser that keeps every reading)."""
-    name = function.__name__
-
-    @wraps(function)
-    def remembered(self: Phrasing, i: int) -> Found[T]:
-        key = (name, i)
-        found = self.memo.get(key)
-        if found is None:
-            self.steps += 1
-            if self.steps > MAX_STEPS:
-                raise TooComplicatedError
-            self.memo[key] = []  # Left recursion finds nothing.
-            found = capped(function(self, i))
-            self.memo[key] = found
-        return found
-
-    return remembered
-
-
-@dataclass
-class Phrasing:
-    """The chart of one sentence, and the rules for noun phrases and positions."""
-
-    tokens: Sequence[Token]
-    words: SceneWords
-    memo: dict[tuple[str, int], list[Any]] = field(default_factory=dict)
-    steps: int = 0
-
-    def __post_init__(self) -> None:
-        self.tags: list[dict[str, list[tuple[int, Any]]]] = []
-        for i in range(len(self.tokens)):
-            tags: dict[str, list[tuple[int, Any]]] = {}
-            for end, tag, value in LEXICON.at(self.tokens, i):
-                tags.setdefault(tag, []).append((end, value))
-            for found in tags.values():
-                found.sort(key=lambda item: -item[0])
-            self.tags.append(tags)
-
-    def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
-        """Return (end, value) of every phrase with this tag at `i`, longest first."""
-        return self.tags[i].get(name, []) if i < len(self.tags) else []
-
-    def text(self, i: int) -> str:
-        """Return token `i`'s text, "" past the end."""
-        return self.tokens[i].text if i < len(self.tokens) else ""
-
-    def said(self, i: int, j: int) -> str:
-        """Return the words from `i` to `j` as said."""
-        return " ".join(token.raw for token in self.tokens[i:j])
-
-    def optional(self, i: int, *names: str) -> list[int]:
-        """Return where phrases of these tags end, and `i` itself last."""
-        return [*(end for name in names for end, _ in self.tag(i, name)), i]
+class Phrasing(Chart):
+    """The rules for noun phrases and positions."""
 
     # Noun phrases.
 
@@ -114,7 +48,7 @@ class Phrasing:
             for m, _ in self.tag(k, "INSTEAD"):
                 found += [(end, ref) for end, _ in self.np(m)]
         known = {end for end, ref in found if not ref.unknown}
-        return _distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
+        return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
     @rule
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
@@ -133,10 +67,10 @@ class Phrasing:
                     if better[0].one and not better[0].nouns:
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
-        return _distinct(found)
+        return distinct(found)
 
     def _corrected(self, j: int) -> list[int]:
-        """ "the red cube, no wait, the blue one": where the better words start."""
+        """As in "the red cube, no wait, the blue one": where the better words start."""
         k = j + 1 if self.text(j) == "," else j
         return [m + 1 if self.text(m) == "," else m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
 
@@ -154,7 +88,7 @@ class Phrasing:
         return k if k > j else 0
 
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
-        """ "the red and blue cubes": colours that share one noun."""
+        """As in "the red and blue cubes": colours that share one noun."""
         found: Found[tuple[Ref, ...]] = []
         for j, base in self._determiners(i):
             colours: list[str] = []
@@ -276,9 +210,8 @@ class Phrasing:
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
-        if not any(self.tags[start]) if start < len(self.tokens) else False:
-            if self._is_strange(start):
-                step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
+        if start < len(self.tokens) and self._is_strange(start):
+            step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
         for j, nexts in step:
             found += self._adjectives(j, nexts, depth + 1)
         return found
@@ -327,7 +260,7 @@ class Phrasing:
         return single in self.words.parts and not any(tag in self.tags[i] for tag in _NOT_NAMES)
 
     def _suffixed(self, j: int, ref: Ref) -> Found[Ref]:
-        """ "block b", "cube number 2": a letter or number that ends an id."""
+        """As in "block b", "cube number 2": a letter or number that ends an id."""
         found = [(j, ref)]
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
@@ -424,7 +357,7 @@ class Phrasing:
         return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
 
     def _anchored(self, i: int, ref: Ref) -> Found[Ref]:
-        """ "nearest to the bin", also "the nearest cube to the bin"."""
+        """As in "nearest to the bin", also "the nearest cube to the bin"."""
         last = ref.ranks[-1]
         if last.key not in ("near", "far") or last.anchor:
             return []
@@ -441,7 +374,7 @@ class Phrasing:
         return found
 
     def _place_rank(self, i: int) -> Found[Rank]:
-        """ "on the left", "in the middle", "at the back": a place that singles one of several out."""
+        """As in "on the left", "in the middle", "at the back": a place that singles one of several out."""
         found: Found[Rank] = []
         for j, region in self.region(i):
             if region.name == "middle":
@@ -470,7 +403,7 @@ class Phrasing:
 
     @rule
     def relation(self, i: int) -> Found[Relation]:
-        """ "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
+        """As in "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
         found: Found[Relation] = []
         for tag, directional in (("REL", False), ("TO", True), ("SOURCE", False)):
             for j, kind in self.tag(i, tag):
@@ -490,7 +423,7 @@ class Phrasing:
 
     @rule
     def region(self, i: int) -> Found[Region]:
-        """ "in the far left corner of the table", "on the right", "at the edge"."""
+        """As in "in the far left corner of the table", "on the right", "at the edge"."""
         found: Found[Region] = []
         if self.text(i) not in _REGION_PREPOSITIONS:
             return found
@@ -520,10 +453,14 @@ class Phrasing:
         return ends
 
 
-_NOT_NAMES = frozenset("REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT".split())
+_NOT_NAMES = word_set(
+    """
+    REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT
+    """
+)
 _PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
-_REGION_PREPOSITIONS = frozenset("in on at to into onto near by towards toward over".split())
+_REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
 _REGION_SIDES = {
     "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",
     "lower": "near", "back": "far", "far": "far", "rear": "far", "top": "far", "upper": "far", "farthest": "far",
@@ -542,18 +479,3 @@ def _singular(word: str, parts: frozenset[str]) -> str:
         if word.endswith(ending) and word[: -len(ending)] + with_ in parts:
             return word[: -len(ending)] + with_
     return word
-
-
-def capped(found: Found[T]) -> Found[T]:
-    """Keep the first few readings of each length."""
-    count: dict[int, int] = {}
-    kept: Found[T] = []
-    for end, value in found:
-        count[end] = count.get(end, 0) + 1
-        if count[end] <= MAX_READINGS_PER_END:
-            kept.append((end, value))
-    return kept
-
-
-def _distinct(found: Found[T]) -> Found[T]:
-    return list(dict.fromkeys(found))

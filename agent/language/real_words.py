@@ -1,6 +1,8 @@
 """Ordinary English words that differ from a word of the lexicon by one slip, and so are no typos of it."""
 
-REAL_WORDS: frozenset[str] = frozenset(
+from robosandbox.agent.language.wordlist import word_set
+
+REAL_WORDS = word_set(
     """
     acre aft agua ajay alla alle alli ally amer amr amt andi andy ara aram areas aren arena ares aria arise arising
     arms army arne arse arte artiste arya atp awa awry baal babe bac bach backhand backs backwoods backyard bae baek
@@ -89,5 +91,5 @@ REAL_WORDS: frozenset[str] = frozenset(
     week weep weve whine whit whiter whites whitey whyte widen width wie wife wilde wilder wildest wiper wiser
     wisest wit witch wits witt wooded world woulda wouldn wound wto yar yarn yarns yellows youd youre yours yous
     zeros
-    """.split()
+    """
 )

@@ -61,7 +61,12 @@ def _after_failure(before: Draft, last: Attempt) -> tuple[Step, ...]:
 
 class _Reaction:
     def __init__(
-        self, scene: ObservedScene, skills: Sequence[str], history: Sequence[Attempt], before: Draft, rest: tuple[Step, ...]
+        self,
+        scene: ObservedScene,
+        skills: Sequence[str],
+        history: Sequence[Attempt],
+        before: Draft,
+        rest: tuple[Step, ...],
     ) -> None:
         self.scene = scene
         self.skills = skills
@@ -160,7 +165,9 @@ class _Reaction:
         evidence = self.error.evidence
         found = isinstance(evidence, GraspEvidence)
         if found and evidence.object_width is not None and evidence.object_width > evidence.max_aperture:
-            wide = f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
+            wide = (
+                f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
+            )
             return self._other_object() or self._stop(f"{evidence.object} is {wide}")
         if found and evidence.reason == "none_found":
             return self._other_object() or self._stop()

@@ -24,9 +24,7 @@ def _nearest(word: str, extra: frozenset[str]) -> str | None:
     if len(word) < 3 or len(word) > 24 or not word.isalpha():
         return None
     allowed = 1 if len(word) < 7 else 2
-    found = process.extract(
-        word, [*VOCABULARY, *sorted(extra)], scorer=OSA.distance, score_cutoff=allowed, limit=12
-    )
+    found = process.extract(word, [*VOCABULARY, *sorted(extra)], scorer=OSA.distance, score_cutoff=allowed, limit=12)
     near = {candidate: distance for candidate, distance, _ in found if _is_slip(word, candidate, int(distance))}
     if not near:
         return None

@@ -8,7 +8,16 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from robosandbox.agent.language.lexicon import ASIDE_FILLERS, EDGE_FILLERS, END_FILLERS, FILLERS, JOINABLE, REAL_WORDS, START_FILLERS, WORDS
+from robosandbox.agent.language.lexicon import (
+    ASIDE_FILLERS,
+    EDGE_FILLERS,
+    END_FILLERS,
+    FILLERS,
+    JOINABLE,
+    REAL_WORDS,
+    START_FILLERS,
+    WORDS,
+)
 from robosandbox.agent.language.spelling import nearest_word
 
 MAX_CHARACTERS = 2_000
@@ -69,7 +78,23 @@ _CONTRACTIONS = [
         (r"\bcuz\b", "because"),
     )
 ]
-_MARKS = str.maketrans({"’": "'", "‘": "'", "`": " ", "“": " ", "”": " ", "«": " ", "»": " ", "–": ",", "—": ",", "…": ",", "&": " and ", "×": "x", "−": "-" })
+_MARKS = str.maketrans(
+    {
+        "’": "'",
+        "‘": "'",
+        "`": " ",
+        "“": " ",
+        "”": " ",
+        "«": " ",
+        "»": " ",
+        "–": ",",
+        "—": ",",
+        "…": ",",
+        "&": " and ",
+        "×": "x",
+        "−": "-",
+    }
+)
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -162,7 +187,9 @@ def _nearest_id(raw: str, words: SceneWords) -> str | None:
     near = []
     for lower, name in words.ids.items():
         own = lower.split("_")
-        if len(own) == len(parts) and all(a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=True)):
+        if len(own) == len(parts) and all(
+            a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=True)
+        ):
             near.append(name)
     return near[0] if len(near) == 1 else None
 

@@ -2,67 +2,101 @@
 
 from __future__ import annotations
 
+from robosandbox.agent.language.wordlist import word_set
+
 VERBS: dict[str, str] = {
     "pick": (
-        "pick, pick up, grab, grab hold of, grasp, get, get hold of, get a hold of, fetch, take, take hold of, lift, lift up, "
-        "raise, hoist, hold, hold on to, hold onto, seize, snatch, snatch up, collect, retrieve, clutch, grip, clasp, acquire, "
+        "pick, pick up, grab, grab hold of, grasp, get, get hold of, get a hold of, fetch, take, take hold of, "
+        "lift, lift up, "
+        "raise, hoist, hold, hold on to, hold onto, seize, snatch, snatch up, collect, retrieve, clutch, grip, "
+        "clasp, acquire, "
         "nab, snag, scoop up, pick out, choose, select, secure, elevate, remove, extract, take out, clamp, gather, "
-        "gather up, go get, go grab, go pick up, go fetch, go and get, go and grab, go and pick up, go and fetch, go take, "
+        "gather up, go get, go grab, go pick up, go fetch, go and get, go and grab, go and pick up, go and fetch, "
+        "go take, "
         "pull up, pluck, bag, hoist up, latch onto"
     ),
     "put": (
-        "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, toss, throw, chuck, stash, store, "
-        "leave, insert, load, transfer, relocate, carry, deliver, transport, bring, send, tuck, slot, drop off, stow, bung, "
+        "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, toss, throw, chuck, "
+        "stash, store, "
+        "leave, insert, load, transfer, relocate, carry, deliver, transport, bring, send, tuck, slot, drop off, "
+        "stow, bung, "
         "lob, sling, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, plant, pile, "
-        "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, lay down, hang, "
-        "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, push down"
+        "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
+        "lay down, hang, "
+        "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
+        "push down"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
     "relocate": "move, shift, relocate, reposition, transfer",
     "push": (
-        "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, edge, "
+        "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, "
+        "edge, "
         "jostle, inch, propel, bulldoze, draw, give a push, give a shove, give a nudge"
     ),
-    "release": "release, let go, let go of, drop, put down, set down, lay down, place down, let loose, unhand, let down, lower",
+    "release": (
+        "release, let go, let go of, drop, put down, set down, lay down, place down, let loose, unhand, let down, lower"
+    ),
     "stack": "stack, stack up, pile, pile up, heap, heap up, build up",
     "build": "build, make, construct, create, erect, form, assemble, build up",
     "pour": "pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
     "open": "open, open up, pull open, slide open, unclose",
     "close": "close, shut, close up, push shut, slide shut, push closed, slide closed",
-    "tap": "tap, touch, poke, press, tap on, press on, prod, boop, press down on, pat, push down on, hit, bump, knock on, dab, contact",
-    "swap": "swap, switch, exchange, trade, interchange, swap over, switch over, swap around, switch around, transpose, swap round",
-    "sort": "sort, sort out, organise, organize, group, separate, arrange, categorise, categorize, distribute, classify, divide",
+    "tap": (
+        "tap, touch, poke, press, tap on, press on, prod, boop, press down on, pat, push down on, hit, bump, "
+        "knock on, dab, contact"
+    ),
+    "swap": (
+        "swap, switch, exchange, trade, interchange, swap over, switch over, swap around, switch around, "
+        "transpose, swap round"
+    ),
+    "sort": (
+        "sort, sort out, organise, organize, group, separate, arrange, categorise, categorize, distribute, "
+        "classify, divide"
+    ),
     "line_up": "line up, align, arrange, set up, lay out, line",
-    "unstack": "unstack, dismantle, take apart, disassemble, take down, break down, break up, knock down, destack, tear down",
-    "tidy": "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, pack away, throw away, bin, dispose of, discard, get rid of, clean out",
+    "unstack": (
+        "unstack, dismantle, take apart, disassemble, take down, break down, break up, knock down, destack, tear down"
+    ),
+    "tidy": (
+        "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
+        "pack away, throw away, bin, dispose of, discard, get rid of, clean out"
+    ),
     "empty": "empty, empty out, clear out, unload, clear off",
-    "go": "go, return, move, come, drive, get, head, travel, retreat, retract, go back, come back, move back, get back, head back, return back, be",
-    "home": "home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, go to sleep, stand down",
+    "go": (
+        "go, return, move, come, drive, get, head, travel, retreat, retract, go back, come back, move back, "
+        "get back, head back, return back, be"
+    ),
+    "home": (
+        "home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
+        "go to sleep, stand down"
+    ),
     "want": "want, need, require, like, love, prefer, wish",
     "give": "give, hand, pass, hand over, serve, lend, present, offer",
 }
 """Canonical verb -> how it is said. A word may stand under several: the arguments decide."""
 
-UNSUPPORTED_VERBS = frozenset(
+UNSUPPORTED_VERBS = word_set(
     """
-    rotate turn spin flip twist tilt roll paint colour color cut slice chop break smash crush destroy eat drink cook bake boil
-    fry wash wipe dry clean scrub dust weld solder screw unscrew drill hammer nail sew knit fold unfold wrap unwrap tie untie
-    juggle dance sing play jump hop walk run fly swim wave point nod bow look see watch find search scan inspect examine
-    check identify describe tell say speak talk explain show list count measure weigh read write draw print type call
-    email text ring buy sell order pay throw kick punch slap bite lick kiss hug tickle scratch squeeze crumple bend stretch fling
-    shake stir mix blend whisk swirl sharpen polish glue tape staple pin clip attach detach connect disconnect plug unplug
-    switch start stop halt pause freeze wait sleep wake calibrate initialise initialize shutdown restart reboot record
-    film photograph snap assemble repair fix build charge recharge learn teach train remember forget think imagine
-    pretend guess predict calculate compute solve translate hide seek chase follow catch bounce dribble shoot fire burn
-    light ignite melt freeze heat cool warm water feed plant dig hang hook unhook lock unlock lever peel crack pierce stab
-    poison kill attack fight hurt hit knock topple tip overturn invert straighten align orient reorient levitate
-    teleport duplicate copy clone delete erase shrink grow enlarge resize open_gripper balance vacuum sweep mop iron
-    feel smell taste hear listen help do be have unscrew salute high-five clap snap whistle applaud wiggle jiggle
-    vibrate rattle wobble trace circle hover orbit tidy celebrate shrug blink bless curse hack repeat undo redo cancel
-    abort continue resume compare sanitize sterilize assess evaluate verify confirm answer reply ask greet thank apologize
-    name rename label mark stamp sign scribble sketch design engrave sand saw plane file varnish decorate garnish season
-    toast butter spread sprinkle squirt spray hose dunk dip soak rinse fill refill drain siphon pump inflate deflate
-    """.split()
+    rotate turn spin flip twist tilt roll paint colour color cut slice chop break smash crush destroy eat drink
+    cook bake boil fry wash wipe dry clean scrub dust weld solder screw unscrew drill hammer nail sew knit fold
+    unfold wrap unwrap tie untie juggle dance sing play jump hop walk run fly swim wave point nod bow look see
+    watch find search scan inspect examine check identify describe tell say speak talk explain show list count
+    measure weigh read write draw print type call email text ring buy sell order pay throw kick punch slap bite
+    lick kiss hug tickle scratch squeeze crumple bend stretch fling shake stir mix blend whisk swirl sharpen
+    polish glue tape staple pin clip attach detach connect disconnect plug unplug switch start stop halt pause
+    freeze wait sleep wake calibrate initialise initialize shutdown restart reboot record film photograph snap
+    assemble repair fix build charge recharge learn teach train remember forget think imagine pretend guess
+    predict calculate compute solve translate hide seek chase follow catch bounce dribble shoot fire burn light
+    ignite melt freeze heat cool warm water feed plant dig hang hook unhook lock unlock lever peel crack pierce
+    stab poison kill attack fight hurt hit knock topple tip overturn invert straighten align orient reorient
+    levitate teleport duplicate copy clone delete erase shrink grow enlarge resize open_gripper balance vacuum
+    sweep mop iron feel smell taste hear listen help do be have unscrew salute high-five clap snap whistle applaud
+    wiggle jiggle vibrate rattle wobble trace circle hover orbit tidy celebrate shrug blink bless curse hack
+    repeat undo redo cancel abort continue resume compare sanitize sterilize assess evaluate verify confirm answer
+    reply ask greet thank apologize name rename label mark stamp sign scribble sketch design engrave sand saw
+    plane file varnish decorate garnish season toast butter spread sprinkle squirt spray hose dunk dip soak rinse
+    fill refill drain siphon pump inflate deflate
+    """
 )
 """Things people may ask of a robot and this one has no skill for; known, so that the refusal can be exact."""
 

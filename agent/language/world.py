@@ -101,7 +101,9 @@ class World:
     def radius(self, name: str) -> float:
         """Return the radius of the circle around an object seen from above."""
         x, y, _ = self._extents[name]
-        return math.hypot(x, y) if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl") else max(x, y)
+        return (
+            math.hypot(x, y) if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl") else max(x, y)
+        )
 
     def on_top_of(self, name: str) -> list[str]:
         """Return what rests on an object."""
@@ -167,7 +169,9 @@ class World:
         distance = math.hypot(xy[0] - ROBOT_XY[0], xy[1] - ROBOT_XY[1])
         return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and REACH[0] <= distance <= REACH[1]
 
-    def free_spots(self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> list[tuple[float, float]]:
+    def free_spots(
+        self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()
+    ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, the nearest to `near` first."""
         ignored = tuple(ignore)
         grid = [(0.02 * i, 0.02 * j) for i in range(-4, 19) for j in range(-19, 20)]

@@ -1,0 +1,101 @@
+"""A chart of one sentence: every phrase that starts at each word, and what the grammar's rules found there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any, TypeVar
+
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.tokens import SceneWords, Token
+
+T = TypeVar("T")
+Found = list[tuple[int, T]]
+MAX_STEPS = 6_000
+MAX_READINGS_PER_END = 20
+
+
+class TooComplicatedError(ValueError):
+    """The sentence has more readings than anybody would follow."""
+
+
+C = TypeVar("C", bound="Chart")
+
+
+def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]:
+    """Remember what a grammar rule found at each position (a packrat parser that keeps every reading)."""
+    name = function.__name__
+
+    @wraps(function)
+    def remembered(self: C, i: int) -> Found[T]:
+        key = (name, i)
+        found: Found[T] | None = self.memo.get(key)
+        if found is None:
+            self.steps += 1
+            if self.steps > MAX_STEPS:
+                raise TooComplicatedError
+            self.memo[key] = []  # Left recursion finds nothing.
+            found = capped(function(self, i))
+            self.memo[key] = found
+        return found
+
+    return remembered
+
+
+@dataclass
+class Chart:
+    """What the phrases of the lexicon and the rules of a grammar find at each token of one sentence.
+
+    Attributes:
+        tokens: The sentence.
+        words: The words of the scene's ids.
+        memo: Results by rule and position.
+        steps: How many rules have run.
+    """
+
+    tokens: Sequence[Token]
+    words: SceneWords
+    memo: dict[tuple[str, int], list[Any]] = field(default_factory=dict)
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        self.tags: list[dict[str, list[tuple[int, Any]]]] = []
+        for i in range(len(self.tokens)):
+            tags: dict[str, list[tuple[int, Any]]] = {}
+            for end, tag, value in LEXICON.at(self.tokens, i):
+                tags.setdefault(tag, []).append((end, value))
+            for found in tags.values():
+                found.sort(key=lambda item: -item[0])
+            self.tags.append(tags)
+
+    def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
+        """Return (end, value) of every phrase with this tag at `i`, longest first."""
+        return self.tags[i].get(name, []) if i < len(self.tags) else []
+
+    def text(self, i: int) -> str:
+        """Return token `i`'s text, "" past the end."""
+        return self.tokens[i].text if i < len(self.tokens) else ""
+
+    def said(self, i: int, j: int) -> str:
+        """Return the words from `i` to `j` as said."""
+        return " ".join(token.raw for token in self.tokens[i:j])
+
+    def optional(self, i: int, *names: str) -> list[int]:
+        """Return where phrases of these tags end, and `i` itself last."""
+        return [*(end for name in names for end, _ in self.tag(i, name)), i]
+
+
+def capped(found: Found[T]) -> Found[T]:
+    """Keep the first few readings of each length."""
+    count: dict[int, int] = {}
+    kept: Found[T] = []
+    for end, value in found:
+        count[end] = count.get(end, 0) + 1
+        if count[end] <= MAX_READINGS_PER_END:
+            kept.append((end, value))
+    return kept
+
+
+def distinct(found: Found[T]) -> Found[T]:
+    return list(dict.fromkeys(found))
