@@ -20,9 +20,10 @@ from robosandbox.protocols import Planner, Skill
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.judge import Verdict, judge
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.randomize import draw_layout
-from robosandbox.tasks.success import AtHome, Verdict, judge
+from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
 

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -26,7 +25,6 @@ from robosandbox.types import (
 
 TABLE = "table"
 HOME_TOLERANCE = 0.05
-_SAMPLE_SECONDS = 0.1
 
 # A field that names an object, the name, and the kinds that it may have (empty: any).
 Reference = tuple[str, str, frozenset[str]]
@@ -262,7 +260,7 @@ class AllOf(Check):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Relation(all(found), _merged(self.checks, found))
+        return Relation(all(found), merged(self.checks, found))
 
 
 class AnyOf(Check):
@@ -278,7 +276,7 @@ class AnyOf(Check):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Relation(any(found), _merged(self.checks, found))
+        return Relation(any(found), merged(self.checks, found))
 
 
 class NotOf(Check):
@@ -306,63 +304,14 @@ AnyOf.model_rebuild()
 NotOf.model_rebuild()
 
 
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """Whether a task succeeded.
-
-    Attributes:
-        success: The answer.
-        detail: The measurements at the end of the episode, or at the moment at which it ceased to hold.
-    """
-
-    success: bool
-    detail: dict[str, float]
-
-
-def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
-    """Evaluate a criterion at the end of an episode, and for as long as it asks to hold.
-
-    Args:
-        criterion: The task's.
-        start: The state in which the episode began.
-        look: Returns the state now.
-        wait: Lets simulated seconds pass.
-    """
-    end = look()
-    first = criterion.evaluate(start, end)
-    elapsed, hold = 0.0, _longest_hold(criterion)
-    while first.holds and elapsed < hold - 1e-9:
-        wait(min(_SAMPLE_SECONDS, hold - elapsed))
-        now = look()
-        elapsed = now.time - end.time
-        later = _still_holds(criterion, start, now, elapsed)
-        if not later.holds:
-            return Verdict(False, {**later.detail, "held_s": elapsed})
-    return Verdict(first.holds, first.detail)
-
-
-def _longest_hold(check: Check) -> float:
-    return max([check.hold_s, *(_longest_hold(child) for _, child in check.children())])
-
-
-def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float) -> Relation:
-    """Evaluate what has to hold `elapsed` seconds after the end."""
-    if elapsed > _longest_hold(check) + 1e-6:
-        return Relation(True)
-    if isinstance(check, AllOf) and elapsed > check.hold_s + 1e-6:
-        found = [_still_holds(child, start, now, elapsed) for child in check.checks]
-        return Relation(all(found), _merged(check.checks, found))
-    return check.evaluate(start, now)
-
-
 def _seen(truth: Truth, name: str) -> DetectedObject:
     return truth.objects[name].detected()
 
 
-def _merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:
+def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:
     """Return the measurements of several checks, each under the object that it is about."""
-    merged: dict[str, float] = {}
+    found_by_name: dict[str, float] = {}
     for check, relation in zip(checks, found, strict=True):
         subject = next((name for _, name, _ in check.references()), "")
-        merged.update({f"{subject}.{key}" if subject else key: value for key, value in relation.detail.items()})
-    return merged
+        found_by_name.update({f"{subject}.{key}" if subject else key: value for key, value in relation.detail.items()})
+    return found_by_name

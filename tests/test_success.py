@@ -8,7 +8,8 @@ import pytest
 from pydantic import TypeAdapter
 
 from robosandbox.sim.truth import ObjectTruth, Truth
-from robosandbox.tasks.success import Check, Criterion, Verdict, judge
+from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.success import Check, Criterion
 from robosandbox.types import ObjectKind, Pose, frozen_array
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {

@@ -31,8 +31,8 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         sys.stdout.flush()
         return code if isinstance(code, int) else EXIT_DONE
     except _UsageError as error:
-        text = error.format_message() if hasattr(error, "format_message") else str(error)
-        _complain(program, f"{text.rstrip('.')}; see {program} --help")
+        message = getattr(error, "format_message", error.__str__)()
+        _complain(program, f"{message.rstrip('.')}; see {program} --help")
         return EXIT_USAGE
     except InputError as error:
         _complain(program, str(error))

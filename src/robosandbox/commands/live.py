@@ -60,9 +60,10 @@ class LiveView:
         if not self._console.is_terminal:
             return
         if self._status is None:
-            self._status = self._console.status(Text(text))
-            self._status.start()
-        self._status.update(Text(text))
+            self._status = status = self._console.status(Text(text))
+            status.start()
+        else:
+            self._status.update(Text(text))
 
     def _hide(self) -> None:
         if self._status is not None:

@@ -1,0 +1,61 @@
+"""Whether a task has succeeded: its criterion at the end of an episode, and for as long as it asks to hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from robosandbox.perception.relations import Relation
+from robosandbox.sim.truth import Truth
+from robosandbox.tasks.success import AllOf, Check, merged
+
+_SAMPLE_SECONDS = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a task succeeded.
+
+    Attributes:
+        success: The answer.
+        detail: The measurements at the end of the episode, or at the moment at which it ceased to hold.
+    """
+
+    success: bool
+    detail: dict[str, float]
+
+
+def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
+    """Evaluate a criterion at the end of an episode, and for as long as it asks to hold.
+
+    Args:
+        criterion: The task's.
+        start: The state in which the episode began.
+        look: Returns the state now.
+        wait: Lets simulated seconds pass.
+    """
+    end = look()
+    first = criterion.evaluate(start, end)
+    elapsed, hold = 0.0, _longest_hold(criterion)
+    while first.holds and elapsed < hold - 1e-9:
+        wait(min(_SAMPLE_SECONDS, hold - elapsed))
+        now = look()
+        elapsed = now.time - end.time
+        later = _still_holds(criterion, start, now, elapsed)
+        if not later.holds:
+            return Verdict(False, {**later.detail, "held_s": elapsed})
+    return Verdict(first.holds, first.detail)
+
+
+def _longest_hold(check: Check) -> float:
+    return max([check.hold_s, *(_longest_hold(child) for _, child in check.children())])
+
+
+def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float) -> Relation:
+    """Evaluate what has to hold `elapsed` seconds after the end."""
+    if elapsed > _longest_hold(check) + 1e-6:
+        return Relation(True)
+    if isinstance(check, AllOf) and elapsed > check.hold_s + 1e-6:
+        found = [_still_holds(child, start, now, elapsed) for child in check.checks]
+        return Relation(all(found), merged(check.checks, found))
+    return check.evaluate(start, now)
