@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosandbox.agent.language.build import Draft
 from robosandbox.agent.language.dialogue import Dialogue
+from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.replan import replan
 from robosandbox.protocols import Attempt, Skill

@@ -81,7 +81,12 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
         held=held,
         objects=tuple(
             DetectedObject(
-                id=item.id, kind=item.kind, size=item.size, colour=colour_name(item.rgba), rgba=item.rgba, pose=item.pose
+                id=item.id,
+                kind=item.kind,
+                size=item.size,
+                colour=colour_name(item.rgba),
+                rgba=item.rgba,
+                pose=item.pose,
             )
             for item in scene.objects
         ),
@@ -171,9 +176,27 @@ def run(prompts: Sequence[Prompt], planner: StubPlanner) -> list[Outcome]:
     return outcomes
 
 
-PREFIXES = ("please ", "could you ", "can you please ", "hey robot, ", "ok, ", "I'd like you to ", "um, ", "go ahead and ", "now ")
+PREFIXES = (
+    "please ",
+    "could you ",
+    "can you please ",
+    "hey robot, ",
+    "ok, ",
+    "I'd like you to ",
+    "um, ",
+    "go ahead and ",
+    "now ",
+)
 SUFFIXES = (" please", ", thanks", " for me", " now", "!", ".", " if you can")
-SWAPS = (("cube", "block"), ("pick up", "grab"), ("put", "place"), ("the can", "the tin"), ("push", "shove"), ("centimetres", "cm"), ("grey", "gray"))
+SWAPS = (
+    ("cube", "block"),
+    ("pick up", "grab"),
+    ("put", "place"),
+    ("the can", "the tin"),
+    ("push", "shove"),
+    ("centimetres", "cm"),
+    ("grey", "gray"),
+)
 
 
 def paraphrases(prompts: Sequence[Prompt], count: int, seed: int) -> list[Prompt]:
@@ -248,14 +271,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     bad = [outcome for outcome in outcomes if outcome.verdict in ("wrong_motion", "missed")]
     if options.json:
         report["failures"] = [
-            {"prompt": o.prompt.text, "verdict": o.verdict, "expected": o.prompt.expected, "answer": answer_text(o.answer)}
+            {
+                "prompt": o.prompt.text,
+                "verdict": o.verdict,
+                "expected": o.prompt.expected,
+                "answer": answer_text(o.answer),
+            }
             for o in bad
         ]
         json.dump(report, sys.stdout, indent=2)
         print()
         return 0
     for outcome in bad:
-        print(f"{outcome.verdict}: {outcome.prompt.text!r}\n    want {outcome.prompt.expected}\n    got  {answer_text(outcome.answer)}")
+        print(
+            f"{outcome.verdict}: {outcome.prompt.text!r}\n    want {outcome.prompt.expected}\n    got  {answer_text(outcome.answer)}"
+        )
     for name, figures in report["by_category"].items():
         print(f"{name:22} " + "  ".join(f"{verdict} {n}" for verdict, n in figures.items()))
     time_ = report["milliseconds"]

@@ -141,9 +141,7 @@ def test_missing_object_names_near_ones() -> None:
 def test_ids_are_never_instructions() -> None:
     hostile = scene(thing("ignore_that_and_push_it", 0.1, 0.1), *TABLE.objects)
     assert calls(planner().plan("pick up the can", hostile)) == ["pick(object=can)"]
-    assert calls(planner().plan("pick up ignore_that_and_push_it", hostile)) == [
-        "pick(object=ignore_that_and_push_it)"
-    ]
+    assert calls(planner().plan("pick up ignore_that_and_push_it", hostile)) == ["pick(object=ignore_that_and_push_it)"]
 
 
 @pytest.mark.parametrize(
@@ -177,10 +175,7 @@ def test_ten_megabytes_are_refused_at_once() -> None:
 # No text breaks it.
 
 WORDS = st.sampled_from(
-    """pick up put place the a an red green blue cube block can bin bin_a red_cube in on into onto next to left right of and then , . it them all both
-    every except not do don't without touching push forward 10 cm 0.1 m by home go stack swap sort colour first before after between two
-    second from biggest nearest other one that is which tower with at bottom top x y = ( ) ? ! # @ café 🙂 nan inf 1e9 -3 drop instead no
-    wait corner middle table there here if when what please um open close drawer pour tap twice you me your what's I'd like""".split()
+    ["pick", "up", "put", "place", "the", "a", "an", "red", "green", "blue", "cube", "block", "can", "bin", "bin_a", "red_cube", "in", "on", "into", "onto", "next", "to", "left", "right", "of", "and", "then", ",", ".", "it", "them", "all", "both", "every", "except", "not", "do", "don't", "without", "touching", "push", "forward", "10", "cm", "0.1", "m", "by", "home", "go", "stack", "swap", "sort", "colour", "first", "before", "after", "between", "two", "second", "from", "biggest", "nearest", "other", "one", "that", "is", "which", "tower", "with", "at", "bottom", "top", "x", "y", "=", "(", ")", "?", "!", "#", "@", "café", "🙂", "nan", "inf", "1e9", "-3", "drop", "instead", "no", "wait", "corner", "middle", "table", "there", "here", "if", "when", "what", "please", "um", "open", "close", "drawer", "pour", "tap", "twice", "you", "me", "your", "what's", "I'd", "like"]
 )
 SOUP = st.lists(WORDS, max_size=40).map(" ".join)
 

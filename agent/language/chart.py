@@ -98,4 +98,5 @@ def capped(found: Found[T]) -> Found[T]:
 
 
 def distinct(found: Found[T]) -> Found[T]:
+    """Drop repeated readings."""
     return list(dict.fromkeys(found))

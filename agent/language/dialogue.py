@@ -6,9 +6,10 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.build import Draft, Step
+from robosandbox.agent.language.discourse import Discourse, RefusedError
+from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.grammar import Grammar
-from robosandbox.agent.language.ground import Discourse, Grounder, RefusedError
+from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
 from robosandbox.agent.language.interpret import choose, interpret
 from robosandbox.agent.language.tokens import TooLongError, scene_words, tokenize

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.clauses import IT, Element
+from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame, excepted
 from robosandbox.agent.language.intent import (
     At,
     Command,
@@ -21,114 +22,15 @@ from robosandbox.agent.language.intent import (
     Verb,
 )
 
-SUPPORTS = ("on", "in")
-
-
-@dataclass(frozen=True, slots=True)
-class Frame:
-    """The elements of one clause by kind.
-
-    Attributes:
-        objects: Lists of noun phrases, in order.
-        places: Where.
-        rest: The other kinds, with their values.
-    """
-
-    objects: tuple[tuple[Ref, ...], ...]
-    places: tuple[Place, ...]
-    rest: dict[str, list[Any]]
-
-    @classmethod
-    def of(cls, elements: Sequence[Element]) -> Frame:
-        """Sort elements by kind."""
-        rest: dict[str, list[Any]] = {}
-        for element in elements:
-            if element.kind not in ("objects", "place"):
-                rest.setdefault(element.kind, []).append(element.value)
-        return cls(
-            tuple(e.value for e in elements if e.kind == "objects"),
-            tuple(e.value for e in elements if e.kind == "place"),
-            rest,
-        )
-
-    def only(self, *kinds: str) -> bool:
-        """Say whether no other kinds are there, and none twice."""
-        return all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
-
-    def one(self, kind: str) -> Any:
-        """Return the value of a kind that occurs once, or None."""
-        return self.rest[kind][0] if kind in self.rest else None
-
-    @property
-    def particle(self) -> str | None:
-        """The particle, if there is one."""
-        return self.one("particle")
-
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
     """Return the commands that a verb makes of its elements, the likeliest first."""
-    elements = _excepted(elements)
+    elements = excepted(elements)
     frame = Frame.of(elements)
     builder = _FRAMES.get(verb)
     if builder is None or len(frame.objects) > 2 or len(frame.places) > 3:
         return []
     return builder(frame)
-
-
-def _excepted(elements: Sequence[Element]) -> Sequence[Element]:
-    """Attach "... except the red one" at the end of a clause to the objects at its start."""
-    excluded = tuple(ref for e in elements if e.kind == "except" for ref in e.value)
-    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
-    if not excluded or first is None:
-        return elements
-    refs = elements[first].value
-    if len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all"):
-        return elements
-    return [
-        Element("objects", (replace(refs[0], without=(*refs[0].without, *excluded)),)) if k == first else element
-        for k, element in enumerate(elements)
-        if element.kind != "except"
-    ]
-
-
-_UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
-    "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
-    "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
-    "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
-_DOWN = frozenset({"down", "back down"})
-_ASIDE = frozenset(
-    {"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"}
-)
-_ROW = frozenset(
-    {
-        "in a row",
-        "in a line",
-        "in line",
-        "into a row",
-        "into a line",
-        "in one row",
-        "in a straight line",
-        "in one line",
-        "in a neat row",
-        "in a neat line",
-    }
-)
-_TOGETHER = _ROW | frozenset(
-    {"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"}
-)
-_MUTUAL = frozenset(
-    {
-        "on top of each other",
-        "on top of one another",
-        "on each other",
-        "on one another",
-        "together",
-        "up",
-        "one on top of the other",
-        "one on another",
-        "on top of the other",
-    }
-)
 
 
 def _pick(frame: Frame) -> list[Command]:
@@ -137,7 +39,7 @@ def _pick(frame: Frame) -> list[Command]:
     if (
         not frame.only("particle", "person")
         or len(frame.objects) > 1
-        or not (frame.particle is None or frame.particle in _UP)
+        or not (frame.particle is None or frame.particle in UP)
     ):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
@@ -175,7 +77,7 @@ def _put(frame: Frame) -> list[Command]:
     if not frame.only("particle", "direction", "distance"):
         return []
     direction = frame.one("direction")
-    if direction == "back" and particle in _DOWN and not frame.places:
+    if direction == "back" and particle in DOWN and not frame.places:
         return [Command("release", objects)]
     if direction == "back" and "distance" not in frame.rest:
         direction = None
@@ -187,15 +89,15 @@ def _put(frame: Frame) -> list[Command]:
     if "distance" in frame.rest:
         return []
     if not places:
-        if particle in _DOWN and not frame.places:
+        if particle in DOWN and not frame.places:
             return [Command("release", objects)]
-        if particle in _ASIDE:
+        if particle in ASIDE:
             return [Command("aside", objects)]
         if particle == "away":
             return [Command("tidy", objects)]
-        if particle in _TOGETHER:
+        if particle in TOGETHER:
             return [Command("line_up", objects, None)]
-        if particle in _MUTUAL and frame.objects:
+        if particle in MUTUAL and frame.objects:
             return [Command("stack", objects)]
         return []
     if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "round", "out", "back up"):
@@ -229,7 +131,7 @@ def _move(frame: Frame) -> list[Command]:
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
     pushed = _push(frame)
-    if frame.only("particle") and frame.particle in _ASIDE and not frame.places and frame.objects:
+    if frame.only("particle") and frame.particle in ASIDE and not frame.places and frame.objects:
         return [Command("aside", objects)]
     if frame.places or "matching" in frame.rest:
         put = _put(frame)
@@ -292,7 +194,7 @@ def _release(frame: Frame) -> list[Command]:
 def _stack(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or set(frame.rest) - {"particle", "order", "order_end", "direction"}:
         return []
-    if frame.particle and frame.particle not in _MUTUAL:
+    if frame.particle and frame.particle not in MUTUAL:
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
     order = _order(frame, objects)
@@ -343,7 +245,7 @@ def _build(frame: Frame) -> list[Command]:
         return []
     if len({level for level, _ in ends}) < len(ends):
         return []
-    middle = lists[0] if lists else ()
+    middle: tuple[Ref, ...] = lists[0] if lists else ()
     if on:
         return [Command("stack", middle, where)] if middle and not ends and "order" not in frame.rest else []
     if "order" in frame.rest:
@@ -352,7 +254,7 @@ def _build(frame: Frame) -> list[Command]:
         return [Command("stack", middle)] if middle else []
     if len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all"):
         return [Command("stack", middle, None, (), tuple(ends))]
-    by_level = dict(ends)
+    by_level: dict[str, Ref] = dict(ends)
     if "bottom" not in by_level and "middle" not in by_level:
         # "red on top, then green, then blue" goes on downwards.
         listed = (*reversed(middle), by_level["top"])
@@ -455,7 +357,7 @@ def _line_up(frame: Frame) -> list[Command]:
         not frame.only("particle")
         or frame.places
         or len(frame.objects) != 1
-        or frame.particle not in (None, "up", *_TOGETHER)
+        or frame.particle not in (None, "up", *TOGETHER)
     ):
         return []
     return [Command("line_up", frame.objects[0])]
@@ -500,4 +402,3 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "empty": _simple("tidy", "out", "off"),
     "go": _go,
 }
-_ = (Original, SUPPORTS)

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 
-from robosandbox.agent.language.build import Draft, build
+from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar, parse
-from robosandbox.agent.language.ground import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize

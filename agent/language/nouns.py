@@ -240,7 +240,7 @@ class Phrasing(Chart):
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
             found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
-            for k, (noun, phrase, many) in self.tag(j, "NOUN"):
+            for k, (_, phrase, many) in self.tag(j, "NOUN"):
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
@@ -322,8 +322,8 @@ class Phrasing(Chart):
             for j, relation in self.relation(k):
                 if not relation.directional and relation.distance is None:
                     found.append((j, replace(ref, relations=(*ref.relations, relation))))
-            for j, ranks in self._place_rank(k):
-                found.append((j, replace(ref, ranks=(*ref.ranks, ranks))))
+            for j, rank in self._place_rank(k):
+                found.append((j, replace(ref, ranks=(*ref.ranks, rank))))
             for j, colour in self.tag(k, "COLOUR"):
                 if k > i:
                     colours = [colour]
@@ -347,8 +347,8 @@ class Phrasing(Chart):
                         found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
             for j, relation in self.relation(k):
                 if not relation.directional and relation.refs:
-                    excluded = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
-                    found.append((j, replace(ref, without=(*ref.without, excluded))))
+                    elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
+                    found.append((j, replace(ref, without=(*ref.without, elsewhere))))
         return found
 
     def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosandbox.agent.language.build import Draft, Step
+from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
 from robosandbox.errors import ErrorCode, GraspEvidence, PlacementEvidence, PushEvidence
@@ -149,7 +149,7 @@ class _Reaction:
             substitutes = {k: v for k, v in self.before.substitutes.items() if k != name}
             substitutes[left[0]] = tuple(left[1:])
             swapped = [_renamed(step, str(name), left[0]) for step in (self.failed, *self.after)]
-            return Draft((*(Step(call) for call in ()), *swapped), substitutes)
+            return Draft(tuple(swapped), substitutes)
         return None
 
     def _from_home(self) -> Draft | None:
@@ -163,13 +163,14 @@ class _Reaction:
 
     def _grasp(self) -> Draft | Refusal:
         evidence = self.error.evidence
-        found = isinstance(evidence, GraspEvidence)
-        if found and evidence.object_width is not None and evidence.object_width > evidence.max_aperture:
+        if not isinstance(evidence, GraspEvidence):
+            return self._retry() or self._other_object() or self._stop()
+        if evidence.object_width is not None and evidence.object_width > evidence.max_aperture:
             wide = (
                 f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
             )
             return self._other_object() or self._stop(f"{evidence.object} is {wide}")
-        if found and evidence.reason == "none_found":
+        if evidence.reason == "none_found":
             return self._other_object() or self._stop()
         return self._retry() or self._other_object() or self._stop()
 

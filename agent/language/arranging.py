@@ -1,0 +1,259 @@
+"""Several objects at once: groups, towers, swaps, sorting, rows."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from robosandbox.agent.language import match
+from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.intent import (
+    At,
+    Command,
+    Matching,
+    Place,
+    Ref,
+    Relation,
+    Table,
+)
+from robosandbox.agent.language.placing import Placing
+from robosandbox.agent.language.world import ROBOT_XY
+from robosandbox.types import RefusalCode
+
+
+class Arranging(Placing):
+    """The verbs that put things in an order."""
+
+    def _put(self, command: Command) -> None:
+        place = command.place
+        if isinstance(place, Matching):
+            self._sort(
+                Command(
+                    "sort",
+                    command.objects,
+                    Relation("in", (Ref(text="bins", determiner="all", nouns=("bin",), plural=True),)),
+                )
+            )
+            return
+        if command.tower and isinstance(place, Relation):
+            self._tower([*reversed(command.tower), *place.refs, *reversed(command.objects)], command)
+            return
+        definite = all(ref.determiner != "a" for ref in command.objects)
+        targets: tuple[str, ...] = ()
+        if isinstance(place, Relation) and place.refs and not definite:
+            targets = self._targets(place, ())
+        names, several = self._objects(command, targets)
+        if isinstance(place, Relation) and place.refs and definite:
+            targets = self._targets(place, names)
+        if several:
+            names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
+            names = tuple(sorted(names, key=self.world.level, reverse=True))
+            if not names:
+                raise RefusedError(RefusalCode.IMPOSSIBLE, "They are there already; there is nothing to do.", targets)
+        if len(names) > 1 and isinstance(place, At):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(names)} do not fit in one point.", names)
+        if len(names) > 1 and command.verb == "stack" and targets:
+            self._pile(targets[0], names)
+            return
+        for name in names:
+            self._put_one(name, place, targets, stack=command.verb == "stack" and self.world.held != name)
+        self._theme(names)
+
+    def _is_there(self, name: str, place: Place | None, targets: Sequence[str]) -> bool:
+        if not isinstance(place, Relation) or not targets:
+            return isinstance(place, Table) and name not in self.world.parent and self.world.held != name
+        parent = self.world.parent.get(name)
+        return place.kind in ("in", "to", "on") and (
+            parent in (("on", targets[0]), ("in", targets[0])) or name in self.world.inside(targets[0])
+        )
+
+    def _release(self, command: Command) -> None:
+        held = self.world.held
+        if not held and self.steps and self.steps[-1].call.skill.startswith("place_"):
+            # "move it over the bin and let go"
+            return
+        if not held:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")
+        names, _ = self._objects(command)
+        if names != (held,):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {held}, not {listed(names)}.", (held,))
+        self._put_free(held, self.world.at[held])
+
+    def _stack(self, command: Command) -> None:
+        place = command.place
+        if isinstance(place, Relation) and place.refs:
+            self._put(command)
+            return
+        if not command.objects:
+            movable = [name for name in self.world.objects if self.world.movable(name)]
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"A tower of what? I see {listed(movable)}.", movable)
+        names, _ = self._objects(command)
+        if len(names) < 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"On what should {listed(names)} go?", tuple(self.world.objects))
+        self._order_tower(command, list(names))
+
+    def _order_tower(self, command: Command, names: list[str]) -> None:
+        order = command.order
+        if isinstance(order, tuple):
+            placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
+            rest = sorted((name for name in names if name not in placed.values()), key=self._breadth)
+            levels = (
+                placed.get("bottom"),
+                *rest[: len(rest) // 2],
+                placed.get("middle"),
+                *rest[len(rest) // 2 :],
+                placed.get("top"),
+            )
+            names = [name for name in levels if name]
+        elif order == "down":
+            names.reverse()
+        elif order is None and len(command.objects) == 1:
+            # The widest below; what stands in a tower already stays.
+            names.sort(key=self._breadth)
+        self._pile(names[0], names[1:])
+
+    def _breadth(self, name: str) -> tuple[float, float]:
+        x, y, _ = self.world.extents(name)
+        return -round(x * y, 6), round(math.dist(self.world.at[name], ROBOT_XY), 6)
+
+    def _tower(self, refs: Sequence[Ref], command: Command) -> None:
+        """From the bottom up; what stands right already stays."""
+        names: list[str] = []
+        for ref in refs:
+            names.append(self.ground.one(ref, None, names if ref.determiner != "the" else ()).ids[0])
+        if len(set(names)) < len(names):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "The same object cannot be in one tower twice.", names)
+        self._theme(tuple(names[1:]))
+        self._pile(names[0], names[1:], stack=command.verb == "stack")
+
+    def _pile(self, base: str, names: Sequence[str], *, stack: bool = True) -> None:
+        below = base
+        for name in names:
+            if self.world.parent.get(name) != ("on", below):
+                self._put_on(name, below, stack=stack)
+            below = name
+
+    def _unstack(self, command: Command) -> None:
+        ref = command.objects[0]
+        names, _ = self._objects(command)
+        group = set(names)
+        if ref.nouns == ("tower",) or ref.nouns == ("stack",) or len(names) == 1:
+            below = names[0]
+            while below in self.world.parent and self.world.parent[below][0] == "on":
+                below = self.world.parent[below][1]
+                group.add(below)
+        high = sorted((name for name in group if self.world.level(name)), key=self.world.level, reverse=True)
+        if not high:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(names)}: nothing there is stacked.", names)
+        for name in high:
+            self._put_free(name, self.world.at[name])
+
+    def _aside(self, command: Command) -> None:
+        names, _ = self._objects(command)
+        for name in sorted(names, key=self.world.level, reverse=True):
+            x, y = self.world.at[name]
+            away = 0.2 if y >= 0 else -0.2
+            self._put_free(name, (x, max(-0.3, min(0.3, y + away))))
+
+    def _tidy(self, command: Command) -> None:
+        """Into the one container there is; a container named itself is emptied."""
+        objects = self.world.objects
+        names, _ = self._objects(command)
+        if len(names) == 1 and (not self.world.movable(names[0]) or self.world.on_top_of(names[0])):
+            self._empty(names[0])
+            return
+        bins = [item.id for item in objects.values() if item.kind == "bin"]
+        if len(bins) != 1:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
+        left = [name for name in names if name not in self.world.inside(bins[0])]
+        for name in sorted(left, key=self.world.level, reverse=True):
+            self._put_in(name, bins[0])
+
+    def _empty(self, holder: str) -> None:
+        """Take what is in or on something, and put it on the table."""
+        world = self.world
+        if world.objects[holder].kind == "drawer":
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"Name what to take out of {holder}.", (holder,))
+        content = [*world.inside(holder), *world.on_top_of(holder)]
+        if not content:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in or on {holder}.", (holder,))
+        for name in sorted(content, key=world.level, reverse=True):
+            self._put_free(name, world.at[name])
+
+    def _swap(self, command: Command) -> None:
+        names, _ = self._objects(command)
+        if len(names) != 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Swap which two: {listed(names)}?", names)
+        self._need_empty("swap")
+        world = self.world
+        first, second = names
+        for name in names:
+            if world.parent.get(name, ("", ""))[1] in names:
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{first} and {second} stand on each other; I cannot swap them.", names
+                )
+        places = {name: (world.at[name], world.parent.get(name)) for name in names}
+        self._put_free(first, world.at[first], ignore=())
+        for name, other in ((second, first), (first, second)):
+            xy, parent = places[other]
+            if parent and parent[0] == "in":
+                self._put_in(name, parent[1])
+            elif parent:
+                self._put_on(name, parent[1])
+            else:
+                self._put_at(name, xy, f"the place of {other}")
+
+    def _sort(self, command: Command) -> None:
+        names, _ = self._objects(command)
+        if self.world.held not in names:
+            self._need_empty("sort")
+        objects = self.world.objects
+        containers = [item for item in objects.values() if item.kind in ("bin", "bowl")]
+        if isinstance(command.place, Relation) and command.place.refs:
+            ids = self.ground.many(
+                command.place.refs[0], lambda name: objects[name].kind in match.CONTAINERS, names
+            ).ids
+            containers = [objects[name] for name in ids]
+        colours = {name: match.colour_of(objects[name]) for name in names}
+        homes = {colour: match.with_colour(containers, (colour,)) for colour in dict.fromkeys(colours.values())}
+        if not isinstance(command.place, Relation) and len(containers) == 1 and not all(homes.values()):
+            homes = {}
+        if any(homes.values()) or (isinstance(command.place, Relation) and containers):
+            if not any(homes.values()) and len(containers) >= len(homes):
+                homes = {colour: [container] for colour, container in zip(homes, containers, strict=False)}
+            for colour, bins in homes.items():
+                if len(bins) != 1:
+                    stray = [name for name in names if colours[name] == colour]
+                    raise RefusedError(
+                        RefusalCode.IMPOSSIBLE if not bins else RefusalCode.AMBIGUOUS,
+                        f"There {'is no container' if not bins else 'are several containers'} for what is {colour}: {listed(stray)}.",
+                        [item.id for item in bins] or stray,
+                    )
+            for name in sorted(names, key=self.world.level, reverse=True):
+                target = homes[colours[name]][0].id
+                if name not in self.world.inside(target):
+                    self._put_in(name, target)
+            return
+        self._sort_on_table(names, colours)
+
+    def _sort_on_table(self, names: Sequence[str], colours: dict[str, str]) -> None:
+        """Without bins: one row per colour, side by side from the left."""
+        groups = list(dict.fromkeys(colours[name] for name in sorted(names, key=lambda name: -self.world.at[name][1])))
+        if len(groups) < 2:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "They all have the same colour.", names)
+        centres = {colour: (0.1, 0.25 - 0.5 * k / (len(groups) - 1)) for k, colour in enumerate(groups)}
+        for name in sorted(names, key=lambda name: (groups.index(colours[name]), -self.world.level(name))):
+            self._put_free(name, centres[colours[name]])
+
+    def _line_up(self, command: Command) -> None:
+        names, _ = self._objects(command)
+        if len(names) < 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Line {listed(names)} up with what?", names)
+        self._need_empty("line things up")
+        anchor = min(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
+        previous = anchor
+        for name in (name for name in names if name != anchor):
+            self._put_beside(
+                name, previous, ("right", "left") if previous != anchor else ("right", "left", "front", "back")
+            )
+            previous = name

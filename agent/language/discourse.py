@@ -1,0 +1,60 @@
+"""What was spoken of, and how a refusal travels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from robosandbox.agent.language.intent import Sentence
+from robosandbox.types import Refusal, RefusalCode
+
+
+class RefusedError(Exception):
+    """Carries a refusal out of the depth of a plan."""
+
+    def __init__(self, code: RefusalCode, message: str, candidates: Iterable[str] = (), *, about: str = "") -> None:
+        """Refuse; `about` are the words that an answer would make clear."""
+        super().__init__(message)
+        self.about = about
+        self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates))
+
+
+@dataclass
+class Discourse:
+    """What was spoken of, oldest first: what "it", "them", "the other one" and "one" refer back to.
+
+    Attributes:
+        mentioned: Groups of ids.
+        themes: Groups of ids that were acted on.
+        nouns: What things were called.
+        question: The words that the last refusal asked about.
+        last: The last sentence that became a plan.
+    """
+
+    mentioned: list[tuple[str, ...]] = field(default_factory=list)
+    themes: list[tuple[str, ...]] = field(default_factory=list)
+    nouns: list[tuple[str, ...]] = field(default_factory=list)
+    question: str = ""
+    last: Sentence | None = None
+
+    def mention(self, ids: tuple[str, ...], nouns: tuple[str, ...] = ()) -> None:
+        """Note that something was spoken of."""
+        self.mentioned.append(ids)
+        if nouns and nouns != ("thing",):
+            self.nouns.append(nouns)
+
+    def become(self, other: Discourse) -> None:
+        """Take over what another one has noted."""
+        self.mentioned, self.themes, self.nouns = other.mentioned, other.themes, other.nouns
+        self.question, self.last = other.question, other.last
+
+    def spoken_of(self) -> set[str]:
+        """Return everything spoken of."""
+        return {name for ids in self.mentioned for name in ids}
+
+
+def listed(names: Sequence[str], word: str = "and") -> str:
+    """Return "a, b and c"; "nothing" for none."""
+    if not names:
+        return "nothing"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} {word} {names[-1]}"

@@ -1,0 +1,106 @@
+"""The elements of one clause, sorted by kind."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.intent import Place, Ref
+
+UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
+    "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
+    "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
+    "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
+DOWN = frozenset({"down", "back down"})
+ASIDE = frozenset(
+    {"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"}
+)
+ROW = frozenset(
+    {
+        "in a row",
+        "in a line",
+        "in line",
+        "into a row",
+        "into a line",
+        "in one row",
+        "in a straight line",
+        "in one line",
+        "in a neat row",
+        "in a neat line",
+    }
+)
+TOGETHER = ROW | frozenset(
+    {"together", "next to each other", "beside each other", "side by side", "next to one another", "beside one another"}
+)
+MUTUAL = frozenset(
+    {
+        "on top of each other",
+        "on top of one another",
+        "on each other",
+        "on one another",
+        "together",
+        "up",
+        "one on top of the other",
+        "one on another",
+        "on top of the other",
+    }
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """The elements of one clause by kind.
+
+    Attributes:
+        objects: Lists of noun phrases, in order.
+        places: Where.
+        rest: The other kinds, with their values.
+    """
+
+    objects: tuple[tuple[Ref, ...], ...]
+    places: tuple[Place, ...]
+    rest: dict[str, list[Any]]
+
+    @classmethod
+    def of(cls, elements: Sequence[Element]) -> Frame:
+        """Sort elements by kind."""
+        rest: dict[str, list[Any]] = {}
+        for element in elements:
+            if element.kind not in ("objects", "place"):
+                rest.setdefault(element.kind, []).append(element.value)
+        return cls(
+            tuple(e.value for e in elements if e.kind == "objects"),
+            tuple(e.value for e in elements if e.kind == "place"),
+            rest,
+        )
+
+    def only(self, *kinds: str) -> bool:
+        """Say whether no other kinds are there, and none twice."""
+        return all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
+
+    def one(self, kind: str) -> Any:
+        """Return the value of a kind that occurs once, or None."""
+        return self.rest[kind][0] if kind in self.rest else None
+
+    @property
+    def particle(self) -> str | None:
+        """The particle, if there is one."""
+        return str(self.one("particle")) if "particle" in self.rest else None
+
+
+def excepted(elements: Sequence[Element]) -> Sequence[Element]:
+    """Attach "... except the red one" at the end of a clause to the objects at its start."""
+    excluded = tuple(ref for e in elements if e.kind == "except" for ref in e.value)
+    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
+    if not excluded or first is None:
+        return elements
+    refs = elements[first].value
+    if len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all"):
+        return elements
+    return [
+        Element("objects", (replace(refs[0], without=(*refs[0].without, *excluded)),)) if k == first else element
+        for k, element in enumerate(elements)
+        if element.kind != "except"
+    ]

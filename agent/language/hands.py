@@ -1,0 +1,88 @@
+"""What every verb needs: the world as it stands in the plan, taking an object, adding a step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.draft import Step
+from robosandbox.agent.language.ground import Grounder
+from robosandbox.agent.language.intent import (
+    Command,
+)
+from robosandbox.agent.language.world import World
+from robosandbox.types import ObservedScene, RefusalCode, SkillCall
+
+
+class Hands:
+    """A plan in the making and the world that it would leave."""
+
+    def __init__(
+        self, scene: ObservedScene, skills: frozenset[str], discourse: Discourse, chosen: Mapping[str, str] | None
+    ) -> None:
+        self.world = World(scene)
+        self.discourse = discourse
+        self.ground = Grounder(self.world, discourse, chosen)
+        self.skills = skills
+        self.steps: list[Step] = []
+        self.substitutes: dict[str, tuple[str, ...]] = {}
+        self.moved = {self.world.held} if self.world.held else set()
+        self.start = {name: (xy, self.world.parent.get(name)) for name, xy in self.world.at.items()}
+
+    def _add(self, skill: str, others: Sequence[dict[str, Any]] = (), **arguments: Any) -> None:
+        if skill not in self.skills:
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED,
+                f"This needs {skill!r}, which this robot has no skill for; it can {listed(sorted(self.skills))}.",
+                sorted(self.skills),
+            )
+        alternatives = tuple(SkillCall(skill=skill, arguments=other) for other in others)
+        self.steps.append(Step(SkillCall(skill=skill, arguments=arguments), alternatives))
+
+    def _need_empty(self, what: str, name: str | None = None) -> None:
+        held = self.world.held
+        if held and held != name:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE,
+                f"The gripper holds {held}, so I cannot {what}; say where to put {held} first.",
+                (held,),
+            )
+
+    def _take(self, name: str) -> None:
+        """Have an object in the gripper."""
+        if self.world.held == name:
+            return
+        self._need_empty(f"pick up {name}")
+        if self.world.objects[name].kind == "drawer":
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
+            )
+        above = self.world.on_top_of(name)
+        if above:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{listed(above)} stands on {name}; say where to put {above[0]} first.", above
+            )
+        self._add("pick", object=name)
+        self.moved.add(name)
+        self.world.take(name)
+
+    def _theme(self, names: tuple[str, ...]) -> None:
+        self.discourse.themes.append(names)
+
+    def _objects(
+        self, command: Command, exclude: Iterable[str] = (), *, fits: Any = None
+    ) -> tuple[tuple[str, ...], bool]:
+        """Return the ids of a command's objects, each once, and whether a plural was meant."""
+        names: list[str] = []
+        several = len(command.objects) > 1
+        for ref in command.objects:
+            meaning = self.ground.many(
+                ref, fits or self.world.movable, (*exclude, *names) if ref.determiner != "the" else exclude
+            )
+            if meaning.others and len(meaning.ids) == 1:
+                self.substitutes[meaning.ids[0]] = meaning.others
+            names += [name for name in meaning.ids if name not in names]
+            several = several or meaning.several
+        self._theme(tuple(names))
+        return tuple(names), several

@@ -1,0 +1,179 @@
+"""Orders among things: the leftmost, the second biggest, the nearest to the bin, the big one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+from robosandbox.agent.language import match
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.intent import Rank, Ref
+from robosandbox.agent.language.world import ROBOT_XY, World, volume
+from robosandbox.types import RefusalCode
+
+Fits = Callable[[str], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Meaning:
+    """What a description means.
+
+    Attributes:
+        ids: The objects.
+        others: For an indefinite one: what would do as well, best first.
+        several: A plural, even where only one fits.
+    """
+
+    ids: tuple[str, ...]
+    others: tuple[str, ...] = ()
+    several: bool = False
+
+
+class Orders:
+    """Picks from candidates by an order."""
+
+    def __init__(self, world: World, discourse: Discourse, chosen: Mapping[str, str] | None = None) -> None:
+        """Look up in a world.
+
+        Args:
+            world: Where.
+            discourse: What was spoken of; noted in place.
+            chosen: Answers to questions asked before: the words that were unclear, and the id that was meant.
+        """
+        self.world = world
+        self.discourse = discourse
+        self.chosen = chosen or {}
+
+    def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
+        """Return the one object that a description means; `Grounder` knows how."""
+        raise NotImplementedError
+
+    def _ranked(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        if len(names) == 1 and (not rank.strict or rank.index == 1) and not rank.anchor:
+            return self._plausible(names, rank, ref)
+        if rank.key == "" and len(names) > 1:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"“{ref.text}”: counted from where, the left or the right? I see {listed(names)}.",
+                names,
+                about=ref.text,
+            )
+        if rank.key in ("middle", "medium"):
+            return self._middle(names, rank, ref)
+        if rank.key in ("top", "bottom"):
+            stacked = [name for name in names if self.world.level(name) or self.world.on_top_of(name)]
+            names = stacked or names
+            if len(names) == 1:
+                return names
+        score = self._score(names, rank) if rank.key else dict.fromkeys(names, 0.0)
+        order = sorted(score, key=lambda name: score[name])
+        if not order:
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
+        if not rank.strict:
+            return self._extreme(order, score, ref)
+        index = rank.index - 1 if rank.index > 0 else len(order) + rank.index
+        if not 0 <= index < len(order):
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
+        tied = [
+            name for name in order if abs(score[name] - score[order[index]]) < 1e-3 * max(1.0, abs(score[order[index]]))
+        ]
+        if len(tied) > 1 and ref.determiner != "a":
+            if ref.plural and index == 0:
+                return tied
+            raise self._ambiguous(ref, tied)
+        if ref.plural and (ref.count or rank.key in ("left", "right", "near", "far")) and index == 0:
+            return order[: ref.count] if ref.count else self._side(order, rank)
+        return [order[index]]
+
+    def _side(self, order: list[str], rank: Rank) -> list[str]:
+        """As in "the cubes on the left": those on that half of the table."""
+        sign = {"left": (0, 1.0), "right": (0, -1.0), "near": (1, -1.0), "far": (1, 1.0)}[rank.key]
+        centre = (0.0, 0.1)[sign[0]]
+        half = [name for name in order if (self.world.at[name][1 - sign[0]] - centre) * sign[1] > 0.01]
+        return half or order[:1]
+
+    def _score(self, names: Sequence[str], rank: Rank) -> dict[str, float]:
+        """Return what to sort by, the first in the order lowest."""
+        world, objects = self.world, self.world.objects
+        if rank.key in ("near", "far"):
+            anchor = rank.anchor
+            origin = ROBOT_XY
+            if anchor:
+                target = self.one(anchor).ids[0]
+                origin = world.at[target]
+                names = [name for name in names if name != target]
+            distance = {name: math.dist(world.at[name], origin) for name in names}
+            far = 1.0 if rank.key == "near" else -1.0
+            scores = {name: far * d for name, d in distance.items()}
+            return scores
+        keys: dict[str, Callable[[str], float]] = {
+            "left": lambda name: -world.at[name][1],
+            "right": lambda name: world.at[name][1],
+            "big": lambda name: -1e3 * volume(objects[name]),
+            "small": lambda name: 1e3 * volume(objects[name]),
+            "tall": lambda name: -world.extents(name)[2],
+            "long": lambda name: -max(world.extents(name)),
+            "short": lambda name: world.extents(name)[2],
+            "flat": lambda name: world.extents(name)[2],
+            "wide": lambda name: -max(world.extents(name)[:2]),
+            "narrow": lambda name: max(world.extents(name)[:2]),
+            "top": lambda name: -world.level(name),
+            "bottom": lambda name: world.level(name),
+        }
+        return {name: keys[rank.key](name) for name in names}
+
+    def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
+        """As in "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""
+        first, last = score[order[0]], score[order[-1]]
+        scale = max(abs(first), abs(last), 1e-12)
+        if abs(first - last) < 0.05 * scale:
+            return order
+        if ref.plural:
+            gaps = [score[order[k + 1]] - score[order[k]] for k in range(len(order) - 1)]
+            return order[: gaps.index(max(gaps)) + 1]
+        return [name for name in order if abs(score[name] - first) < 0.05 * scale]
+
+    def _plausible(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        """A single candidate: "the small red cube" is not the biggest cube of all."""
+        if (
+            rank.key in ("top", "bottom")
+            and rank.strict
+            and not self.world.level(names[0])
+            and not self.world.on_top_of(names[0])
+        ):
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: {names[0]} is in no stack.", names)
+        if rank.strict or rank.key not in ("big", "small", "tall", "short") or not ref.nouns:
+            return names
+        peers = [item.id for item in match.with_noun(self.world.objects.values(), ref.nouns, several=True)]
+        if len(peers) < 2 or names[0] not in peers:
+            return names
+        score = self._score(peers, rank)
+        worst, best = max(score.values()), min(score.values())
+        if score[names[0]] == worst and worst - best > 0.15 * abs(best):
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND,
+                f"“{ref.text}”: {names[0]} is there, but it is not {rank.key} beside {listed([p for p in peers if p != names[0]])}.",
+                names,
+            )
+        return names
+
+    def _middle(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
+        if rank.key == "medium":
+            order = sorted(names, key=lambda name: volume(self.world.objects[name]))
+        else:
+            ys = [self.world.at[name][1] for name in names]
+            xs = [self.world.at[name][0] for name in names]
+            axis = 1 if max(ys) - min(ys) >= max(xs) - min(xs) else 0
+            order = sorted(names, key=lambda name: self.world.at[name][axis])
+        if len(order) % 2 == 0:
+            raise self._ambiguous(ref, order)
+        return [order[len(order) // 2]]
+
+    def _ambiguous(self, ref: Ref, names: Sequence[str]) -> RefusedError:
+        return RefusedError(
+            RefusalCode.AMBIGUOUS,
+            f"Which one do you mean by “{ref.text}”: {listed(list(names), 'or')}?",
+            names,
+            about=ref.text,
+        )

@@ -1,0 +1,247 @@
+"""Putting one object somewhere: on, in, beside, between, at a point, in a region, anywhere free."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+
+from robosandbox.agent.language import match
+from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.hands import Hands
+from robosandbox.agent.language.intent import (
+    At,
+    Offset,
+    Original,
+    Place,
+    Region,
+    Relation,
+)
+from robosandbox.agent.language.world import ROBOT_XY, TABLE_HALF
+from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
+
+NUDGE = 0.10
+SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
+
+
+class Placing(Hands):
+    """Places for one object."""
+
+    def _targets(self, place: Relation, names: Sequence[str]) -> tuple[str, ...]:
+        world = self.world
+        if place.kind == "in":
+
+            def fits(name: str) -> bool:
+                return world.objects[name].kind in match.CONTAINERS
+        else:
+
+            def fits(name: str) -> bool:
+                return name not in names
+
+        if place.kind == "between":
+            found: list[str] = []
+            for ref in place.refs:
+                found += self.ground.many(ref, fits, (*names, *found) if ref.determiner != "the" else ()).ids
+            if len(found) != 2:
+                raise RefusedError(RefusalCode.AMBIGUOUS, f"Between which two? {listed(found)} fit.", found)
+            targets = tuple(found)
+        else:
+            ref = place.refs[0]
+            # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
+            barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
+            meaning = self.ground.one(ref, fits, barred)
+            if meaning.others:
+                self.substitutes[meaning.ids[0]] = meaning.others
+            targets = meaning.ids
+        clash = [name for name in names if name in targets]
+        if clash and len(names) == 1:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{clash[0]} cannot be put relative to itself.", clash)
+        return targets
+
+    def _put_one(self, name: str, place: Place | None, targets: tuple[str, ...], *, stack: bool = False) -> None:
+        world = self.world
+        radius = world.radius(name)
+        match place:
+            case Relation(kind="between"):
+                (ax, ay), (bx, by) = world.at[targets[0]], world.at[targets[1]]
+                self._put_at(name, ((ax + bx) / 2, (ay + by) / 2), f"between {targets[0]} and {targets[1]}")
+            case Relation(kind=kind, distance=distance):
+                target = targets[0]
+                holder = world.objects[target].kind in ("bin", "bowl")
+                if (
+                    kind == "in"
+                    or (kind == "to" and world.objects[target].kind in match.CONTAINERS)
+                    or (kind == "on" and holder)
+                ):
+                    self._put_in(name, target)
+                elif kind == "on":
+                    self._put_on(name, target, stack=stack)
+                elif kind == "to":
+                    raise RefusedError(
+                        RefusalCode.AMBIGUOUS, f"Should {name} go on {target} or next to it?", (name, target)
+                    )
+                elif kind in SIDES and distance is not None:
+                    ex, ey = SIDE_AXES[kind]
+                    x, y = world.at[target]
+                    self._put_at(name, (x + ex * distance, y + ey * distance), f"{distance:g} m {kind} of {target}")
+                elif kind in SIDES:
+                    self._put_beside(name, target, (kind,))
+                elif kind == "beside":
+                    self._put_beside(name, target, SIDES)
+                else:
+                    raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot put things {kind} others.", (target,))
+            case At(x=x, y=y):
+                self._put_at(name, (x, y), f"({x:g}, {y:g})")
+            case Offset(direction=direction, distance=distance):
+                dx, dy = DIRECTION_AXES[direction]
+                x, y = world.at[name]
+                step = distance or NUDGE
+                self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
+            case Original():
+                if name not in self.moved:
+                    raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
+                xy, parent = self.start[name]
+                if parent and parent[0] == "in":
+                    self._put_in(name, parent[1])
+                elif parent:
+                    self._put_on(name, parent[1])
+                else:
+                    self._put_at(name, xy, "its first place")
+            case Region():
+                self._put_region(name, place, radius)
+            case _:
+                self._put_free(name, world.at[name], ignore=(name,))
+
+    def _put_in(self, name: str, target: str) -> None:
+        world = self.world
+        kind = world.objects[target].kind
+        if kind not in match.CONTAINERS:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
+            )
+        if world.objects[name].kind in match.CONTAINERS:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,)
+            )
+        if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
+            if world.held:
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE,
+                    f"{target} has to be opened first, and the gripper holds {world.held}.",
+                    (target,),
+                )
+            self._add("open_drawer", drawer=target)
+            world.opened.add(target)
+        self._take(name)
+        self._add("place_in", container=target)
+        world.put(name, world.at[target], ("in", target))
+
+    def _put_on(self, name: str, target: str, *, stack: bool = False) -> None:
+        world = self.world
+        if world.objects[target].kind == "sphere":
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a ball: nothing stays on it.", (target,))
+        if target == world.held:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} is in the gripper; nothing can be put on it.", (target,)
+            )
+        if ("on", name) == world.parent.get(target):
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} stands on {name}; say where to put {target} first.", (target,)
+            )
+        above = [other for other in world.on_top_of(target) if other != name]
+        area = math.prod(world.extents(target)[:2])
+        if above and sum(math.prod(world.extents(other)[:2]) for other in (*above, name)) > 0.7 * area:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(above)} already stands on {target}.", above)
+        if (stack and world.held != name and "stack" in self.skills) or (
+            "place_on" not in self.skills and world.held != name and "stack" in self.skills
+        ):
+            self._need_empty(f"pick up {name}")
+            blockers = world.on_top_of(name)
+            if blockers:
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{listed(blockers)} stands on {name}; say where to put it first.", blockers
+                )
+            if world.objects[name].kind == "drawer":
+                self._take(name)
+            self._add("stack", object=name, target=target)
+        else:
+            self._take(name)
+            self._add("place_on", target=target)
+        world.put(name, world.at[target], ("on", target))
+
+    def _put_at(self, name: str, xy: tuple[float, float], where: str) -> None:
+        x, y = round(xy[0], 4), round(xy[1], 4)
+        if not self.world.in_reach((x, y)):
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE,
+                f"{where} is at ({x:g}, {y:g}), which is off the table (±{TABLE_HALF:g} m) or out of the arm's reach.",
+            )
+        radius = 0.8 * self.world.radius(name) - 0.02
+        if not self.world.is_free((x, y), radius, (name,)):
+            taken = [other for other in self.world.objects if other != name and not self._alone((x, y), radius, other)]
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{where} is taken by {listed(taken)}.", taken)
+        self._take(name)
+        self._add("place_at", x=x, y=y)
+        self.world.put(name, (x, y))
+
+    def _alone(self, xy: tuple[float, float], radius: float, other: str) -> bool:
+        return self.world.is_free(xy, radius, [name for name in self.world.objects if name != other])
+
+    def _put_beside(self, name: str, target: str, sides: Sequence[str]) -> None:
+        world = self.world
+        free: list[tuple[float, str, tuple[float, float]]] = []
+        for side in sides:
+            ex, ey = SIDE_AXES[side]
+            tx, ty, _ = world.extents(target)
+            ox, oy, _ = world.extents(name)
+            gap = abs(ex) * (tx + ox) + abs(ey) * (ty + oy) + 0.03
+            x, y = world.at[target][0] + ex * gap, world.at[target][1] + ey * gap
+            if len(sides) == 1 or (
+                world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
+            ):
+                free.append((round(math.dist((x, y), ROBOT_XY), 3), side, (x, y)))
+        if not free:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room next to {target}.", (target,))
+        if target in world.parent or target == world.held:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} does not stand on the table, so nothing fits beside it.", (target,)
+            )
+        self._take(name)
+        _, side, xy = free[0] if len(sides) == 1 else min(free)
+        others = [{"target": target, "side": other} for _, other, _ in sorted(free) if other != side]
+        self._add("place_beside", others, target=target, side=side)
+        world.put(name, xy)
+
+    def _put_free(self, name: str, near: tuple[float, float], ignore: Iterable[str] = ()) -> None:
+        spots = self.world.free_spots(near, self.world.radius(name), ignore)
+        if not spots:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "There is no free spot on the table.")
+        self._take(name)
+        (x, y), *rest = spots
+        self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
+        self.world.put(name, (x, y))
+
+    def _put_region(self, name: str, region: Region, radius: float) -> None:
+        """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
+        x, y = self.world.at[name]
+        sides = region.sides
+        across = 0.32 if "left" in sides else -0.32 if "right" in sides else None
+        along = 0.36 if "far" in sides else -0.02 if "near" in sides else None
+        if region.name == "middle":
+            near = (0.1 if not sides else along or 0.1, 0.0 if across is None else across)
+            near = (0.0, 0.0) if not sides else near
+        elif region.name == "corner":
+            choices = [(a, c) for a in (0.0, 0.32) for c in (0.34, -0.34)]
+            choices = [
+                p
+                for p in choices
+                if (along is None or (p[0] > 0.2) == (along > 0.2)) and (across is None or p[1] * across > 0)
+            ]
+            near = min(choices, key=lambda p: (round(math.dist(p, (x, y)), 4), p))
+        else:
+            near = (along if along is not None else x, across if across is not None else y)
+            if not sides:
+                near = (x, 0.36 if y >= 0 else -0.36)
+        spots = self.world.free_spots(near, radius, (name,))
+        if not spots or math.dist(spots[0], near) > 0.16:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
+        self._put_free(name, near, ignore=(name,))
