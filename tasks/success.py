@@ -312,6 +312,12 @@ def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, floa
     """Return the measurements of several checks, each under the object that it is about."""
     found_by_name: dict[str, float] = {}
     for check, relation in zip(checks, found, strict=True):
-        subject = next((name for _, name, _ in check.references()), "")
+        subject = _subject(check)
         found_by_name.update({f"{subject}.{key}" if subject else key: value for key, value in relation.detail.items()})
     return found_by_name
+
+
+def _subject(check: Check) -> str:
+    if isinstance(check, NotOf):
+        return _subject(check.check)
+    return next((name for _, name, _ in check.references()), "")
