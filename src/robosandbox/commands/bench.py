@@ -53,16 +53,20 @@ def bench(
     load_plugin("planners", planner)
     load_plugin("perceptions", perception)
     settings = BenchSettings(planner=planner, perception=perception, max_replans=max_replans, what_if=what_if)
-    out = sys.stderr if json == "-" else sys.stdout
+
+    def show(*lines: str) -> None:
+        # Looked up now, not earlier: a progress bar puts its own streams in place.
+        print(*lines, sep="\n", file=sys.stderr if json == "-" else sys.stdout, flush=True)
+
     width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
     rows: list[Row] = []
     with _progress(len(chosen) * seeds) as done:
         for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done):
             if not rows:
-                print(header(width), RULE, sep="\n", file=out)
+                show(header(width), RULE)
             rows.append(row)
-            print(line(row, width), file=out, flush=True)
-    print("", *summary(rows), sep="\n", file=out)
+            show(line(row, width))
+    show("", *summary(rows))
     if json is not None:
         _write(json, rows)
     return EXIT_DONE if all(row.success for row in rows) else EXIT_FAILED
