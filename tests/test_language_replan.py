@@ -1,0 +1,197 @@
+"""After a failure every new plan changes something, covers what remains, or stops with the evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.errors import (
+    CancelledError,
+    CollisionError,
+    GraspError,
+    GraspEvidence,
+    HoldingEvidence,
+    NotHoldingError,
+    PlacementError,
+    PlacementEvidence,
+    PushError,
+    PushEvidence,
+    Repair,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
+
+SKILLS = ["pick", "place_on", "place_in", "place_beside", "place_at", "stack", "push", "tap", "home"]
+
+
+@dataclass(frozen=True)
+class Named:
+    name: str
+
+
+@dataclass(frozen=True)
+class Failed:
+    completed: Sequence[SkillCall]
+    failed: SkillCall
+    error: SkillError
+
+
+def block(name: str, x: float, y: float, colour: str = "red") -> DetectedObject:
+    pose = Pose(xyz=(x, y, 0.06))
+    return DetectedObject(id=name, kind="box", size=(0.02,) * 3, colour=colour, rgba=(0.5, 0.5, 0.5, 1.0), pose=pose)
+
+
+BIN = DetectedObject(
+    id="bin_a",
+    kind="bin",
+    size=(0.08, 0.08, 0.06),
+    colour="grey",
+    rgba=(0.5, 0.5, 0.5, 1.0),
+    pose=Pose(xyz=(0.1, -0.3, 0.04)),
+)
+SCENE = ObservedScene(
+    time=0.0,
+    table_height=0.04,
+    objects=(block("red_1", 0.1, 0.1), block("red_2", 0.2, 0.2), block("green", 0.2, -0.1, "green"), BIN),
+)
+
+
+def stub() -> StubPlanner:
+    return StubPlanner([Named(name) for name in SKILLS])  # type: ignore[arg-type]
+
+
+class Talk:
+    """One prompt, run until something fails, as the agent runs it."""
+
+    def __init__(self, prompt: str, scene: ObservedScene = SCENE) -> None:
+        self.planner, self.prompt, self.history = stub(), prompt, list[Failed]()
+        self.answer = self.planner.plan(prompt, scene)
+
+    def fail(self, error: SkillError, step: int = 0, scene: ObservedScene = SCENE) -> list[str] | Refusal:
+        assert isinstance(self.answer, Plan)
+        steps = self.answer.steps
+        self.history.append(Failed(steps[:step], steps[step], error))
+        self.answer = self.planner.plan(self.prompt, scene, tuple(self.history))
+        return [str(call) for call in self.answer.steps] if isinstance(self.answer, Plan) else self.answer
+
+
+def grasp(reason: str = "missed", width: float | None = 0.04) -> GraspError:
+    evidence = GraspEvidence(object="red_1", reason=reason, object_width=width, aperture=0.0, max_aperture=0.08)  # type: ignore[arg-type]
+    return GraspError("the fingers closed on nothing", evidence=evidence)
+
+
+def test_indefinite_object_out_of_reach_gives_the_next_one() -> None:
+    talk = Talk("put a red block in the bin")
+    assert talk.fail(UnreachableError("0.9 m away")) == ["pick(object=red_2)", "place_in(container=bin_a)"]
+
+
+def test_after_the_last_candidate_it_stops() -> None:
+    talk = Talk("put a red block in the bin")
+    talk.fail(UnreachableError("0.9 m away"))
+    answer = talk.fail(UnreachableError("0.8 m away"))
+    assert isinstance(answer, Refusal) and answer.code == "impossible"
+
+
+def test_definite_object_out_of_reach_stops_with_the_evidence() -> None:
+    answer = Talk("pick up the green block").fail(UnreachableError("position error 0.21 m"))
+    assert isinstance(answer, Refusal) and answer.code == "impossible"
+    assert "position error 0.21 m" in answer.message
+
+
+def test_missed_grasp_is_tried_again_twice_and_then_given_up() -> None:
+    talk = Talk("pick up the green block and put it in the bin")
+    again = ["pick(object=green)", "place_in(container=bin_a)"]
+    assert talk.fail(grasp()) == again
+    assert talk.fail(grasp()) == again
+    assert isinstance(talk.fail(grasp()), Refusal)
+
+
+def test_too_wide_an_object_stops_at_once() -> None:
+    answer = Talk("pick up the green block").fail(grasp("none_found", 0.12))
+    assert isinstance(answer, Refusal) and "120 mm wide" in answer.message and "80 mm" in answer.message
+
+
+def test_object_that_slipped_is_picked_again_before_the_place() -> None:
+    talk = Talk("put the green block in the bin and go home")
+    error = NotHoldingError("the gripper is empty", evidence=HoldingEvidence(held=None, aperture=0.0))
+    assert talk.fail(error, step=1) == ["pick(object=green)", "place_in(container=bin_a)", "home()"]
+
+
+def test_completed_steps_are_not_repeated() -> None:
+    talk = Talk("push the green block 5 cm forward, then tap it and go home")
+    assert talk.fail(CollisionError("elbow and table"), step=1) == ["home()", "tap(object=green)", "home()"]
+
+
+def test_a_planner_that_did_not_make_the_plan_goes_on_from_the_history() -> None:
+    prompt = "push the green block 5 cm forward, then tap it and go home"
+    first = stub().plan(prompt, SCENE)
+    assert isinstance(first, Plan)
+    history = (Failed(first.steps[:1], first.steps[1], CollisionError("elbow and table")),)
+    answer = stub().plan(prompt, SCENE, history)
+    assert isinstance(answer, Plan) and [c.skill for c in answer.steps] == ["home", "tap", "home"]
+
+
+def test_first_repair_replaces_the_failed_call() -> None:
+    closer = SkillCall(skill="push", arguments={"object": "green", "direction": "back", "distance": 0.1})
+    pick = SkillCall(skill="pick", arguments={"object": "green"})
+    error = UnreachableError("too far", repairs=(Repair(calls=(closer, pick), why="closer", cost=3.0),))
+    assert Talk("put the green block in the bin").fail(error) == [str(closer), str(pick), "place_in(container=bin_a)"]
+
+
+def test_push_goes_on_for_what_is_left() -> None:
+    evidence = PushEvidence(object="green", wanted=0.10, along=0.06, across=0.0)
+    assert Talk("push the green block 10 cm forward").fail(PushError("short", evidence=evidence)) == [
+        "push(object=green, direction=forward, distance=0.04)"
+    ]
+
+
+def test_free_side_gives_another_side() -> None:
+    talk = Talk("put the green block next to the bin")
+    assert isinstance(talk.answer, Plan)
+    side = talk.answer.steps[1].arguments["side"]
+    held = replace(SCENE, held="green")
+    answer = talk.fail(UnreachableError("there"), step=1, scene=held)
+    assert isinstance(answer, list) and len(answer) == 1 and f"side={side}" not in answer[0]
+
+
+def test_occupied_target_is_cleared_once() -> None:
+    talk = Talk("put the green block on the left side of the table")
+    evidence = PlacementEvidence(object="green", target="table", reason="occupied", blocking=("red_2",))
+    held = replace(SCENE, held="green")
+    answers = [talk.fail(PlacementError("occupied", evidence=evidence), step=1, scene=held)]
+    assert isinstance(answers[0], list) and answers[0][0].startswith("place_at(")
+
+
+def test_cancelled_stops() -> None:
+    assert isinstance(Talk("pick up the green block").fail(CancelledError("cancelled")), Refusal)
+
+
+def test_object_that_vanished_is_named() -> None:
+    gone = replace(SCENE, objects=tuple(item for item in SCENE.objects if item.id != "bin_a"), held="green")
+    answer = Talk("put the green block in the bin").fail(PlacementError("missed"), step=1, scene=gone)
+    assert isinstance(answer, Refusal) and answer.code == "object_not_found" and "bin_a" in answer.message
+
+
+def test_every_failure_ends_within_ten_replans() -> None:
+    errors = [
+        UnreachableError("x"),
+        grasp(),
+        CollisionError("x"),
+        NotHoldingError("x"),
+        PlacementError("x"),
+        PushError("x"),
+    ]
+    for prompt in (
+        "put a red block in the bin",
+        "push the green block forward",
+        "stack a red block on the green block",
+    ):
+        for error in errors:
+            talk = Talk(prompt)
+            for _ in range(10):
+                if isinstance(talk.answer, Refusal):
+                    break
+                talk.fail(error)
+            assert isinstance(talk.answer, Refusal), (prompt, error)
