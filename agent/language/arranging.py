@@ -38,7 +38,8 @@ class Arranging(Placing):
         if command.tower and isinstance(place, Relation):
             self._tower([*reversed(command.tower), *place.refs, *reversed(command.objects)], command)
             return
-        definite = all(ref.determiner != "a" for ref in command.objects)
+        other = isinstance(place, Relation) and any(ref.other for ref in place.refs)
+        definite = other or all(ref.determiner != "a" for ref in command.objects)
         targets: tuple[str, ...] = ()
         if isinstance(place, Relation) and place.refs and not definite:
             targets = self._targets(place, ())

@@ -54,12 +54,23 @@ def build(
             raise error from None
 
 
+_SKILLS_OF = {
+    "pick": frozenset({"pick", "stack"}),
+    "put": frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"}),
+    "stack": frozenset({"place_on", "stack"}),
+    "open": frozenset({"open_drawer"}),
+    "close": frozenset({"close_drawer"}),
+}
+
+
 class _Builder(Arranging):
     """A plan for one sentence."""
 
     def sentence(self, sentence: Sentence) -> Draft:
         avoid = self._avoided(sentence.avoid)
-        if not sentence.steps:
+        if all(command.verb == "nothing" for command in sentence.steps):
+            for command in sentence.steps:
+                avoid.update(name for ref in command.objects for name in self.ground.many(ref, lambda name: True).ids)
             raise RefusedError(
                 RefusalCode.UNSUPPORTED,
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
@@ -67,6 +78,7 @@ class _Builder(Arranging):
             )
         for command in _fused(sentence.steps):
             getattr(self, f"_{command.verb}")(command)
+        self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
         if touched:
             step, name = touched[0]
@@ -209,6 +221,31 @@ class _Builder(Arranging):
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is in the gripper; I cannot tap it.", (name,))
             for _ in range(self._repeats(command)):
                 self._add("tap", object=name)
+
+    def _nothing(self, command: Command) -> None:
+        """What is not to be done is spoken of and left; a plan that does it all the same is refused."""
+        names = self._objects(command, fits=lambda name: True)[0] if command.objects else ()
+        targets: tuple[str, ...] = ()
+        if isinstance(command.place, Relation) and command.place.refs:
+            targets = self.ground.many(command.place.refs[0], lambda name: True, names).ids
+        self.forbidden.append((command, names, targets))
+
+    def _check_forbidden(self) -> None:
+        held = self.start_held
+        for step in self.steps:
+            call, arguments = step.call, step.call.arguments
+            thing = str(arguments.get("object", arguments.get("drawer", held)))
+            held = thing if call.skill == "pick" else None if call.skill.startswith("place_") else held
+            for command, names, targets in self.forbidden:
+                skills = _SKILLS_OF.get(command.negated, frozenset({command.negated}))
+                target = arguments.get("target", arguments.get("container"))
+                elsewhere = bool(targets) and target is not None and target not in targets
+                other_way = command.direction is not None and arguments.get("direction") not in (
+                    None,
+                    command.direction,
+                )
+                if call.skill in skills and (not names or thing in names) and not elsewhere and not other_way:
+                    raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked me not to, and {call} would do it.", names)
 
     def _home(self, command: Command) -> None:
         self._add("home")

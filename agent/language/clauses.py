@@ -115,6 +115,9 @@ class Clauses(Phrasing):
                         found.append((k, Relation(relation.kind, relation.refs, metres)))
         if self.text(i) in ("inside", "within"):
             found.append((i + 1, Relation("in", (IT,))))
+        if self.text(i) in ("in", "into", "inside") and self.text(i + 1) == "there":
+            found.append((i + 2, Relation("in", (IT,))))
+        found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
         if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
         found += self.region(i)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
-from robosandbox.agent.language.intent import Sentence
+from robosandbox.agent.language.intent import Ref, Sentence
 from robosandbox.types import Refusal, RefusalCode
 
 
@@ -26,6 +26,7 @@ class Discourse:
     Attributes:
         mentioned: Groups of ids.
         themes: Groups of ids that were acted on.
+        described: The descriptions, as far as they have any.
         nouns: What things were called.
         question: The words that the last refusal asked about.
         last: The last sentence that became a plan.
@@ -33,6 +34,7 @@ class Discourse:
 
     mentioned: list[tuple[str, ...]] = field(default_factory=list)
     themes: list[tuple[str, ...]] = field(default_factory=list)
+    described: list[Ref] = field(default_factory=list)
     nouns: list[tuple[str, ...]] = field(default_factory=list)
     question: str = ""
     last: Sentence | None = None
@@ -46,6 +48,7 @@ class Discourse:
     def become(self, other: Discourse) -> None:
         """Take over what another one has noted."""
         self.mentioned, self.themes, self.nouns = other.mentioned, other.themes, other.nouns
+        self.described = other.described
         self.question, self.last = other.question, other.last
 
     def spoken_of(self) -> set[str]:

@@ -15,7 +15,17 @@ UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air
     "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip
 DOWN = frozenset({"down", "back down"})
 ASIDE = frozenset(
-    {"aside", "out of the way", "to one side", "to the side", "off to one side", "off to the side", "over to one side"}
+    {
+        "aside",
+        "out of the way",
+        "out of my way",
+        "out of our way",
+        "to one side",
+        "to the side",
+        "off to one side",
+        "off to the side",
+        "over to one side",
+    }
 )
 ROW = frozenset(
     {

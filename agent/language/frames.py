@@ -111,6 +111,9 @@ def _placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> li
     if isinstance(first, Relation):
         if first.kind in ("held", "towards", "away", "against", "from"):
             return []
+        if first.kind == "beside" and len(chain) == 1 and isinstance(chain[0], Relation) and chain[0].refs == (IT,):
+            # "next to the ball, on its left"
+            return [Command(verb, objects, replace(chain[0], refs=first.refs))]
         supports: list[Ref] = []
         for support in chain:
             if not isinstance(support, Relation) or support.kind != "on" or not support.refs or first.kind != "on":

@@ -49,7 +49,7 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
 
 def _strain(sentence: Sentence) -> float:
     """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
-    telegrams = sum(0.3 for command in sentence.steps if command.bare)
+    telegrams = sum(command.bare for command in sentence.steps)
     return (
         telegrams
         + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command))
@@ -113,10 +113,20 @@ class Grammar(Clauses):
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
         last = part[-1]
-        if not isinstance(last, Command) or last.verb != "push":
+        if not isinstance(last, Command) or last.verb not in ("push", "pick", "tap", "put", "stack") or last.tower:
             return []
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
+        for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
+            # "into the bowl; then the ball": the same with another object.
+            again = replace(last, objects=refs, bare=0.9)
+            if self._skip(j) >= n:
+                found.append((n, (*part, again)))
+            for m in self._joints(j):
+                found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
+                found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+        if last.verb != "push":
+            return found
         for j, elements in self.elements(k):
             if not any(e.kind in ("direction", "distance") for e in elements):
                 continue
@@ -149,9 +159,8 @@ class Grammar(Clauses):
         for end, _ in self.tag(k, "THEN"):
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
-        for end, _ in self.tag(k, "AVOID"):
-            if end > k and k not in starts:
-                starts.append(k)
+        if self.tag(k, "AVOID") or self.tag(k, "NEGATION"):
+            starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
         if k == j and any(
@@ -183,6 +192,11 @@ class Grammar(Clauses):
                                 for end, first in self.clause(first_start):
                                     found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
+        for start in self.optional(i, "PREAMBLE"):
+            for j, _ in self.tag(start, "NEGATION"):
+                for end, command in self.clause(j):
+                    if command.verb != "tap" and not command.bare:
+                        found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
         return list(dict.fromkeys(found))
 
     def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:
@@ -298,7 +312,7 @@ class Grammar(Clauses):
         for j, refs in self.np_list(i):
             for end, elements in self.elements(j):
                 if elements and any(e.kind in ("place", "matching") for e in elements):
-                    found += [(end, replace(c, bare=True)) for c in frame_command("put", (_objects(refs), *elements))]
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (_objects(refs), *elements))]
         return found
 
 

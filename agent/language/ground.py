@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
@@ -49,6 +50,8 @@ class Grounder(Orders):
             found = self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
             self.discourse.mention(meaning.ids, ref.nouns)
+            if ref.nouns or ref.colours:
+                self.discourse.described.append(ref)
             return meaning
         self.discourse.mention(meaning.ids)
         return meaning
@@ -103,6 +106,10 @@ class Grounder(Orders):
                     list(objects),
                 )
             found = [item for item in found if item.id not in self.discourse.spoken_of()]
+            if ref.one and not ref.colours and self.discourse.described and not several:
+                # "one red cube on the other": another red cube, if there is one.
+                like = self._named(replace(self.discourse.described[-1], names=()), found, False, None)
+                found = like or found
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]

@@ -26,6 +26,8 @@ class Hands:
         self.ground = Grounder(self.world, discourse, chosen)
         self.skills = skills
         self.steps: list[Step] = []
+        self.start_held = scene.held
+        self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
         self.moved = {self.world.held} if self.world.held else set()
         self.start = {name: (xy, self.world.parent.get(name)) for name, xy in self.world.at.items()}

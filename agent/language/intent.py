@@ -163,7 +163,8 @@ class Command:
         direction: For push: forward, back, left or right.
         distance: For push: metres.
         times: How often.
-        bare: No verb was said.
+        bare: How much is left unsaid: no verb, or no place.
+        negated: For nothing: the verb that is not to be done.
     """
 
     verb: Verb
@@ -174,7 +175,8 @@ class Command:
     direction: str | None = None
     distance: float | None = None
     times: int = 1
-    bare: bool = False
+    bare: float = 0.0
+    negated: str = ""
 
 
 @dataclass(frozen=True, slots=True)

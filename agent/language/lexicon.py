@@ -93,6 +93,7 @@ def _build() -> Phrases:
         ("COLOUR", words.COLOURS), ("SHADE", words.SHADES), ("SIZE", words.SIZES), ("SUPER", words.SUPERLATIVES),
         ("POS", words.POSITIONS), ("FROM", words.ORDER_FROM), ("DIR", words.DIRECTIONS), ("REL", words.RELATIONS),
         ("TO", words.DIRECTIONAL), ("PRON", words.PRONOUNS), ("LIGHT_NOUN", words.LIGHT_NOUNS),
+        ("ITS_SIDE", words.ITS_SIDES),
     ):  # fmt: skip
         _table(lexicon, tag, table)
     for tag, numbers in (
@@ -115,7 +116,8 @@ def _build() -> Phrases:
         ("THE", words.DEFINITES), ("A", words.INDEFINITES), ("ALL", words.UNIVERSALS), ("BOTH", words.BOTHS), ("OTHER", words.OTHERS),
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
-        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING), ("LIGHT_ADJECTIVE", words.LIGHT_ADJECTIVES), ("MIDDLE", words.MIDDLES), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
+        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING),
+        ("NEGATION", words.NEGATIONS), ("LIGHT_ADJECTIVE", words.LIGHT_ADJECTIVES), ("MIDDLE", words.MIDDLES), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)

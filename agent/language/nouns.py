@@ -233,6 +233,10 @@ class Phrasing(Chart):
                         found.append((k, replace(named, nouns=(phrase, other))))
         for j, (noun, plural) in self.tag(i, "ABSENT"):
             found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
+        for spoken, name in self.words.spoken:
+            end = i + len(spoken)
+            if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
+                found.append((end, replace(ref, names=(name,))))
         j = i
         parts: list[str] = []
         while j < len(self.tokens) and self._is_name(j) and len(parts) < 4:
@@ -245,6 +249,15 @@ class Phrasing(Chart):
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found
+
+    def _part(self, i: int) -> str:
+        """Return a word as an id would have it: numbers in digits."""
+        token = self.tokens[i]
+        if token.kind == "number":
+            return str(int(token.number)) if token.number.is_integer() else token.text
+        return next(
+            (str(int(n)) for _, n in self.tag(i, "NUM") if n >= 1 and token.text not in ("a", "an")), token.text
+        )
 
     def _is_strange(self, i: int) -> bool:
         """Say whether nobody knows the word: it may name a thing that is not there."""
@@ -431,6 +444,8 @@ class Phrasing(Chart):
         if self.text(start) in ("to", "in", "near", "by", "at", "on", "over"):
             start += 1
         for j in self.optional(start, "THE", "A"):
+            if self.text(start) in ("its", "their"):
+                continue
             k, sides = j, list[str]()
             while self.text(k) in _REGION_SIDES or (self.text(k) == "hand" and sides):
                 if self.text(k) != "hand":

@@ -112,11 +112,14 @@ class SceneWords:
     Attributes:
         ids: Ids by their lower-case form.
         parts: Words that occur in ids.
+        pattern: Finds ids in text.
+        spoken: Ids of several words that end in a number or letter, as words.
     """
 
     ids: dict[str, str]
     parts: frozenset[str]
     pattern: re.Pattern[str] | None
+    spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
 @lru_cache(maxsize=64)
@@ -125,7 +128,13 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
     parts = {part for name in ids for part in id_parts(name)}
     spelled = sorted((re.escape(name) for name in ids if re.search(r"[^A-Za-z]", name)), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w.-])(?:{'|'.join(spelled)})(?![\w-])", re.IGNORECASE) if spelled else None
-    return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern)
+    spoken = tuple(
+        (id_parts(name), name)
+        for name in ids
+        if len(id_parts(name)) > 2
+        or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
+    )
+    return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
 
 
 @lru_cache(maxsize=1024)

@@ -112,14 +112,14 @@ SUPERLATIVES: dict[str, str] = {
         "far right, extreme right"
     ),
     "near": (
-        "nearest, closest, nearest to you, closest to you, nearest to the robot, closest to the robot, frontmost, "
+        "nearest, closest, closer, nearer, nearest to you, closest to you, nearest to the robot, closest to the robot, frontmost, "
         "front most, "
         "nearest to yourself, closest to yourself, nearest you, closest you, nearest to the arm, closest to the arm, "
         "nearest the robot, closest to your base, closest to the base, nearest to the base, "
         "closest to the robot arm, nearest to the robot arm, nearest the arm, closest to the gripper"
     ),
     "far": (
-        "farthest, furthest, most distant, rearmost, backmost, farthest away, furthest away, farthest from you, "
+        "farthest, furthest, farther, further, farther away, further away, more distant, most distant, rearmost, backmost, farthest away, furthest away, farthest from you, "
         "furthest from you, farthest from the robot, furthest from the robot, farthest away from you, "
         "furthest away from you, furthest away from the robot, farthest away from the robot, furthest back, "
         "farthest back, "
@@ -237,7 +237,7 @@ DIRECTIONS: dict[str, str] = {
     ),
 }
 PARTICLES = (
-    "up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
+    "out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
     "to the side, "
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
@@ -331,7 +331,7 @@ FILLERS = (
     "if you would be so kind, "
     "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
     "whenever you are ready, when possible, "
-    "pretty please, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, "
+    "pretty please, again, one more time, once again, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, "
     "neatly, properly, "
     "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
     "this minute, very carefully, very gently, very slowly, "
@@ -344,7 +344,7 @@ FILLERS = (
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
-    "good robot, be a dear, be a dear and, be so kind as to, be kind enough to, be a good robot and, "
+    "good robot, be a dear, be a dear and, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
     "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
@@ -444,24 +444,24 @@ AVOID = (
     "without shifting, without colliding with, without disrupting, "
     "while avoiding, avoiding, avoid, avoid touching, while not touching, not touching, but do not touch, "
     "but leave, and do not touch, do not touch, do not move, do not disturb, "
-    "do not bump, do not hit, do not pick, do not pick up, do not push, do not grab, do not take, do not lift, "
-    "do not use, do not put, do not place, do not open, do not close, do not stack, do not tap, "
-    "do not knock over, do not bump into, do not shove, do not nudge, do not drop, do not pour, "
+    "do not bump, do not hit, "
+    ""
+    "do not knock over, do not bump into, "
     "do not mess with, do not disturb, do not even touch, do not ever touch, do not go near, "
-    "never touch, never move, never pick up, never push, never, leave, stay away from, keep away from, "
+    "never touch, never move, leave, stay away from, keep away from, "
     "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, "
-    "avoid moving, avoid bumping, avoid picking up, avoid pushing, refrain from touching, refrain from moving, "
-    "refrain from picking up, refrain from pushing, refrain from, stop touching, quit touching, ignore, skip, "
+    "avoid moving, avoid bumping, refrain from touching, refrain from moving, "
+    "stop touching, quit touching, ignore, skip, "
     "forget, "
     "you must not touch, you must not move, must not touch, must not move, you should not touch, "
     "you should not move, should not touch, "
-    "i do not want you to touch, i do not want you to move, i do not want you to pick up, "
-    "i do not want you to pick, i do not want you to push, i do not want you to grab, "
+    "i do not want you to touch, i do not want you to move, "
+    ""
     "you are not allowed to touch, you are not allowed to move, you may not touch, you may not move, "
     "you can not touch, "
-    "no touching, no moving, no need to pick up, no need to touch, no need to move, no need to push, "
-    "you do not need to pick up, you do not need to touch, you do not need to move, "
-    "you do not have to pick up, you do not have to touch, you do not have to move, make sure not to touch, "
+    "no touching, no moving, no need to touch, no need to move, "
+    "you do not need to touch, you do not need to move, "
+    "you do not have to touch, you do not have to move, make sure not to touch, "
     "make sure you do not touch, make sure not to move, "
     "be careful not to touch, be careful not to move, be careful not to bump, be careful not to bump into, "
     "be careful not to knock over, be careful not to hit, try not to touch, try not to move, try not to bump, "
@@ -560,13 +560,10 @@ TIMES: dict[str, int] = {
     "twice": 2,
     "thrice": 3,
     "one time": 1,
-    "a second time": 1,
     "two times": 2,
     "three times": 3,
     "four times": 4,
     "five times": 5,
-    "again": 1,
-    "one more time": 1,
 }
 HOMES = (
     "home, home position, home pose, home configuration, start position, starting position, start pose, "
@@ -723,7 +720,7 @@ LIGHT_ADJECTIVES = (
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 MIDDLES = "in the middle, in between, middle, in the centre, in the center, between them, in between them"
 END_FILLERS = (
-    "actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
     "that is all, ok robot"
@@ -747,3 +744,15 @@ GRAMMAR_WORDS = word_set(
     area region spot place point location part portion colour color coloured but than
     """
 )
+
+NEGATIONS = (
+    "do not, never, you must not, you should not, must not, should not, i do not want you to, you are not to, no need to, you do not need to, "
+    "you do not have to, refrain from, stop, you are not allowed to, you may not, make sure not to, make sure you do not, be careful not to, "
+    "try not to, do not even, do not ever, do not you dare, you can not, you shall not, i would rather you did not, i would prefer you did not, "
+    "can you not, could you not, would you not, please do not, better not, you better not, under no circumstances, i forbid you to, avoid, without, "
+    "and do not, but do not, and never, but never"
+)
+ITS_SIDES = {
+    "left": "on its left, to its left, on its left side, to its left side, on its left hand side, at its left, on the left of it, left of it",
+    "right": "on its right, to its right, on its right side, to its right side, on its right hand side, at its right, on the right of it, right of it",
+}
