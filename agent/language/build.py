@@ -116,6 +116,8 @@ class _Builder(Arranging):
         self._take(names[0])
 
     def _push(self, command: Command) -> None:
+        if any(relation.kind == "from" and not relation.refs for ref in command.objects for relation in ref.relations):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "I do not push things off the table.")
         names, _ = self._objects(command)
         if len(names) != 1 and isinstance(command.place, Relation):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one first: {listed(names, 'or')}?", names)

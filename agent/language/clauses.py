@@ -120,6 +120,8 @@ class Clauses(Phrasing):
         found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
         if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
+        for start, _ in self.tag(i, "SO_THAT"):
+            found += self._place(start)
         found += self.region(i)
         found += self._coordinates(i)
         found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]

@@ -67,11 +67,13 @@ class Frame:
         objects: Lists of noun phrases, in order.
         places: Where.
         rest: The other kinds, with their values.
+        kinds: All kinds in the order in which they were said.
     """
 
     objects: tuple[tuple[Ref, ...], ...]
     places: tuple[Place, ...]
     rest: dict[str, list[Any]]
+    kinds: tuple[str, ...] = ()
 
     @classmethod
     def of(cls, elements: Sequence[Element]) -> Frame:
@@ -84,6 +86,7 @@ class Frame:
             tuple(e.value for e in elements if e.kind == "objects"),
             tuple(e.value for e in elements if e.kind == "place"),
             rest,
+            tuple(e.kind for e in elements),
         )
 
     def only(self, *kinds: str) -> bool:

@@ -255,7 +255,10 @@ def _build(frame: Frame) -> list[Command]:
         return [Command("stack", middle, None, (), frame.one("order"))] if middle and not ends else []
     if not ends:
         return [Command("stack", middle)] if middle else []
-    if len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all"):
+    whole = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
+    listed_at = [k for k, kind in enumerate(frame.kinds) if kind in ("objects", "material")][1:]
+    if whole or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
+        # "of the red, green and blue blocks with the green one on top": the end is one of those listed.
         return [Command("stack", middle, None, (), tuple(ends))]
     by_level: dict[str, Ref] = dict(ends)
     if "bottom" not in by_level and "middle" not in by_level:
@@ -309,6 +312,11 @@ def _swap(frame: Frame) -> list[Command]:
         "round",
         "with each other",
         "with one another",
+        "places",
+        "positions",
+        "spots",
+        "locations",
+        "places with each other",
     ):
         return []
     if "material" in frame.rest:

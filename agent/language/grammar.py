@@ -40,11 +40,23 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
     steps: list[Command] = []
     avoid: list[Ref] = []
     for part in parts:
-        if isinstance(part, Command):
+        if isinstance(part, Command) and part.negated == "same":
+            steps += _repeated(steps, part.objects)
+        elif isinstance(part, Command):
             steps.append(part)
         elif isinstance(part, tuple):
             avoid += part
     return Sentence(tuple(steps), tuple(avoid)) if steps or avoid else None
+
+
+def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
+    """As in "pick it up, put it there, and do the same with the can": the commands about the last thing, for another."""
+    start = len(steps)
+    while start:
+        start -= 1
+        if steps[start].objects and steps[start].objects[0].determiner != "it":
+            return [replace(steps[start], objects=objects), *steps[start + 1 :]]
+    return []
 
 
 def _strain(sentence: Sentence) -> float:
@@ -192,6 +204,8 @@ class Grammar(Clauses):
                                 for end, first in self.clause(first_start):
                                     found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
+        for k, _ in self.tag(i, "SAME"):
+            found += [(j, (Command("nothing", refs, negated="same"),)) for j, refs in self.np_list(k)]
         for start in self.optional(i, "PREAMBLE"):
             for j, _ in self.tag(start, "NEGATION"):
                 for end, command in self.clause(j):
@@ -206,7 +220,8 @@ class Grammar(Clauses):
                 for k, refs in self.np_list(j):
                     ends = [end for end, _ in self.tag(k, "AVOID_TAIL")]
                     needs_tail = self.text(start) in ("leave", "leaving") or self.text(j - 1) in ("leave", "leaving")
-                    for end in ends if needs_tail else [*ends, k]:
+                    closing = k >= len(self.tokens) or bool(self._joints(k))
+                    for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
 
@@ -276,10 +291,13 @@ class Grammar(Clauses):
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
                 copulas = [end for end, _ in self.tag(j, "COPULA")]
+                if start > i:
+                    # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
+                    copulas += [end for end, _ in self.tag(j, "IS_NOW")]
                 for k in copulas + ([j] if start > i else []):
                     for m, verb in self.tag(k, "VERB"):
                         # "I need the red cube picked up", "... to be put in the bin".
-                        if self.text(k).endswith(("ed", "en", "t", "ng", "d")):
+                        if verb == "swap" or self.text(k).endswith(("ed", "en", "t", "ng", "d")):
                             for end, elements in self.elements(m):
                                 objects = _objects(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
@@ -292,7 +310,7 @@ class Grammar(Clauses):
         """As in "In the bin, put the red cube"; "the red cube, put it in the bin"."""
         found: Found[Command] = []
         for j, element in self.element(i):
-            comma = j + 1 if self.text(j) == "," else j
+            comma = j + 1 if self.text(j) in (",", ":") else j
             if element.kind == "objects" and comma > j:
                 for start in self._preambles(comma, 0):
                     for k, command in self._verb_first(start):

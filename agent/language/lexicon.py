@@ -117,6 +117,9 @@ def _build() -> Phrases:
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
         ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING),
+        ("SO_THAT", words.SO_THAT),
+        ("SAME", words.SAME),
+        ("IS_NOW", words.IS_NOW),
         ("NEGATION", words.NEGATIONS), ("LIGHT_ADJECTIVE", words.LIGHT_ADJECTIVES), ("MIDDLE", words.MIDDLES), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
         ("CONTENTS", words.CONTENTS),
     ):  # fmt: skip

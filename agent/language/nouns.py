@@ -70,9 +70,18 @@ class Phrasing(Chart):
         return distinct(found)
 
     def _corrected(self, j: int) -> list[int]:
-        """As in "the red cube, no wait, the blue one": where the better words start."""
-        k = j + 1 if self.text(j) == "," else j
-        return [m + 1 if self.text(m) == "," else m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
+        """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
+        k = j
+        while self.text(k) in (",", ".", ";", "!"):
+            k += 1
+        ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
+        for _ in range(3):
+            ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
+            further = [n for m in ends for n, _ in self.tag(m, "CORRECTION")]
+            if not further:
+                break
+            ends += further
+        return list(dict.fromkeys(ends))
 
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
@@ -352,6 +361,11 @@ class Phrasing(Chart):
                     if not anchored and (k > i or key in _PLACE_RANKS):
                         found.append((j, superlative))
         for k, _ in self.tag(start, "NOT_IS"):
+            if self.tag(k, "A"):
+                found += [
+                    (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
+                    for j, kind in self.np(k)
+                ]
             for j, colour in self.tag(k, "COLOUR"):
                 negated = replace(ref, not_colours=(*ref.not_colours, colour))
                 found.append((j, negated))
@@ -457,7 +471,12 @@ class Phrasing(Chart):
             if names:
                 region = Region(names, tuple(dict.fromkeys(sides)))
                 found += [(end, region) for end in self._of_table(k + 1)]
-            if sides and j > start and self.text(k - 1) not in ("top", "bottom", "upper", "lower"):
+            if (
+                sides
+                and j > start
+                and self.text(i) not in ("to", "towards", "toward", "into")
+                and self.text(k - 1) not in ("top", "bottom", "upper", "lower")
+            ):
                 found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
         return found
 

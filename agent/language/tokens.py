@@ -174,6 +174,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
     text = re.sub(r"'s\b", "", text).replace("'", " ")
     text = re.sub(r"(?<=[a-z])-(?=[a-z])|(?<=\d)-(?=[a-z])", " ", text)

@@ -237,7 +237,7 @@ DIRECTIONS: dict[str, str] = {
     ),
 }
 PARTICLES = (
-    "out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
+    "places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
     "to the side, "
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
@@ -344,7 +344,7 @@ FILLERS = (
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
-    "good robot, be a dear, be a dear and, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
+    "good robot, be a dear, be a dear and, be a darling and, be a love and, be an angel and, be a sweetheart and, be a good lad and, under any circumstances, whatever happens, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
     "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
@@ -392,7 +392,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -403,7 +403,7 @@ DESIRES = (
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
 COPULAS = (
-    "to be, be, is, are, should be, should go, must be, must go, needs to be, need to be, needs to go, "
+    "to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
     "ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
     "have to go, have to be, gets, is to go, "
@@ -756,3 +756,14 @@ ITS_SIDES = {
     "left": "on its left, to its left, on its left side, to its left side, on its left hand side, at its left, on the left of it, left of it",
     "right": "on its right, to its right, on its right side, to its right side, on its right hand side, at its right, on the right of it, right of it",
 }
+
+SO_THAT = (
+    "so that it is, such that it is, so it is, so that it sits, so it sits, so that it ends up, so it ends up, such that it sits, so that it stands, "
+    "so that they are, so they are, such that it ends up, so that it rests, such that it rests, so it will be, so that it will be"
+)
+SAME = (
+    "do the same with, do the same for, do the same to, do the same thing with, do the same thing for, the same with, the same for, same for, same with, "
+    "do that with, do that for, do likewise with, likewise with, likewise for, repeat with, repeat for, repeat this with, repeat that with, repeat that for, "
+    "do it for, do so with, do this with, do it again with, do the same thing to, repeat the same with, repeat the process with, repeat this for"
+)
+IS_NOW = "is, are, is already, are already, is now"
