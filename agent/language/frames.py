@@ -143,6 +143,11 @@ def _move(frame: Frame) -> list[Command]:
     return pushed if "direction" in frame.rest or frame.places else []
 
 
+def _throw(frame: Frame) -> list[Command]:
+    """As in "chuck it in the bin", which means to put it there; throwing it to the left is another thing."""
+    return [c for c in _put(frame) if isinstance(c.place, Relation) and c.place.kind in ("in", "on", "to")]
+
+
 def _relocate(frame: Frame) -> list[Command]:
     """As in "move the ball out of the tray": to anywhere else."""
     if not frame.places or not all(isinstance(place, Relation) and place.kind == "from" for place in frame.places):
@@ -397,6 +402,7 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "put": _put,
     "move": _move,
     "relocate": _relocate,
+    "throw": _throw,
     "push": lambda frame: _pull(frame) or _push(frame),
     "release": _release,
     "stack": _stack,

@@ -116,7 +116,8 @@ class Grammar(Clauses):
                             first = replace(first, objects=last.objects)
                         found.append((end, (*part[:-1], first, *rest[1:])))
             for k in self._joints(j):
-                found += self._gapped(part, k)
+                # "anywhere but the bin" is no second command.
+                found += self._gapped(part, k) if self.text(k - 1) != "but" else []
             for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
                     found.append((end, (*rest, *part)))

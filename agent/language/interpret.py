@@ -132,6 +132,9 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
                 message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",
                 candidates=tuple(skills),
             )
+    unmovable = _unmovable(tokens)
+    if unmovable:
+        return unmovable
     for token in tokens:
         if token.text in CONDITIONS:
             return Refusal(
@@ -148,6 +151,26 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     return _unrecognized(
         f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently."
     )
+
+
+def _unmovable(tokens: Sequence[Token]) -> Refusal | None:
+    """Refuse what is asked of the table, the floor or the arm itself."""
+    words = [token.text for token in tokens]
+    for i in range(len(words)):
+        tags = [(end, tag) for end, tag, _ in LEXICON.at(tokens, i)]
+        if any(tag == "FLOOR" for _, tag in tags):
+            return Refusal(code=RefusalCode.IMPOSSIBLE, message="The floor is out of my reach; I work on the table.")
+        for end in [end for end, tag in tags if tag == "VERB"]:
+            start = end + 1 if words[end : end + 1] in (["the"], ["your"], ["my"]) else end
+            for _, tag, _ in LEXICON.at(tokens, start) if start < len(words) else ():
+                if tag == "TABLE":
+                    return Refusal(code=RefusalCode.IMPOSSIBLE, message="The table stays where it is.")
+                if tag == "ARM":
+                    return Refusal(
+                        code=RefusalCode.UNSUPPORTED,
+                        message=f"I move the {words[start]} as the skills need it; I can {VERBS_FOR_PEOPLE}.",
+                    )
+    return None
 
 
 def _only_a_thing(tokens: Sequence[Token], known: SceneWords) -> str | None:

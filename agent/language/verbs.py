@@ -16,17 +16,18 @@ VERBS: dict[str, str] = {
         "pull up, pluck, bag, hoist up, latch onto"
     ),
     "put": (
-        "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, toss, throw, chuck, "
+        "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, "
         "stash, store, "
         "leave, insert, load, transfer, relocate, carry, deliver, transport, bring, send, tuck, slot, drop off, "
         "stow, bung, "
-        "lob, sling, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, plant, pile, "
+        "lob, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, plant, pile, "
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
         "lay down, hang, "
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
         "push down"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
+    "throw": "throw, toss, chuck, lob, sling, fling, hurl, pitch",
     "relocate": "move, shift, relocate, reposition, transfer",
     "push": (
         "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, "
@@ -59,7 +60,7 @@ VERBS: dict[str, str] = {
     ),
     "tidy": (
         "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
-        "pack away, throw away, bin, dispose of, discard, get rid of, clean out"
+        "pack away, throw away, throw out, chuck out, chuck away, toss out, toss away, bin, dispose of, discard, get rid of, clean out"
     ),
     "empty": "empty, empty out, clear out, unload, clear off",
     "go": (

@@ -86,7 +86,7 @@ COLOURS: dict[str, str] = {
 }
 SHADES: dict[str, str] = {
     "dark": "dark, darker, deep, darkest",
-    "light": "light, lighter, pale, bright, brighter, lightest, palest",
+    "light": "light, pale, bright, brighter, palest",
 }
 
 SIZES: dict[str, str] = {
@@ -353,6 +353,8 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
+    "would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
     "it would be great if you would, would you be able to, would you be so kind as to, i am asking you to, "

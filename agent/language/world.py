@@ -149,14 +149,16 @@ class World:
 
     # Space on the table.
 
-    def is_free(self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> bool:
-        """Say whether a circle on the table is clear of every object but `ignore`."""
+    def is_free(
+        self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = (), *, before_drawers: bool = False
+    ) -> bool:
+        """Say whether a circle on the table is clear of every object but `ignore`, and of where drawers open."""
         skipped = {*ignore, self.held}
         for name, (x, y) in self.at.items():
             if name in skipped or name in self.parent:
                 continue
             ex, ey, _ = self._extents[name]
-            if self.objects[name].kind == "drawer":
+            if before_drawers and self.objects[name].kind == "drawer":
                 # The drawer opens towards the robot: what stands there would be in its way.
                 x, ex = x - self.objects[name].size[3] / 2, ex + self.objects[name].size[3] / 2
             dx, dy = max(abs(xy[0] - x) - ex, 0.0), max(abs(xy[1] - y) - ey, 0.0)
@@ -178,7 +180,7 @@ class World:
         grid.sort(key=lambda xy: (round(math.dist(xy, near), 6), xy))
         spots: list[tuple[float, float]] = []
         for xy in grid:
-            if self.in_reach(xy) and self.is_free(xy, radius, ignored):
+            if self.in_reach(xy) and self.is_free(xy, radius, ignored, before_drawers=True):
                 spots.append((round(xy[0], 3), round(xy[1], 3)))
                 if len(spots) == 4:
                     break
