@@ -208,7 +208,8 @@ def paraphrases(prompts: Sequence[Prompt], count: int, seed: int) -> list[Prompt
         source = rng.choice(sources)
         text = source.text
         for old, new in SWAPS:
-            if rng.random() < 0.3 and re.search(rf"\b{old}\b", text) and f"_{old}" not in text:
+            named = any(new in item.id.split("_") for item in source.scene.objects)
+            if rng.random() < 0.3 and not named and re.search(rf"\b{old}\b", text) and f"_{old}" not in text:
                 text = re.sub(rf"\b{old}\b", new, text)
         if rng.random() < 0.5 and text.split()[0] in ("pick", "put", "place", "push", "stack", "tap", "move", "grab"):
             text = rng.choice(PREFIXES) + text

@@ -101,7 +101,7 @@ class _Builder(Arranging):
 
     def _pick(self, command: Command) -> None:
         names, _ = self._objects(command)
-        if len(names) > 1:
+        if len(names) != 1:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
                 f"The gripper holds one object at a time, and you asked for {listed(names)}; where should they go?",
@@ -265,7 +265,7 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
         several = (
             before
             and before.verb == "pick"
-            and (len(before.objects) > 1 or before.objects[0].plural or before.objects[0].determiner == "all")
+            and (len(before.objects) > 1 or any(ref.plural or ref.determiner == "all" for ref in before.objects))
         )
         if (
             before

@@ -205,6 +205,9 @@ COMMON = (
     }
 )
 """The words that a typo is likely to have been."""
+COMMON |= frozenset(
+    part for noun in words.NOUNS.values() for phrase in phrase_list(noun) for part in words_plural(phrase).split()
+)
 VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
 
 JOINABLE: dict[str, int] = {}

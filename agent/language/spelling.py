@@ -8,7 +8,7 @@ from functools import lru_cache
 from rapidfuzz import process
 from rapidfuzz.distance import OSA, Indel
 
-from robosandbox.agent.language.lexicon import MEANING, VOCABULARY
+from robosandbox.agent.language.lexicon import MEANING, VOCABULARY, WORDS
 
 
 def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
@@ -27,7 +27,7 @@ def _nearest(word: str, extra: frozenset[str]) -> str | None:
     found = process.extract(word, [*VOCABULARY, *sorted(extra)], scorer=OSA.distance, score_cutoff=allowed, limit=12)
     near = {candidate: distance for candidate, distance, _ in found if _is_slip(word, candidate, int(distance))}
     if not near:
-        return None
+        return _swapped(word)
 
     def cost(candidate: str) -> tuple[float, ...]:
         rank = 0 if candidate in extra else 1
@@ -36,6 +36,14 @@ def _nearest(word: str, extra: frozenset[str]) -> str | None:
     best, *others = sorted(near, key=cost)
     rivals = [other for other in others if cost(other) == cost(best) and MEANING.get(other) != MEANING.get(best)]
     return None if rivals else best
+
+
+def _swapped(word: str) -> str | None:
+    """Return the known word of which two neighbouring letters are swapped, if there is just one."""
+    if len(word) < 4:
+        return None
+    swaps = {word[:k] + word[k + 1] + word[k] + word[k + 2 :] for k in range(len(word) - 1)} & WORDS
+    return swaps.pop() if len(swaps) == 1 else None
 
 
 def _is_slip(word: str, candidate: str, distance: int) -> bool:

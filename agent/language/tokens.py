@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -19,6 +19,7 @@ from robosandbox.agent.language.lexicon import (
     WORDS,
 )
 from robosandbox.agent.language.spelling import nearest_word
+from robosandbox.agent.language.words import UNITS
 
 MAX_CHARACTERS = 2_000
 MAX_TOKENS = 120
@@ -96,6 +97,7 @@ _MARKS = str.maketrans(
     }
 )
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
+_BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
@@ -165,7 +167,8 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
     tokens += _pieces(prompt[start:], words)
     if len(tokens) > MAX_TOKENS:
         raise TooLongError(f"{len(tokens)} words")
-    return _without_fillers(tokens)
+    # Twice: "would you please" ends a sentence once the "please" is gone.
+    return _without_fillers(_without_fillers(tokens))
 
 
 def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
@@ -215,13 +218,16 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
 
-def _without_fillers(tokens: list[Token]) -> tuple[Token, ...]:
+def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
     kept: list[Token] = []
     i = 0
     while i < len(tokens):
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
+        if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
+            # "to the right now" and "an inch right now" name a direction.
+            length = 0
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
             length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
