@@ -58,6 +58,7 @@ _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
     "put": frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"}),
     "stack": frozenset({"place_on", "stack"}),
+    "move": frozenset({"pick", "push", "stack"}),
     "open": frozenset({"open_drawer"}),
     "close": frozenset({"close_drawer"}),
 }

@@ -13,7 +13,7 @@ from robosandbox.agent.language.tokens import SceneWords, Token
 T = TypeVar("T")
 Found = list[tuple[int, T]]
 MAX_STEPS = 6_000
-MAX_READINGS_PER_END = 20
+MAX_READINGS_PER_END = 40
 
 
 class TooComplicatedError(ValueError):

@@ -89,6 +89,11 @@ class Clauses(Phrasing):
                 # "blue at the bottom, then green, and red on top"
                 while self.text(start) in ("then", "and"):
                     start += 1
+            if first.kind == "objects" and self.text(start) in ("and", "then"):
+                # "... then the green one, and the red one on top"
+                for end, rest in self._rest(start + 1, depth + 1):
+                    if rest and rest[0].kind == "order_end":
+                        found.append((end, (first, *rest)))
             for end, rest in self._rest(start, depth + 1):
                 # Two noun phrases in a row need a comma between them.
                 if (rest or start == j) and not (rest and start == j and first.kind == rest[0].kind == "objects"):

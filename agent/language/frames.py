@@ -210,21 +210,15 @@ def _stack(frame: Frame) -> list[Command]:
         return []
     if not frame.places:
         return [Command("stack", objects, None, (), order)] if frame.objects else []
-    found = _placed("stack", objects, frame.places)
-    return (
-        [
-            c
-            for c in found
-            if isinstance(c.place, Relation | Table)
-            and not (isinstance(c.place, Relation) and c.place.kind not in ("on", "in"))
-        ]
-        if order is None
-        else [
-            Command("stack", c.objects, c.place, c.tower, order)
-            for c in found
-            if isinstance(c.place, Relation) and c.place.kind == "on"
-        ]
-    )
+    found: list[Command] = []
+    for command in _placed("stack", objects, frame.places):
+        kind = command.place.kind if isinstance(command.place, Relation) else ""
+        if kind == "in" and order is None:
+            # "pile them in the bin" builds no tower.
+            found.append(replace(command, verb="put"))
+        elif kind == "on" or (isinstance(command.place, Table) and order is None):
+            found.append(replace(command, order=order))
+    return found
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:

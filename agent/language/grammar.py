@@ -172,7 +172,7 @@ class Grammar(Clauses):
         for end, _ in self.tag(k, "THEN"):
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
-        if self.tag(k, "AVOID") or self.tag(k, "NEGATION"):
+        if self.tag(k, "AVOID") or self.tag(k, "NEGATION") or self.tag(k, "STILL"):
             starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
@@ -205,6 +205,8 @@ class Grammar(Clauses):
                                 for end, first in self.clause(first_start):
                                     found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
+        for k, _ in self.tag(i, "STILL"):
+            found += [(j, (Command("nothing", refs, negated="move"),)) for j, refs in self.np_list(k)]
         for k, _ in self.tag(i, "SAME"):
             found += [(j, (Command("nothing", refs, negated="same"),)) for j, refs in self.np_list(k)]
         for start in self.optional(i, "PREAMBLE"):

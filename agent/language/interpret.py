@@ -135,6 +135,12 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
     unmovable = _unmovable(tokens)
     if unmovable:
         return unmovable
+    if any(token.text in ("me", "us") for token in tokens):
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED,
+            message=f"I cannot hand things over; I can {VERBS_FOR_PEOPLE}.",
+            candidates=tuple(skills),
+        )
     for token in tokens:
         if token.text in CONDITIONS:
             return Refusal(

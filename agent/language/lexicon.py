@@ -117,6 +117,7 @@ def _build() -> Phrases:
         ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
         ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
         ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING),
+        ("STILL", words.STILL),
         ("SO_THAT", words.SO_THAT),
         ("SAME", words.SAME),
         ("IS_NOW", words.IS_NOW),

@@ -331,6 +331,13 @@ class Phrasing(Chart):
                 index = 1 if index == -1 and self.text(i) == "on" else index
                 ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
                 found.append((j, replace(ref, ranks=ranks)))
+        if ref.plural and not ref.ranks:
+            # "the cubes from left to right": no choice, an order.
+            found += [
+                (j, replace(ref, ranks=(Rank(key, 0),)))
+                for j, key in self.tag(i, "FROM")
+                if self.text(j - 2) in ("to", "the") and j > i + 2
+            ]
         for j, excluded in self._exceptions(start, ref):
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
         for k in self.optional(start, "IS"):

@@ -70,6 +70,8 @@ class Orders:
         order = sorted(score, key=lambda name: score[name])
         if not order:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
+        if rank.index == 0:
+            return order
         if not rank.strict:
             return self._extreme(order, score, ref)
         index = rank.index - 1 if rank.index > 0 else len(order) + rank.index

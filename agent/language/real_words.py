@@ -71,7 +71,7 @@ REAL_WORDS = word_set(
     pollard polling polls pont pooping poor pope por pore port portico portions portman posh posing positional
     positive post postponing posturing potion potions pounding pout powering praising praying prefect prepping
     pres presiding presse pressuring presuming preying pricing prick processing procuring pruning pugh puke puking
-    pulp pulsing punching punishing punk punt pur purging pursuing pus pushy puss putt puzzling pyle pyramidal
+    pulp pulsing punching punishing punk punt pur purging pursuing pus pushy puss puzzling pyle pyramidal
     quakers quarrel quarrels quartered quarterly quartet quiet quieter racking rae rafting raiding railing
     railings raining raiser raisin raisins ram ramming ramping ranging ranking ranting rapping realising recalling
     recurring recycled redd redding reds reed regions rehearse rehearsing reid relapse relating relaxing relaying

@@ -16,7 +16,7 @@ VERBS: dict[str, str] = {
         "pull up, pluck, bag, hoist up, latch onto"
     ),
     "put": (
-        "put, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, "
+        "put, lower, place, set, lay, position, rest, deposit, pop, stick, plop, plonk, plunk, dump, "
         "stash, store, "
         "leave, insert, load, transfer, relocate, carry, deliver, transport, bring, send, tuck, slot, drop off, "
         "stow, bung, "

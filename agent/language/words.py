@@ -315,7 +315,7 @@ ROBOT = (
 )
 PRONOUNS: dict[str, str] = {
     "it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves",
-    "them": "them, those, these, they, all of them, those ones, these ones, all of those, em",
+    "them": "both of them, all of them, each of them, the two of them, the both of them, all three of them, them, those, these, they, all of them, those ones, these ones, all of those, em",
 }
 
 FILLERS = (
@@ -440,10 +440,10 @@ EXCEPT = (
     "not including, without"
 )
 AVOID = (
-    "without touching, without moving, without disturbing, without bumping, without bumping into, "
-    "without hitting, without knocking over, without knocking, "
-    "without picking up, without pushing, without using, without affecting, without displacing, "
-    "without shifting, without colliding with, without disrupting, "
+    "without touching, without bumping, without bumping into, "
+    "without hitting, without knocking, "
+    "without picking up, without pushing, without using, without affecting, "
+    "without colliding with, "
     "while avoiding, avoiding, avoid, avoid touching, while not touching, not touching, but do not touch, "
     "but leave, and do not touch, do not touch, do not move, do not disturb, "
     "do not bump, do not hit, "
@@ -493,8 +493,8 @@ CONNECTORS = (
     "followed up by, from there, and from there, "
     "after doing that, after doing so, and after doing that, after you have done that, and last, last, "
     "last of all, and last of all, when that is finished, once that is finished, with that done, that done, "
-    "having done that, in order to, immediately after, straight after, straight after that, "
-    "immediately after that, right after that, right after, once you have it, once you have got it, "
+    "having done that, in order to, straight after that, "
+    "immediately after that, right after that, once you have it, once you have got it, "
     "once you are holding it, once it is in your gripper, once it is there, when it is there, once there, "
     "when you have it, after it"
 )
@@ -544,7 +544,7 @@ BY_OTHER = (
 )
 MATCHING = (
     "matching, corresponding, same coloured, same colored, similarly colored, like colored, like coloured, "
-    "appropriate, right, correct, respective, "
+    "appropriate, correct, respective, "
     "correctly colored, color matched, correctly coloured"
 )
 SAME_COLOUR = (
@@ -769,3 +769,5 @@ SAME = (
     "do it for, do so with, do this with, do it again with, do the same thing to, repeat the same with, repeat the process with, repeat this for"
 )
 IS_NOW = "is, are, is already, are already, is now"
+
+STILL = "without moving, without disturbing, without shifting, without displacing, without knocking over, without toppling, without disrupting"
