@@ -12,7 +12,7 @@ from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
 Found = list[tuple[int, T]]
-MAX_STEPS = 6_000
+MAX_STEPS = 12_000
 MAX_READINGS_PER_END = 40
 
 
@@ -32,11 +32,10 @@ def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]
         key = (name, i)
         found: Found[T] | None = self.memo.get(key)
         if found is None:
-            self.steps += 1
-            if self.steps > MAX_STEPS:
-                raise TooComplicatedError
             self.memo[key] = []  # Left recursion finds nothing.
-            found = capped(function(self, i))
+            found = function(self, i)
+            self.spend(len(found))
+            found = capped(found)
             self.memo[key] = found
         return found
 
@@ -51,7 +50,7 @@ class Chart:
         tokens: The sentence.
         words: The words of the scene's ids.
         memo: Results by rule and position.
-        steps: How many rules have run.
+        steps: Work done so far: look-ups, and readings found.
     """
 
     tokens: Sequence[Token]
@@ -71,7 +70,14 @@ class Chart:
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""
+        self.spend(1)
         return self.tags[i].get(name, []) if i < len(self.tags) else []
+
+    def spend(self, steps: int) -> None:
+        """Count work; a sentence gets a bounded amount of it."""
+        self.steps += steps
+        if self.steps > MAX_STEPS:
+            raise TooComplicatedError
 
     def text(self, i: int) -> str:
         """Return token `i`'s text, "" past the end."""

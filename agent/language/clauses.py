@@ -100,6 +100,7 @@ class Clauses(Phrasing):
                     found.append((end, (first, *rest)))
             if start != j:
                 found.append((j, (first,)))
+        self.spend(len(found))
         found.sort(key=lambda item: (-item[0], len(item[1])))
         return found
 
