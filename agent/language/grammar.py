@@ -12,7 +12,7 @@ from robosandbox.agent.language.intent import Command, Ref, Sentence
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 Part = Command | tuple[Ref, ...] | str
-MAX_SENTENCES = 16
+MAX_SENTENCES = 8
 
 
 def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[tuple[float, Sentence], ...]:
