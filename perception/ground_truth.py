@@ -1,0 +1,25 @@
+"""Perception that sees the simulated state exactly: for tests, and as the measure of the others."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosandbox.perception.colour import colour_name
+from robosandbox.protocols import Sim
+from robosandbox.types import ObservedScene
+
+
+class GroundTruthPerception:
+    """Reports every object where it is."""
+
+    def perceive(self, sim: Sim) -> ObservedScene:
+        """Return all objects of the simulated state."""
+        truth = sim.truth()
+        return ObservedScene(
+            time=truth.time,
+            objects=tuple(
+                replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()
+            ),
+            table_height=truth.table_height,
+            held=truth.held,
+        )

@@ -1,0 +1,47 @@
+"""Home: go to the robot's neutral configuration."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, Phase, UnreachableError
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
+from robosandbox.types import SkillResult
+
+
+class Home(Skill):
+    """Go to the neutral configuration."""
+
+    name = "home"
+
+    def run(self, ctx: SkillContext) -> SkillResult:
+        """Move the arm to its home configuration; what it holds stays held.
+
+        Raises:
+            CollisionError: No free way home was found.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Manipulator(ctx)
+        held = arm.start.held
+        home = arm.sim.robot.home_q
+        arm.use(arm.start, held=held)
+        if held:
+            arm.motion.allow("table")
+        try:
+            trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
+        except CollisionError as blocked:
+            # Fingers beside an object touch it at the start of every way but the one straight up.
+            arm.motion.allow("table", *(item.id for item in arm.start.objects))
+            try:
+                arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+            except UnreachableError:
+                raise blocked from None
+            arm.use(arm.look(), held=held)
+            trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
+        arm.follow(trajectory, Phase.HOME)
+        error = float(np.abs(arm.q - home).max())
+        return SkillResult(
+            skill=self.name, detail={"joint_error": error}, side_effects=arm.disturbed(*([held] if held else []))
+        )

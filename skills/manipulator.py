@@ -1,0 +1,265 @@
+"""The moves that skills are made of: look, go, grip, let go, wait, and check what else was disturbed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import (
+    AlreadyHoldingError,
+    HoldingEvidence,
+    NotHoldingError,
+    ObjectNotFoundError,
+    ObjectNotFoundEvidence,
+    Phase,
+    TrackingError,
+    TrackingEvidence,
+    UnreachableError,
+    UnsupportedError,
+)
+from robosandbox.perception.relations import moved
+from robosandbox.protocols import SkillContext
+from robosandbox.robots.robot import GripperGeometry
+from robosandbox.types import Array, DetectedObject, GripperState, ObservedScene, Pose, Trajectory
+
+CARRY_SPEED = 0.35
+FINE_SPEED = 0.15
+FREE_SPEED = 0.5
+LIFT_HEIGHT = 0.17
+HOVER_HEIGHT = 0.08
+_ARRIVED = 0.004
+_ARRIVAL_SECONDS = 1.0
+_LAG = 0.05
+_GRIP_SECONDS = 4.0
+_GRIP_STILL = 0.0002
+_STILL = 0.0005
+_DISTURBED = 0.005
+
+
+class Manipulator:
+    """One skill call's hands and eyes.
+
+    Args:
+        ctx: What the skill may use.
+
+    Attributes:
+        start: What was seen when the skill began.
+    """
+
+    def __init__(self, ctx: SkillContext) -> None:
+        self.ctx = ctx
+        self.sim = ctx.sim
+        self.motion = ctx.motion
+        ctx.enter(Phase.PERCEIVE)
+        self.start = self.look()
+
+    # Looking.
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now."""
+        return self.ctx.perception.perceive(self.sim)
+
+    def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
+        """Plan among these objects from now on."""
+        self.motion.use(self.sim, scene, held=held)
+
+    @property
+    def q(self) -> Array:
+        """The configuration that the arm has, shape (n,)."""
+        return self.sim.observe().q
+
+    @property
+    def geometry(self) -> GripperGeometry:
+        """The gripper's measured figures.
+
+        Raises:
+            UnsupportedError: The robot has no gripper.
+        """
+        gripper = self.sim.robot.gripper
+        if gripper is None:
+            raise UnsupportedError(
+                f"{self.sim.robot.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
+                "go home",
+                phase=Phase.CHECK,
+            )
+        return gripper.geometry
+
+    @property
+    def gripper(self) -> GripperState:
+        """The gripper's own readings.
+
+        Raises:
+            UnsupportedError: The robot has no gripper.
+        """
+        state = self.sim.observe().gripper
+        if state is None:
+            raise UnsupportedError(f"{self.sim.robot.name} has no gripper", phase=Phase.CHECK)
+        return state
+
+    def find(self, object_id: str, scene: ObservedScene | None = None) -> DetectedObject:
+        """Return a seen object.
+
+        Raises:
+            ObjectNotFoundError: Nothing seen has this id.
+        """
+        scene = scene or self.start
+        found = scene.find(object_id)
+        if found is None:
+            seen = tuple(item.id for item in scene.objects)
+            raise ObjectNotFoundError(
+                f"no object {object_id!r} is seen; there is {', '.join(seen) or 'nothing'}",
+                phase=Phase.PERCEIVE,
+                evidence=ObjectNotFoundEvidence(query=object_id, seen=seen),
+            )
+        return found
+
+    def require_held(self) -> DetectedObject:
+        """Return the held object.
+
+        Raises:
+            NotHoldingError: The gripper is empty.
+        """
+        self.geometry  # noqa: B018  raises for a robot without a gripper
+        if self.start.held is None:
+            raise NotHoldingError(
+                "the gripper is empty; pick something first",
+                phase=Phase.CHECK,
+                evidence=HoldingEvidence(held=None, aperture=self.gripper.width),
+            )
+        return self.find(self.start.held)
+
+    def require_empty(self) -> None:
+        """Check that nothing is held.
+
+        Raises:
+            AlreadyHoldingError: Something is.
+        """
+        self.geometry  # noqa: B018  raises for a robot without a gripper
+        if self.start.held is not None:
+            raise AlreadyHoldingError(
+                f"the gripper holds {self.start.held}; place it first",
+                phase=Phase.CHECK,
+                evidence=HoldingEvidence(held=self.start.held, aperture=self.gripper.width),
+            )
+
+    def disturbed(self, *named: str) -> tuple[str, ...]:
+        """Return a sentence for each object, but the named ones, that has moved since the skill began."""
+        now = self.look()
+        sentences = []
+        for before in self.start.objects:
+            after = now.find(before.id)
+            if before.id in named:
+                continue
+            if after is None:
+                sentences.append(f"{before.id} is no longer seen")
+            elif (distance := moved(before, after)) > _DISTURBED:
+                sentences.append(f"moved {before.id} by {distance * 1000:.0f} mm on the way")
+        return tuple(sentences)
+
+    # Moving.
+
+    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False) -> None:
+        """Execute a trajectory and wait until the arm has arrived.
+
+        Args:
+            trajectory: From where the arm is.
+            phase: For listeners and errors.
+            yielding: Accept that contact keeps the arm off its goal, as when pushing.
+
+        Raises:
+            TrackingError: A joint stayed off its goal.
+        """
+        self.ctx.enter(phase)
+        self.sim.execute(trajectory)
+        goal = trajectory.q[-1]
+        deadline = self.sim.time + _ARRIVAL_SECONDS
+        while (error := np.abs(self.q - goal)).max() > _ARRIVED:
+            if self.sim.time >= deadline:
+                if yielding:
+                    return
+                worst = int(error.argmax())
+                robot = self.sim.robot
+                contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts())
+                touching = f" while {', '.join(contacts)}" if contacts else ""
+                raise TrackingError(
+                    f"{robot.joints[worst]} stayed {error[worst]:.3f} off its goal{touching}; "
+                    "something is in the way or the load is too heavy",
+                    phase=phase,
+                    evidence=TrackingEvidence(
+                        joint=robot.joints[worst], error=float((goal - self.q)[worst]), contacts=contacts
+                    ),
+                )
+            self.sim.step(self.sim.control_timestep)
+
+    def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED) -> float:
+        """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far.
+
+        Raises:
+            UnreachableError: Not even a quarter of it can be reached.
+            CollisionError: Something is above.
+        """
+        observation = self.sim.observe()
+        for share in (1.0, 0.75, 0.5, 0.25):
+            target = raised(observation.tcp_pose, share * height)
+            try:
+                trajectory = self.motion.plan_line(observation.q, target, speed=speed)
+            except UnreachableError as error:
+                if share == 0.25:
+                    raise error.at(phase) from None
+                continue
+            self.follow(trajectory, phase)
+            return share * height
+        return 0.0
+
+    # Gripping.
+
+    def open(self, aperture: float | None = None, *, wait: bool = True) -> None:
+        """Open the fingers to `aperture` metres, or all the way."""
+        geometry = self.geometry
+        if aperture is None or aperture >= geometry.max_aperture:
+            closed = 0.0
+        else:
+            closed = float(np.clip(geometry.closed_fraction(geometry.joint_for_aperture(aperture)), 0.0, 1.0))
+        self.sim.set_gripper(closed)
+        if wait:
+            self._wait_for_fingers()
+
+    def close(self) -> float:
+        """Close the fingers until they stop; return the gap between them, metres."""
+        self.sim.set_gripper(1.0)
+        return self._wait_for_fingers()
+
+    def _wait_for_fingers(self) -> float:
+        """Wait until the gap no longer changes; return it."""
+        deadline = self.sim.time + _GRIP_SECONDS
+        self.sim.step(_LAG)
+        width = self.gripper.width
+        while self.sim.time < deadline:
+            self.sim.step(_LAG)
+            before, width = width, self.gripper.width
+            if abs(width - before) < _GRIP_STILL:
+                break
+        return width
+
+    def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
+        """Let time pass until these objects are seen to be still, and return that look."""
+        self.ctx.enter(Phase.SETTLE)
+        deadline = self.sim.time + seconds
+        before = self.look()
+        while True:
+            self.sim.step(0.1)
+            now = self.look()
+            pairs = [(before.find(name), now.find(name)) for name in names]
+            if all(a and b and _still(a.pose, b.pose) for a, b in pairs) or self.sim.time >= deadline:
+                return now
+            before = now
+
+
+def raised(pose: Pose, height: float) -> Pose:
+    """Return the pose moved up by `height` metres."""
+    x, y, z = pose.xyz
+    return Pose(xyz=(x, y, z + height), quat_xyzw=pose.quat_xyzw)
+
+
+def _still(before: Pose, after: Pose) -> bool:
+    same_place = np.abs(before.position - after.position).max() < _STILL
+    return bool(same_place and abs(np.dot(before.quat_xyzw, after.quat_xyzw)) > 0.9999)

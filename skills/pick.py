@@ -1,0 +1,218 @@
+"""Pick: hold an object and lift it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.errors import (
+    CollisionError,
+    GraspError,
+    GraspEvidence,
+    Phase,
+    SkillError,
+    TrackingError,
+    UnreachableError,
+)
+from robosandbox.grasp.analytic import closing_directions, width_along
+from robosandbox.perception.relations import bottom
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, LIFT_HEIGHT, Manipulator, raised
+from robosandbox.types import DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
+
+_PRESHAPE_CLEARANCE = 0.02
+_LEAST_RISE = 0.5
+_CLOSED_ON_NOTHING = 0.5
+_ATTEMPTS = 3
+
+
+@dataclass(frozen=True, slots=True)
+class _GraspPlan:
+    grasp: Grasp
+    aperture: float
+    approach: Trajectory
+    descent: Trajectory
+
+
+class Pick(Skill):
+    """Hold an object and lift it."""
+
+    name = "pick"
+
+    def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
+        """Grasp an object and lift it clear of what it stands on.
+
+        Args:
+            object: Id of the object.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            AlreadyHoldingError: The gripper is full.
+            GraspError: No grasp fits, the fingers met nothing, or it slipped.
+            UnreachableError: No grasp can be reached.
+            CollisionError: Every grasp would touch something else.
+            TrackingError: The arm did not arrive.
+        """
+        arm = Manipulator(ctx)
+        target = arm.find(object)
+        if arm.start.held == object:
+            return SkillResult(skill=self.name, detail={"already_held": True})
+        arm.require_empty()
+        excluded: list[Grasp] = []
+        while True:
+            scene = arm.look()
+            plan = _plan_grasp(arm, arm.find(object, scene), scene, excluded)
+            try:
+                return self._execute(arm, target, plan)
+            except (GraspError, TrackingError) as error:
+                excluded.append(plan.grasp)
+                if len(excluded) >= _ATTEMPTS:
+                    raise
+                _back_off(arm, error)
+
+    def _execute(self, arm: Manipulator, target: DetectedObject, plan: _GraspPlan) -> SkillResult:
+        grasp = plan.grasp
+        arm.open(plan.aperture, wait=False)
+        arm.follow(plan.approach, Phase.APPROACH)
+        arm.follow(plan.descent, Phase.DESCEND)
+        arm.ctx.enter(Phase.GRASP)
+        width = arm.close()
+        geometry = arm.geometry
+        empty = geometry.min_aperture + _CLOSED_ON_NOTHING * (grasp.width - geometry.min_aperture)
+        if width < empty:
+            raise _grasp_error(arm, grasp, "missed", width, Phase.GRASP)
+        rise = _lift(arm, target.id)
+        scene = arm.look()
+        after = arm.find(target.id, scene)
+        dz = bottom(after) - bottom(target)
+        if scene.held != target.id or dz < _LEAST_RISE * rise:
+            raise _grasp_error(arm, grasp, "slipped", arm.gripper.width, Phase.LIFT)
+        return SkillResult(
+            skill=self.name,
+            detail={"object": target.id, "dz_mm": 1000.0 * dz, "width_mm": 1000.0 * width},
+            side_effects=arm.disturbed(target.id),
+        )
+
+
+def _lift(arm: Manipulator, object_id: str) -> float:
+    arm.use(arm.look(), held=object_id)
+    arm.motion.allow("table", *(item.id for item in arm.start.objects))
+    return arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+
+
+def _back_off(arm: Manipulator, error: SkillError) -> None:
+    """Let go and rise, so that the next grasp starts from free space."""
+    arm.open()
+    arm.use(arm.look())
+    arm.motion.allow(*(item.id for item in arm.start.objects))
+    try:
+        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+    except (UnreachableError, CollisionError):
+        raise error from None
+
+
+def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, excluded: list[Grasp]) -> _GraspPlan:
+    """Return the first candidate whose approach, descent and lift are all possible.
+
+    Raises:
+        GraspError: There is no candidate.
+        UnreachableError: None can be reached.
+        CollisionError: All that can be reached touch something.
+    """
+    arm.ctx.enter(Phase.PLAN)
+    geometry, motion = arm.geometry, arm.motion
+    candidates = [g for g in arm.ctx.grasp.candidates(target, scene, arm.sim.robot) if g not in excluded]
+    if not candidates:
+        raise _no_candidate(arm, target)
+    arm.use(scene)
+    q = arm.q
+    failures: list[SkillError] = []
+    for grasp in _nearest_first(arm, candidates):
+        aperture = min(geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE)
+        try:
+            hover = motion.ik(raised(grasp.tcp_pose, HOVER_HEIGHT), q)
+            motion.open_to(aperture)
+            motion.allow()
+            approach = motion.plan_joints(q, hover, speed=FREE_SPEED)
+            motion.allow(target.id)
+            descent = motion.plan_line(hover, grasp.tcp_pose, speed=CARRY_SPEED)
+            motion.ik(raised(grasp.tcp_pose, LIFT_HEIGHT / 2.0), hover)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        return _GraspPlan(grasp, aperture, approach, descent)
+    raise _most_telling(failures)
+
+
+def _nearest_first(arm: Manipulator, candidates: list[Grasp]) -> list[Grasp]:
+    """Order grasps of about equal quality by how little the hand has to turn."""
+    hand = arm.sim.observe().tcp_pose.rotation
+
+    def key(grasp: Grasp) -> tuple[float, float]:
+        return (-round(grasp.quality, 1), -float(np.trace(hand.T @ grasp.tcp_pose.rotation)))
+
+    return sorted(candidates, key=key)
+
+
+def _most_telling(failures: list[SkillError]) -> SkillError:
+    """Return the failure that came closest to working: a collision, else the smallest residual."""
+    counts = Counter(str(error.code) for error in failures)
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    if collisions:
+        chosen: SkillError = collisions[0]
+    else:
+        unreachable = [error for error in failures if isinstance(error, UnreachableError)]
+        chosen = min(unreachable, key=lambda error: _residual(error))
+    tried = ", ".join(f"{count} {code}" for code, count in sorted(counts.items()))
+    chosen.message = f"{chosen.message} (grasps tried: {tried})"
+    return chosen
+
+
+def _residual(error: UnreachableError) -> float:
+    evidence = error.evidence
+    return getattr(evidence, "position_error", np.inf) + 0.3 * getattr(evidence, "orientation_error", np.inf)
+
+
+def _no_candidate(arm: Manipulator, target: DetectedObject) -> GraspError:
+    widths = [width_along(target, direction) for direction in closing_directions(target)]
+    geometry = arm.geometry
+    narrowest = min(widths)
+    reason = (
+        f"it is {narrowest * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
+        if narrowest >= geometry.max_aperture - 0.006
+        else "it is too flat for the fingers"
+        if narrowest > geometry.min_aperture + 0.001
+        else f"it is {narrowest * 1000:.1f} mm thin, less than the gripper can hold"
+    )
+    return GraspError(
+        f"no grasp fits {target.id}: {reason}",
+        phase=Phase.PLAN,
+        evidence=GraspEvidence(
+            object=target.id,
+            reason="none_found",
+            object_width=narrowest,
+            aperture=arm.gripper.width,
+            max_aperture=geometry.max_aperture,
+        ),
+    )
+
+
+def _grasp_error(arm: Manipulator, grasp: Grasp, reason: str, width: float, phase: Phase) -> GraspError:
+    said = "closed on nothing" if reason == "missed" else "lost it while lifting"
+    return GraspError(
+        f"{said}: the fingers are {width * 1000:.1f} mm apart and {grasp.object} is {grasp.width * 1000:.1f} mm wide; "
+        "look again and try another grasp",
+        phase=phase,
+        evidence=GraspEvidence.model_validate(
+            {
+                "object": grasp.object,
+                "reason": reason,
+                "object_width": grasp.width,
+                "aperture": width,
+                "max_aperture": arm.geometry.max_aperture,
+            }
+        ),
+    )
