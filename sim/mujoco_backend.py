@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Self
 
@@ -19,7 +20,8 @@ from robosandbox.sim.world import World, build_world, check_start
 from robosandbox.types import Array, Observation, Pose, Scene, Trajectory, frozen_array
 
 _SETTLE_SECONDS = 3.0
-_SETTLE_CHUNK_SECONDS = 0.05
+_SETTLE_CHUNK_SECONDS = 0.02
+_CALM_CHUNKS = 5
 _REST_SPEED = 0.005
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
@@ -322,20 +324,25 @@ class MuJoCoBackend:
             self.close()
             self._compile(scene)
             return
-        stale = [rewrite(world.model, a, b) for a, b in zip(old.objects, scene.objects, strict=True)]
+        stale = [
+            rewrite(world.model, a, b, world.inertia_per_mass[world.object_bodies[b.id]])
+            for a, b in zip(old.objects, scene.objects, strict=True)
+        ]
         if any(stale):
             mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
             self.epoch += 1
-        self._world = World(scene, world.model, world.robot, world.names, world.object_bodies, world.cameras)
+        self._world = replace(world, scene=scene)
 
     def _settle(self) -> None:
-        """Step until no object moves; a ball that rolls on is left rolling after a few seconds."""
+        """Step until no object has moved for a while; a ball that rolls on is left rolling after a few seconds."""
         model, data = self.model, self._live
         dofs = [int(model.body_dofadr[b]) + i for b in self.object_bodies.values() for i in range(6)]
-        chunk = round(_SETTLE_SECONDS and _SETTLE_CHUNK_SECONDS / model.opt.timestep)
+        chunk = round(_SETTLE_CHUNK_SECONDS / model.opt.timestep)
+        calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
             mujoco.mj_step(model, data, chunk)
-            if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED:
+            calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
+            if calm >= _CALM_CHUNKS:
                 return
 
     def _tick(self) -> None:

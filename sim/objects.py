@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import numpy as np
 import mujoco
+import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.types import CONTAINER_WALL, Array, SceneObject
@@ -114,10 +114,11 @@ def can_rewrite(old: SceneObject, new: SceneObject) -> bool:
     return same and (old.size == new.size or new.kind in _PRIMITIVES)
 
 
-def rewrite(model: mujoco.MjModel, old: SceneObject, new: SceneObject) -> bool:
+def rewrite(model: mujoco.MjModel, old: SceneObject, new: SceneObject, inertia_per_mass: Array) -> bool:
     """Write an object's new size, mass and colour into the model; say whether derived constants are now stale.
 
-    The caller then runs `mj_setConst`. Sizes change in place for primitives only.
+    The caller then runs `mj_setConst`. Sizes change in place for primitives only. `inertia_per_mass` (3,) is the body's
+    as compiled.
     """
     body = model.body(PREFIX + new.id).id
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
@@ -132,7 +133,8 @@ def rewrite(model: mujoco.MjModel, old: SceneObject, new: SceneObject) -> bool:
         model.bvh_aabb[model.body_bvhadr[body], 3:] = half
         model.body_inertia[body] = _inertia(new)
     else:
-        model.body_inertia[body] *= new.mass / old.mass
+        # From the compiled figures each time: a product of ratios would depend on the seeds that came before.
+        model.body_inertia[body] = inertia_per_mass * new.mass
     model.body_mass[body] = new.mass
     return True
 

@@ -11,7 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects import PREFIX, add_object
-from robosandbox.types import Scene, Vec3
+from robosandbox.types import Array, Scene, Vec3, frozen_array
 
 ROBOT_PREFIX = "robot/"
 TABLE, FLOOR = "table", "floor"
@@ -30,6 +30,7 @@ class World:
         robot: Its robot.
         names: For every body what people call it: "table", "floor", an object's id or a link's name.
         object_bodies: Body id of every object.
+        inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
     """
 
@@ -38,6 +39,7 @@ class World:
     robot: Robot
     names: tuple[str, ...]
     object_bodies: dict[str, int]
+    inertia_per_mass: Array
     cameras: dict[str, str]
 
 
@@ -70,6 +72,7 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
         robot=robot_model.bind(model, ROBOT_PREFIX),
         names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
         object_bodies=object_bodies,
+        inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
         cameras={"scene": "scene", "top": "top", "wrist": ROBOT_PREFIX + WRIST_CAMERA},
     )
 

@@ -113,15 +113,19 @@ class MotionPlanner(Protocol):
         """Let the robot touch these objects (and "table") in the plans that follow, and nothing else."""
         ...
 
+    def open_to(self, aperture: float) -> None:
+        """Check the paths that follow with the fingers `aperture` metres apart."""
+        ...
+
     def ik(self, tcp_pose: Pose, seed: Array | None = None) -> Array:
         """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError."""
         ...
 
-    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 1.0) -> Trajectory:
+    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 0.5) -> Trajectory:
         """Return a collision-free trajectory; raises CollisionError."""
         ...
 
-    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 1.0) -> Trajectory:
+    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 0.5) -> Trajectory:
         """Return a straight TCP line, checked all along; raises UnreachableError or CollisionError."""
         ...
 

@@ -1,0 +1,48 @@
+"""Place at: put what is held at a spot on the table."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.perception.relations import Relation, centre, on_table
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manipulator import Manipulator
+from robosandbox.skills.placing import occupied, place, table_spots
+from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+
+_TOLERANCE = 0.015
+
+
+class PlaceAt(Skill):
+    """Put what is held at a spot on the table."""
+
+    name = "place_at"
+
+    def run(self, ctx: SkillContext, *, x: float, y: float) -> SkillResult:
+        """Put the held object down at a point of the table.
+
+        Args:
+            x: World x, metres; forward from the robot.
+            y: World y, metres; to the robot's left.
+
+        Raises:
+            NotHoldingError: The gripper is empty.
+            PlacementError: The spot is off the table or occupied, or the object did not stay.
+            UnreachableError: The spot is out of reach.
+            CollisionError: Something is in the way.
+        """
+        arm = Manipulator(ctx)
+        held = arm.require_held()
+        point = np.array([x, y])
+        spots, blocking = table_spots(arm, held, [point])
+        place_name = f"({x:.3f}, {y:.3f})"
+        if not spots:
+            raise occupied(held.id, place_name, blocking)
+
+        def check(placed: DetectedObject, scene: ObservedScene) -> Relation:
+            off = float(np.linalg.norm(centre(placed)[:2] - point))
+            standing = on_table(placed, scene.table_height)
+            return Relation(standing.holds and off < _TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
+
+        return place(arm, held, spots, skill=self.name, target=place_name, allowed=("table",), check=check)

@@ -1,0 +1,57 @@
+"""Place on: put what is held on top of something."""
+
+from __future__ import annotations
+
+from robosandbox.errors import InvalidArgumentError, Phase, PlacementError, PlacementEvidence
+from robosandbox.perception.relations import centre, on_top, top
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manipulator import Manipulator
+from robosandbox.skills.placing import Spot, occupied, place, turns, yaw_to_align
+from robosandbox.types import CONTAINER_KINDS, SkillResult
+
+
+class PlaceOn(Skill):
+    """Put what is held on top of something."""
+
+    name = "place_on"
+
+    def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
+        """Put the held object on top of another.
+
+        Args:
+            target: Id of the object to put it on.
+
+        Raises:
+            NotHoldingError: The gripper is empty.
+            ObjectNotFoundError: The target is not seen.
+            PlacementError: The target is round, has something on it, or the object did not stay.
+            UnreachableError: The place is out of reach.
+            CollisionError: Something is in the way.
+        """
+        arm = Manipulator(ctx)
+        held = arm.require_held()
+        base = arm.find(target)
+        if base.id == held.id:
+            raise InvalidArgumentError(f"{self.name}: {target} cannot stand on itself", phase=Phase.CHECK)
+        if base.kind == "sphere" or base.kind in CONTAINER_KINDS:
+            remedy = "use place_in" if base.kind in CONTAINER_KINDS else "choose something with a flat top"
+            raise PlacementError(
+                f"{target} is a {base.kind}: nothing stays on top of it; {remedy}",
+                phase=Phase.CHECK,
+                evidence=PlacementEvidence(object=held.id, target=target, reason="unsuitable"),
+            )
+        above = [item.id for item in arm.start.objects if item.id not in (held.id, target) and on_top(item, base).holds]
+        if above:
+            raise occupied(held.id, target, above)
+        point = centre(base)
+        spot = Spot((float(point[0]), float(point[1])), top(base), turns(yaw_to_align(held.pose, base.pose)))
+        return place(
+            arm,
+            held,
+            [spot],
+            skill=self.name,
+            target=target,
+            allowed=(target,),
+            check=lambda placed, scene: on_top(placed, arm.find(target, scene)),
+        )

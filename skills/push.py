@@ -1,0 +1,153 @@
+"""Push: slide an object along the table with closed fingers."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field
+
+from robosandbox.errors import (
+    CollisionError,
+    Phase,
+    PushError,
+    PushEvidence,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.perception.relations import centre, displacement, support
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
+
+_STROKES = 4
+_STAND_OFF = 0.012
+_TIP_CLEARANCE = 0.004
+_PUSH_SPEED = 0.12
+_TOLERANCE = 0.012
+_RELATIVE_TOLERANCE = 0.1
+
+
+class Push(Skill):
+    """Slide an object along the table."""
+
+    name = "push"
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        object: str,
+        direction: Direction,
+        distance: Annotated[float, Field(gt=0.0, le=1.0)] = 0.1,
+    ) -> SkillResult:
+        """Slide an object along the table with the closed fingers.
+
+        Args:
+            object: Id of the object.
+            direction: Where to; forward is away from the robot, left is its left.
+            distance: How far, metres.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: The stroke leaves the robot's reach.
+            CollisionError: Something is in the way.
+            PushError: The object went elsewhere or not far enough.
+        """
+        arm = Manipulator(ctx)
+        start = arm.find(object)
+        if arm.sim.robot.gripper is not None:
+            arm.require_empty()
+            arm.open(0.0, wait=False)
+        allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
+        for _ in range(_STROKES):
+            scene = arm.look()
+            target = arm.find(object, scene)
+            along = displacement(start, target, direction).detail["along_mm"] / 1000.0
+            if along >= distance - allowance / 2.0:
+                break
+            _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along)
+        after = arm.find(object, arm.settle(object))
+        relation = displacement(start, after, direction, distance - allowance)
+        gone = relation.detail["along_mm"] / 1000.0
+        if not relation.holds or gone > distance + 2.0 * allowance:
+            across = relation.detail["across_mm"] / 1000.0
+            raise PushError(
+                f"{object} went {gone * 1000:.0f} mm {direction} and {across * 1000:.0f} mm aside in place of "
+                f"{distance * 1000:.0f} mm; look again and push the rest",
+                phase=Phase.VERIFY,
+                evidence=PushEvidence(object=object, wanted=distance, along=gone, across=across),
+            )
+        return SkillResult(
+            skill=self.name,
+            detail={"object": object, "direction": direction, **relation.detail},
+            side_effects=arm.disturbed(object),
+        )
+
+
+def _stroke(arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float) -> None:
+    """Put the fingers behind the object and push it once."""
+    failures: list[SkillError] = []
+    arm.ctx.enter(Phase.PLAN)
+    arm.use(scene)
+    q = arm.q
+    for rotation, half_depth in _hand_rotations(arm, axis):
+        start, end = _line(arm, target, axis, distance, rotation, half_depth, scene.table_height)
+        try:
+            arm.motion.allow()
+            hover = arm.motion.ik(raised(start, HOVER_HEIGHT), q)
+            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
+            descent = arm.motion.plan_line(hover, start, speed=CARRY_SPEED)
+            arm.motion.allow(target.id)
+            push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        arm.follow(approach, Phase.APPROACH)
+        arm.follow(descent, Phase.DESCEND)
+        arm.follow(push, Phase.PUSH, yielding=True)
+        arm.use(arm.look())
+        arm.motion.allow(target.id)
+        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+        return
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    raise (collisions or failures)[0].at(Phase.PLAN)
+
+
+def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
+    """Return TCP rotations pointing down, wide side to the object first, each with the hand's half depth along axis."""
+    down = np.array([0.0, 0.0, -1.0])
+    across = np.cross(down, axis)
+    gripper = arm.sim.robot.gripper
+    wide, thin = (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0) if gripper else (0.01, 0.01)
+    hand = arm.sim.observe().tcp_pose.rotation
+    options = []
+    for closing, depth in ((across, thin), (-across, thin), (axis, wide), (-axis, wide)):
+        options.append((np.column_stack([np.cross(closing, down), closing, down]), depth))
+    # Of two opposite hands the one that turns less comes first.
+    return sorted(options, key=lambda option: (option[1] != thin, -float(np.trace(hand.T @ option[0]))))
+
+
+def _line(
+    arm: Manipulator,
+    target: DetectedObject,
+    axis: Array,
+    distance: float,
+    rotation: Array,
+    half_depth: float,
+    table_height: float,
+) -> tuple[Pose, Pose]:
+    """Return the TCP poses where the stroke begins and ends."""
+    gripper = arm.sim.robot.gripper
+    tip = gripper.geometry.tip_depth if gripper else 0.0
+    middle = centre(target)
+    height = max(float(middle[2]), table_height + tip + _TIP_CLEARANCE)
+    behind = float(support(target, -axis[None])[0] + axis @ middle)
+    begin = middle - axis * (behind + half_depth + _STAND_OFF)
+    finish = middle - axis * (behind + half_depth) + axis * distance
+    return (
+        Pose.from_matrix(np.array([begin[0], begin[1], height]), rotation),
+        Pose.from_matrix(np.array([finish[0], finish[1], height]), rotation),
+    )
