@@ -1,0 +1,103 @@
+"""Imports point one way, and `import robosandbox` loads nothing heavy."""
+
+import ast
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
+
+# A module may import from its own layer and from those before it.
+LAYERS = (
+    {"types"},
+    {"errors"},
+    {"wire", "validation"},
+    {"protocols", "plugins"},
+    {"robots"},
+    {"sim"},
+    {"motion", "grasp", "perception"},
+    {"skills"},
+    {"agent"},
+    {"tasks"},
+    {"testing"},
+    {"commands"},
+    {"cli"},
+)
+RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
+HEAVY = ("yourdfpy", "cv2", "mujoco", "pydantic_ai")
+
+
+def _files() -> list[Path]:
+    tops = [path for path in SOURCE.iterdir() if path.is_dir() and path.name != "__pycache__"]
+    inner = [file for top in tops for file in top.resolve().rglob("*.py")]
+    return sorted([*SOURCE.glob("*.py"), *inner])
+
+
+def _part(file: Path) -> str:
+    """Return the top-level name inside the package that a file belongs to."""
+    for path in SOURCE.iterdir():
+        if path.is_dir() and file.is_relative_to(path.resolve()):
+            return path.name
+    return file.stem
+
+
+def _imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
+    for node in ast.walk(tree):
+        match node:
+            case ast.ImportFrom(module="robosandbox", level=0):
+                yield from ((node.lineno, alias.name) for alias in node.names)
+            case ast.ImportFrom(module=str(module), level=0) if module.startswith("robosandbox."):
+                yield node.lineno, module.split(".")[1]
+            case ast.ImportFrom(level=level) if level:
+                yield node.lineno, "a relative import"
+            case ast.Import():
+                for alias in node.names:
+                    if alias.name.split(".")[0] == "robosandbox":
+                        yield node.lineno, alias.name.partition(".")[2].split(".")[0]
+            case _:
+                pass
+
+
+def _is_type_checking(node: ast.AST) -> bool:
+    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+
+
+def test_every_part_of_the_package_has_a_layer() -> None:
+    # __init__.py only hands out names on first use.
+    assert {_part(file) for file in _files()} - {"__init__"} <= set(RANK)
+
+
+@pytest.mark.parametrize("part", sorted(RANK))
+def test_part_imports_only_from_its_layer_and_those_before(part: str) -> None:
+    wrong = []
+    for file in _files():
+        # Protocols name what later parts hold, for type checkers alone; the next test sees to that.
+        if _part(file) != part or part == "protocols":
+            continue
+        for line, other in _imported(ast.parse(file.read_text())):
+            if RANK.get(other, len(LAYERS)) > RANK[part]:
+                wrong.append(f"{file.name}:{line} imports {other}")
+    assert not wrong
+
+
+def test_protocols_import_the_package_under_type_checking_alone() -> None:
+    tree = ast.parse((SOURCE / "protocols.py").read_text())
+    at_run_time = ast.Module(body=[node for node in tree.body if not _is_type_checking(node)], type_ignores=[])
+    assert not list(_imported(at_run_time))
+    assert list(_imported(tree))
+
+
+def _loaded_after(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
+    return set(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split())
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    assert _loaded_after("import robosandbox").isdisjoint({*HEAVY, "numpy", "pydantic"})
+
+
+def test_importing_the_command_line_loads_no_physics() -> None:
+    assert _loaded_after("import robosandbox.cli").isdisjoint(HEAVY)
