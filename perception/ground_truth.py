@@ -17,9 +17,7 @@ class GroundTruthPerception:
         truth = sim.truth()
         return ObservedScene(
             time=truth.time,
-            objects=tuple(
-                replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()
-            ),
+            objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
             table_height=truth.table_height,
             held=truth.held,
         )

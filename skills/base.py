@@ -69,9 +69,8 @@ class Skill:
     def _arguments(self) -> type[BaseModel]:
         run = type(self).run
         hints = get_type_hints(run, include_extras=True)
-        described = dict(
-            match.groups() for line in (inspect.getdoc(run) or "").splitlines() if (match := _ARGUMENT.match(line))
-        )
+        lines = (inspect.getdoc(run) or "").splitlines()
+        described = {match[1]: match[2] for line in lines if (match := _ARGUMENT.match(line))}
         fields: dict[str, Any] = {}
         for parameter in inspect.signature(run).parameters.values():
             if parameter.kind is not inspect.Parameter.KEYWORD_ONLY:

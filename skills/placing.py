@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -102,7 +102,9 @@ def place(
             ),
         )
     return SkillResult(
-        skill=skill, detail={"object": held.id, "target": target, **relation.detail}, side_effects=arm.disturbed(held.id)
+        skill=skill,
+        detail={"object": held.id, "target": target, **relation.detail},
+        side_effects=arm.disturbed(held.id),
     )
 
 
@@ -192,8 +194,6 @@ def yaw_to_align(held: Pose, target: Pose) -> float:
 
 def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
     """Return the object as if it stood at `pose`."""
-    from dataclasses import replace
-
     return replace(item, pose=pose)
 
 
@@ -209,7 +209,8 @@ def _levelled(rotation: Array) -> Array:
     up = np.array([0.0, 0.0, 1.0])
     cross, cosine = np.cross(axis, up), float(axis @ up)
     skew = np.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
-    return (np.eye(3) + skew + skew @ skew / (1.0 + cosine)) @ rotation
+    levelled: Array = (np.eye(3) + skew + skew @ skew / (1.0 + cosine)) @ rotation
+    return levelled
 
 
 def _clear_height(arm: Manipulator) -> float:

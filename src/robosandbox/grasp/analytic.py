@@ -82,4 +82,5 @@ def width_along(target: DetectedObject, direction: Array) -> float:
 
 def _flat(vector: Array) -> Array:
     flat = np.array([vector[0], vector[1], 0.0])
-    return flat / np.linalg.norm(flat)
+    flat /= np.linalg.norm(flat)
+    return flat

@@ -1,0 +1,88 @@
+"""What an episode costs beyond its physics: wall time over the same number of bare mj_step calls, in one run.
+
+    python benchmarks/episode.py [--task pick_cube_franka] [--episodes 20] [--json]
+
+The bare side replays the controls of the same episode from the same state, one mj_step call a control tick, so both
+sides do the same physics, grasp contacts included. Load and reset are left out on both.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import time
+
+import mujoco
+import numpy as np
+
+from robosandbox import open_session
+
+
+def measure(task: str, episodes: int) -> dict[str, object]:
+    with open_session(task) as session:
+        sim = session.sim
+        compilations = sim.compilations
+        ratios, walls, bares, idles, steps = [], [], [], [], []
+        for seed in range(episodes):
+            session.reset(seed)
+            start = sim.snapshot()
+            controls: list[np.ndarray] = []
+            sim.tick_hooks.append(lambda log=controls: log.append(sim._live.ctrl.copy()))
+            session.run()
+            sim.tick_hooks.pop()
+            session.reset(seed)
+            begin = time.perf_counter()
+            episode = session.run()
+            wall = time.perf_counter() - begin
+            if not episode.success:
+                raise SystemExit(f"seed {seed} failed: {episode.final_detail}")
+            count = sim.physics_steps
+            substeps = count // len(controls)
+            data = mujoco.MjData(sim.model)
+            mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
+            begin = time.perf_counter()
+            for control in controls:
+                data.ctrl[:] = control
+                mujoco.mj_step(sim.model, data, substeps)
+            bare = time.perf_counter() - begin
+            mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
+            begin = time.perf_counter()
+            for _ in range(count):
+                mujoco.mj_step(sim.model, data)
+            idle = time.perf_counter() - begin
+            ratios.append(wall / bare)
+            walls.append(wall)
+            bares.append(bare)
+            idles.append(wall / idle)
+            steps.append(count)
+        return {
+            "task": task,
+            "episodes": episodes,
+            "ratio_median": round(statistics.median(ratios), 3),
+            "ratio_max": round(max(ratios), 3),
+            "ratio_to_idle_steps_median": round(statistics.median(idles), 3),
+            "wall_s_median": round(statistics.median(walls), 4),
+            "bare_s_median": round(statistics.median(bares), 4),
+            "physics_steps_median": statistics.median(steps),
+            "compilations": compilations,
+            "mujoco": mujoco.__version__,
+        }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--task", default="pick_cube_franka")
+    parser.add_argument("--episodes", type=int, default=20)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    result = measure(arguments.task, arguments.episodes)
+    if arguments.json:
+        print(json.dumps(result, indent=2))
+    else:
+        for key, value in result.items():
+            print(f"{key:28} {value}")
+
+
+if __name__ == "__main__":
+    main()
