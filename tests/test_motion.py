@@ -1,0 +1,100 @@
+import numpy as np
+import pytest
+
+from robosandbox.errors import CollisionError, UnreachableError
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.timing import spline, time_path
+from robosandbox.perception.ground_truth import GroundTruthPerception
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import Pose, Scene, SceneObject
+
+POST = SceneObject(id="post", kind="box", size=(0.03, 0.03, 0.2), pose=Pose(xyz=(0.15, 0.0, 0.241)), mass=2.0)
+
+
+@pytest.fixture
+def sim():
+    with MuJoCoBackend() as backend:
+        backend.load(Scene(objects=(POST,)))
+        yield backend
+
+
+@pytest.fixture
+def planner(sim):
+    planner = DLSMotionPlanner()
+    planner.use(sim, GroundTruthPerception().perceive(sim))
+    return planner
+
+
+def down(x, y, z):
+    return Pose.from_matrix(np.array([x, y, z]), np.diag([1.0, -1.0, -1.0]))
+
+
+def test_ik_puts_the_tcp_on_the_target(sim, planner):
+    for target in (down(0.2, 0.2, 0.2), down(0.1, -0.3, 0.1), down(0.3, 0.25, 0.4)):
+        reached = planner.forward(planner.ik(target))
+        assert np.linalg.norm(reached.position - target.position) < 1e-3
+        assert np.trace(reached.rotation.T @ target.rotation) > 3.0 - 1e-4
+
+
+def test_ik_of_random_reachable_poses_is_solved(sim, planner):
+    rng = np.random.default_rng(3)
+    for _ in range(100):
+        planner.ik(planner.forward(rng.uniform(sim.robot.lower, sim.robot.upper)))
+
+
+def test_unreachable_target_carries_its_evidence(planner):
+    with pytest.raises(UnreachableError) as caught:
+        planner.ik(down(1.5, 0.0, 0.2))
+    evidence = caught.value.evidence
+    assert evidence.position_error > 0.3
+    assert np.linalg.norm(evidence.nearest.position - np.array([1.5, 0.0, 0.2])) == pytest.approx(
+        evidence.position_error, abs=1e-6
+    )
+
+
+def test_line_is_straight_all_along(sim, planner):
+    start = planner.ik(down(0.2, 0.25, 0.35))
+    trajectory = planner.plan_line(start, down(0.2, 0.25, 0.15))
+    points = np.array([planner.forward(q).position for q in trajectory.q])
+    assert np.abs(points[:, :2] - [0.2, 0.25]).max() < 1e-3
+    assert points[-1, 2] == pytest.approx(0.15, abs=1e-3)
+
+
+def test_line_out_of_reach_is_not_shortened(planner):
+    start = planner.ik(down(0.2, 0.25, 0.35))
+    with pytest.raises(UnreachableError):
+        planner.plan_line(start, down(1.2, 0.25, 0.35))
+
+
+def test_line_through_an_object_names_the_pair(planner):
+    start = planner.ik(down(0.15, 0.25, 0.3))
+    with pytest.raises(CollisionError) as caught:
+        planner.plan_line(start, down(0.15, -0.02, 0.3))
+    assert caught.value.evidence.other == "post"
+
+
+def test_joint_move_goes_round_an_object(sim, planner):
+    start, goal = planner.ik(down(0.15, 0.25, 0.3)), planner.ik(down(0.15, -0.25, 0.3))
+    trajectory = planner.plan_joints(start, goal)
+    assert all(planner.touch(q) is None for q in trajectory.q[::5])
+
+
+def test_trajectory_keeps_velocity_and_acceleration_limits():
+    rng = np.random.default_rng(0)
+    velocity, acceleration = np.array([2.0, 1.0, 0.5]), np.array([10.0, 5.0, 3.0])
+    for knots in (rng.uniform(-1, 1, (2, 3)), np.cumsum(rng.uniform(-0.1, 0.1, (8, 3)), axis=0)):
+        dt = 0.005
+        q = time_path(spline(knots, 101), velocity, acceleration, dt).q
+        qd = np.diff(q, axis=0) / dt
+        assert (np.abs(qd) <= velocity * 1.01).all()
+        smoothed = (qd[10:] - qd[:-10]) / (10 * dt)
+        assert (np.abs(smoothed) <= acceleration * 1.05).all()
+        assert q[0] == pytest.approx(knots[0])
+        assert q[-1] == pytest.approx(knots[-1])
+
+
+def test_spline_runs_through_its_knots():
+    knots = np.array([[0.0, 0.0], [1.0, 0.5], [2.0, -0.5]])
+    samples = spline(knots, 2001)
+    for knot in knots:
+        assert np.linalg.norm(samples - knot, axis=1).min() < 2e-3

@@ -1,0 +1,150 @@
+import numpy as np
+import pytest
+
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.errors import (
+    AlreadyHoldingError,
+    GraspError,
+    InvalidArgumentError,
+    NotHoldingError,
+    ObjectNotFoundError,
+    PlacementError,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.perception.ground_truth import GroundTruthPerception
+from robosandbox.perception.relations import beside, inside, on_top
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.testing import check_planner, check_skill
+from robosandbox.types import Pose, Scene, SceneObject, SkillResult
+
+SKILLS = {skill.name: skill for skill in load_skills()}
+OBJECTS = (
+    SceneObject(
+        id="red_cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.15, -0.15, 0.06)), rgba=(0.85, 0.2, 0.2, 1)
+    ),
+    SceneObject(id="block", kind="box", size=(0.03, 0.03, 0.02), pose=Pose(xyz=(0.2, 0.05, 0.062)), mass=0.3),
+    SceneObject(id="bin", kind="bin", size=(0.06, 0.06, 0.05), pose=Pose(xyz=(0.1, 0.25, 0.042)), mass=0.4),
+    SceneObject(id="far", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.48, 0.48, 0.06))),
+    SceneObject(id="wide", kind="box", size=(0.06, 0.06, 0.02), pose=Pose(xyz=(0.3, -0.2, 0.062)), mass=0.2),
+)
+
+
+@pytest.fixture
+def ctx():
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=OBJECTS))
+        yield AgentContext(
+            sim=sim, perception=GroundTruthPerception(), grasp=AnalyticTopDown(), motion=DLSMotionPlanner()
+        )
+
+
+def truth(ctx, name):
+    return ctx.sim.truth().objects[name].detected()
+
+
+def test_lift_raises_cube_by_over_50_mm(ctx):
+    before = truth(ctx, "red_cube").pose.xyz[2]
+    result = SKILLS["pick"](ctx, {"object": "red_cube"})
+    assert truth(ctx, "red_cube").pose.xyz[2] - before > 0.05
+    assert result.detail["dz_mm"] == pytest.approx(1000 * (truth(ctx, "red_cube").pose.xyz[2] - before), abs=1.0)
+
+
+@pytest.mark.parametrize(
+    "skill, arguments, holds",
+    [
+        ("place_on", {"target": "block"}, lambda ctx: on_top(truth(ctx, "red_cube"), truth(ctx, "block"))),
+        ("place_in", {"container": "bin"}, lambda ctx: inside(truth(ctx, "red_cube"), truth(ctx, "bin"))),
+        *[
+            (
+                "place_beside",
+                {"target": "block", "side": side},
+                lambda ctx, side=side: beside(truth(ctx, "red_cube"), truth(ctx, "block"), side),
+            )
+            for side in ("left", "right", "front", "back")
+        ],
+    ],
+)
+def test_placing_reaches_what_it_names(ctx, skill, arguments, holds):
+    SKILLS["pick"](ctx, {"object": "red_cube"})
+    SKILLS[skill](ctx, arguments)
+    assert holds(ctx).holds
+    assert "robot" not in ctx.sim.truth().objects["red_cube"].contacts
+
+
+def test_place_at_reaches_the_point(ctx):
+    SKILLS["pick"](ctx, {"object": "red_cube"})
+    SKILLS["place_at"](ctx, {"x": 0.05, "y": -0.3})
+    assert np.linalg.norm(truth(ctx, "red_cube").pose.position[:2] - [0.05, -0.3]) < 0.015
+
+
+@pytest.mark.parametrize(
+    "direction, axis", [("forward", (1, 0)), ("back", (-1, 0)), ("left", (0, 1)), ("right", (0, -1))]
+)
+def test_push_slides_the_cube_that_way(ctx, direction, axis):
+    before = truth(ctx, "red_cube").pose.position[:2]
+    SKILLS["push"](ctx, {"object": "red_cube", "direction": direction, "distance": 0.06})
+    moved = truth(ctx, "red_cube").pose.position[:2] - before
+    assert moved @ np.array(axis) == pytest.approx(0.06, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    "skill, arguments, error",
+    [
+        ("pick", {"object": "nothing"}, ObjectNotFoundError),
+        ("pick", {"object": "wide"}, GraspError),
+        ("pick", {"object": "far"}, UnreachableError),
+        ("place_on", {"target": "block"}, NotHoldingError),
+        ("pick", {}, InvalidArgumentError),
+        ("pick", {"object": 3}, InvalidArgumentError),
+        ("push", {"object": "red_cube", "direction": "up"}, InvalidArgumentError),
+        ("push", {"object": "red_cube", "direction": "left", "distance": float("nan")}, InvalidArgumentError),
+        ("place_at", {"x": float("inf"), "y": 0.0}, InvalidArgumentError),
+    ],
+)
+def test_what_cannot_be_done_is_said_without_moving(ctx, skill, arguments, error):
+    before = ctx.sim.snapshot()
+    with pytest.raises(error) as caught:
+        SKILLS[skill](ctx, arguments)
+    assert caught.value.message
+    assert (ctx.sim.snapshot() == before).all()
+
+
+def test_full_hand_and_taken_places_are_refused(ctx):
+    SKILLS["pick"](ctx, {"object": "red_cube"})
+    with pytest.raises(AlreadyHoldingError):
+        SKILLS["pick"](ctx, {"object": "block"})
+    with pytest.raises(PlacementError) as caught:
+        SKILLS["place_at"](ctx, {"x": 0.2, "y": 0.05})
+    assert caught.value.evidence.blocking == ("block",)
+
+
+@pytest.mark.parametrize(
+    "name, arguments",
+    [
+        ("pick", {"object": "red_cube"}),
+        ("home", {}),
+        ("push", {"object": "red_cube", "direction": "left", "distance": 0.05}),
+        ("stack", {"object": "red_cube", "target": "block"}),
+    ],
+)
+def test_skills_conform(ctx, name, arguments):
+    assert isinstance(check_skill(SKILLS[name], ctx, arguments), SkillResult)
+
+
+def test_stub_planner_conforms(ctx):
+    scene = ctx.perception.perceive(ctx.sim)
+    prompts = ["pick up the red cube", "put the red cube in the bin", "sing a song", "", "pick up the giraffe"]
+    check_planner(StubPlanner(load_skills()), scene, load_skills(), prompts)
+
+
+def test_a_weak_gripper_is_not_called_a_success(ctx):
+    """The fingers cannot hold two kilograms: whatever happens, pick must not claim a lift."""
+    heavy = OBJECTS[0].model_copy(update={"mass": 30.0})
+    ctx.sim.reset(Scene(objects=(heavy, *OBJECTS[1:])))
+    with pytest.raises(SkillError):
+        SKILLS["pick"](ctx, {"object": "red_cube"})
