@@ -14,7 +14,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.types import Array, frozen_array
 
@@ -61,7 +61,9 @@ def servo_map(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
     return -float(bias[1] / gain[0]), -float(bias[0] / gain[0])
 
 
-def derive_gripper(model: mujoco.MjModel, roles: GripperRoles, tcp_site: int, arm_q: dict[int, float]) -> DerivedGripper:
+def derive_gripper(
+    model: mujoco.MjModel, roles: GripperRoles, tcp_site: int, arm_q: dict[int, float]
+) -> DerivedGripper:
     """Measure the gripper of a robot compiled alone.
 
     Args:
@@ -221,7 +223,7 @@ def _palm(model: mujoco.MjModel, joint_ids: list[int]) -> int:
     return next(body for body in chains[0] if all(body in chain for chain in chains))
 
 
-def _increasing(values: Array) -> Array:
+def _increasing(values: Array) -> Indices:
     """Return indices that put the samples in strictly increasing order, plateaus at the ends dropped."""
     order = np.argsort(values, kind="stable")
     span = values[order[-1]] - values[order[0]]
@@ -258,10 +260,7 @@ def _extend_to_ends(
     Pads that meet stop the joint just short of the sidecar's closed value; the control must still press.
     """
     extended = controls.copy()
-    ends = {0: roles.open_qpos, -1: roles.closed_qpos} if roles.open_qpos < roles.closed_qpos else {
-        0: roles.closed_qpos,
-        -1: roles.open_qpos,
-    }
+    ends = {0: min(roles.open_qpos, roles.closed_qpos), -1: max(roles.open_qpos, roles.closed_qpos)}
     for end, value in ends.items():
         if (end == 0 and value <= joint[0]) or (end == -1 and value >= joint[-1]):
             for column, actuator in enumerate(actuator_ids):
@@ -362,7 +361,8 @@ def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
     """Return the 8 corners of a geom's bounding box in the world, shape (8, 3)."""
     centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    return data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
+    corners: Array = data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
+    return corners
 
 
 def _finger_extents(
@@ -390,7 +390,11 @@ def _finger_extents(
     near = near[near[:, 2] > tip_depth - 0.02]
     outer = max(outer, float(np.abs(near[:, 1] - middle).max())) if len(near) else outer
     palm_body = int(model.site_bodyid[tcp_site])
-    palm = [g for g in _collision_geoms(model, frozenset({palm_body})) if int(model.geom_bodyid[g]) not in sides[0] | sides[1]]
+    palm = [
+        g
+        for g in _collision_geoms(model, frozenset({palm_body}))
+        if int(model.geom_bodyid[g]) not in sides[0] | sides[1]
+    ]
     palm_top = float(local(palm)[:, 2].max()) if palm else float(np.concatenate(fingers)[:, 2].min())
     return {
         "tip_depth": max(0.0, tip_depth),
@@ -410,4 +414,4 @@ def _names(model: mujoco.MjModel, bodies: frozenset[int]) -> tuple[str, ...]:
 
 
 def _geom_label(model: mujoco.MjModel, geom: int) -> str:
-    return model.geom(geom).name or model.body(model.geom_bodyid[geom]).name
+    return str(model.geom(geom).name or model.body(model.geom_bodyid[geom]).name)

@@ -276,7 +276,9 @@ def _add_wrist_camera(spec: mujoco.MjSpec, model: mujoco.MjModel, tcp_site: str,
     spec.body(model.body(body).name).add_camera(name=WRIST_CAMERA, pos=eye, quat=quat, fovy=70.0)
 
 
-def _limits(sidecar: Sidecar, spec: mujoco.MjSpec, model: mujoco.MjModel, arm_q: dict[int, float]) -> tuple[Array, Array]:
+def _limits(
+    sidecar: Sidecar, spec: mujoco.MjSpec, model: mujoco.MjModel, arm_q: dict[int, float]
+) -> tuple[Array, Array]:
     """Return velocity and acceleration limits: the sidecar's, the model's custom numerics, or from torque and inertia."""
     n = len(sidecar.arm.joints)
     custom = {item.name: np.array(item.data, dtype=float) for item in spec.numerics}

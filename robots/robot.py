@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.types import Array, GripperState
+
+Indices = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,7 +82,7 @@ class Gripper:
 
     geometry: GripperGeometry
     qpos_index: int
-    joint_indices: Array
+    joint_indices: Indices
     actuator_ids: Array
     bodies: frozenset[int]
     finger_bodies: tuple[frozenset[int], frozenset[int]]
@@ -128,8 +132,8 @@ class Robot:
 
     name: str
     joints: tuple[str, ...]
-    qpos_indices: Array
-    dof_indices: Array
+    qpos_indices: Indices
+    dof_indices: Indices
     actuator_ids: Array
     control_scale: Array
     control_offset: Array

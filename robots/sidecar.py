@@ -41,7 +41,9 @@ class ArmRoles(StrictModel):
         for field in ("actuators", "home_qpos", "velocity_limits", "acceleration_limits"):
             values = getattr(self, field)
             if values is not None and len(values) != len(self.joints):
-                raise ValueError(f"{field}: has {len(values)} entries for {len(self.joints)} joints; give one per joint")
+                raise ValueError(
+                    f"{field}: has {len(values)} entries for {len(self.joints)} joints; give one per joint"
+                )
         return self
 
 

@@ -388,5 +388,6 @@ def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:
     """Return by how many seconds each arm servo trails a moving target: total damping over stiffness, shape (n,)."""
     gear = model.actuator_gear[robot.actuator_ids, 0]
     stiffness = -model.actuator_biasprm[robot.actuator_ids, 1] * gear**2
-    damping = -model.actuator_biasprm[robot.actuator_ids, 2] * gear**2 + model.dof_damping[robot.dof_indices].reshape(-1)
-    return damping / stiffness
+    servo = -model.actuator_biasprm[robot.actuator_ids, 2] * gear**2
+    lag: Array = (servo + model.dof_damping[robot.dof_indices].reshape(-1)) / stiffness
+    return lag

@@ -110,7 +110,13 @@ def mesh_bounds(item: SceneObject) -> tuple[Array, Array]:
 
 def can_rewrite(old: SceneObject, new: SceneObject) -> bool:
     """Say whether `rewrite` can turn one into the other without a new model."""
-    same = (old.id, old.kind, old.mesh, old.scale, old.collision) == (new.id, new.kind, new.mesh, new.scale, new.collision)
+    same = (old.id, old.kind, old.mesh, old.scale, old.collision) == (
+        new.id,
+        new.kind,
+        new.mesh,
+        new.scale,
+        new.collision,
+    )
     return same and (old.size == new.size or new.kind in _PRIMITIVES)
 
 
@@ -151,7 +157,7 @@ def _bounding_radius(item: SceneObject) -> float:
     if item.kind == "box":
         return float(np.linalg.norm(item.size))
     if item.kind == "cylinder":
-        return float(np.hypot(*item.size))
+        return float(np.hypot(item.size[0], item.size[1]))
     return float(sum(item.size))
 
 

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import RenderingError
 
-_REMEDY = "install one with `apt-get install libegl1` (then MUJOCO_GL=egl) or `apt-get install libosmesa6` (MUJOCO_GL=osmesa)"
+_REMEDY = (
+    "install one with `apt-get install libegl1` (then MUJOCO_GL=egl) or `apt-get install libosmesa6` (MUJOCO_GL=osmesa)"
+)
 
 
 class OffscreenRenderer:

@@ -62,7 +62,9 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     try:
         model = spec.compile()
     except ValueError as error:
-        raise InputError(f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}") from None
+        raise InputError(
+            f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}"
+        ) from None
     object_bodies = {item.id: model.body(PREFIX + item.id).id for item in scene.objects}
     for item in scene.objects:
         _check_mass(model, object_bodies[item.id], item.id, item.mass)
@@ -117,7 +119,9 @@ def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
     floor.add_geom(name=FLOOR, type=plane, size=[3.0, 3.0, 0.1], rgba=[0.50, 0.53, 0.57, 1.0])
     table = world.add_body(name=TABLE, pos=[0.0, 0.0, table_height / 2.0])
     half = [TABLE_HALF_EXTENT, TABLE_HALF_EXTENT, table_height / 2.0]
-    table.add_geom(name=TABLE, type=box, size=half, rgba=[0.80, 0.74, 0.66, 1.0], condim=4, friction=[1.0, 0.005, 0.0001])
+    table.add_geom(
+        name=TABLE, type=box, size=half, rgba=[0.80, 0.74, 0.66, 1.0], condim=4, friction=[1.0, 0.005, 0.0001]
+    )
     world.add_light(pos=[0.6, -1.2, 2.2], dir=[-0.25, 0.5, -0.9], diffuse=[0.55, 0.55, 0.52], castshadow=False)
     world.add_light(pos=[-0.8, 1.0, 2.0], dir=[0.4, -0.5, -0.9], diffuse=[0.25, 0.26, 0.30], castshadow=False)
     _add_camera(spec, "scene", (1.05, -0.85, table_height + 0.75), (0.0, 0.0, table_height + 0.14), 42.0)

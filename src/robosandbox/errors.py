@@ -26,7 +26,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Any, ClassVar, Literal
 
-from pydantic import SerializeAsAny
+from pydantic import Field, SerializeAsAny
 
 from robosandbox.types import Pose, SkillCall, StrictModel
 
@@ -140,7 +140,7 @@ class GraspEvidence(Evidence):
     object_width: float | None = None
     aperture: float
     max_aperture: float
-    tried: dict[str, int] = {}
+    tried: dict[str, int] = Field(default_factory=dict)
 
 
 class ObjectNotFoundEvidence(Evidence):

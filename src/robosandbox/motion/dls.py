@@ -168,7 +168,8 @@ class DlsSolver:
 
     def robot_root(self) -> Array:
         """Return the anchor of the first arm joint in the world, shape (3,)."""
-        return self.data.xanchor[self.model.dof_jntid[self.robot.dof_indices[0]]].copy()
+        anchor: Array = self.data.xanchor[self.model.dof_jntid[self.robot.dof_indices[0]]].copy()
+        return anchor
 
     def _nearest_starts(self, position: Array, rotation: Array, count: int) -> Array:
         """Return library configurations, nearest TCP pose first, shape (count, n)."""

@@ -29,7 +29,9 @@ class DLSMotionPlanner:
 
     def __init__(self, n_waypoints: int = 160, dt: float = 0.005, *, clearance: float = 0.002) -> None:
         if n_waypoints < 2 or dt <= 0.0:
-            raise ValueError(f"n_waypoints={n_waypoints}, dt={dt}: a path takes two waypoints or more and a positive step")
+            raise ValueError(
+                f"n_waypoints={n_waypoints}, dt={dt}: a path takes two waypoints or more and a positive step"
+            )
         self.n_waypoints = n_waypoints
         self.dt = dt
         self.clearance = clearance
@@ -247,4 +249,5 @@ def _rotation(axis: Array, angle: float) -> Array:
     """Return the rotation matrix (3, 3) about a unit axis (Rodrigues' formula)."""
     x, y, z = axis
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return rotation

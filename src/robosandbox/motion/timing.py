@@ -19,7 +19,8 @@ def spline(knots: Array, samples: int) -> Array:
     u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
     at = np.linspace(0.0, u[-1], samples)
     if len(knots) == 2:
-        return knots[0] + (at / u[-1])[:, None] * (knots[1] - knots[0])
+        straight: Array = knots[0] + (at / u[-1])[:, None] * (knots[1] - knots[0])
+        return straight
     h = np.diff(u)
     slope = np.diff(knots, axis=0) / h[:, None]
     system = np.diag(2.0 * (h[:-1] + h[1:])) + np.diag(h[1:-1], 1) + np.diag(h[1:-1], -1)
@@ -27,11 +28,12 @@ def spline(knots: Array, samples: int) -> Array:
     second[1:-1] = np.linalg.solve(system, 6.0 * np.diff(slope, axis=0))
     k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, len(h) - 1)
     left, right, width = (at - u[k])[:, None], (u[k + 1] - at)[:, None], h[k][:, None]
-    return (
+    curve: Array = (
         (second[k] * right**3 + second[k + 1] * left**3) / (6.0 * width)
         + (knots[k] / width - second[k] * width / 6.0) * right
         + (knots[k + 1] / width - second[k + 1] * width / 6.0) * left
     )
+    return curve
 
 
 def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> Trajectory:
