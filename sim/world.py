@@ -156,7 +156,7 @@ def _spoken_name(body: str) -> str:
 
 
 def check_start(world: World, data: mujoco.MjData) -> None:
-    """Refuse a scene whose objects start inside one another, the table, the floor or the robot.
+    """Refuse a scene whose objects or robot start inside one another, the table or the floor.
 
     Raises:
         InputError: The first such pair and how deep.
@@ -166,10 +166,15 @@ def check_start(world: World, data: mujoco.MjData) -> None:
     by_body = {body: item for item, body in world.object_bodies.items()}
     for contact in data.contact[: data.ncon]:
         first, second = (int(bodies[g]) for g in contact.geom)
-        if contact.dist > -_PENETRATION or not {first, second} & by_body.keys():
+        if contact.dist > -_PENETRATION:
             continue
-        inside, other = (first, second) if first in by_body else (second, first)
-        raise InputError(
-            f"objects[{by_body[inside]}].pose: starts {-contact.dist * 1000:.1f} mm inside {world.names[other]!r}; "
-            "move it apart"
-        )
+        depth = f"{-contact.dist * 1000:.1f} mm inside"
+        if {first, second} & by_body.keys():
+            inside, other = (first, second) if first in by_body else (second, first)
+            raise InputError(f"objects[{by_body[inside]}].pose: starts {depth} {world.names[other]!r}; move it apart")
+        if (first in world.robot.bodies) != (second in world.robot.bodies):
+            inside, other = (first, second) if first in world.robot.bodies else (second, first)
+            raise InputError(
+                f"the robot's {world.names[inside]!r} starts {depth} {world.names[other]!r}; "
+                "raise base_pose.xyz or bend home_qpos"
+            )

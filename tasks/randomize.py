@@ -40,7 +40,13 @@ class Layout:
 
 
 def draw_layout(
-    task: Task, seed: int, *, joints: int, extents: Extents = NO_EXTENTS, accept: Accept | None = None
+    task: Task,
+    seed: int,
+    *,
+    joints: int,
+    extents: Extents = NO_EXTENTS,
+    accept: Accept | None = None,
+    attempt: int = 0,
 ) -> Layout:
     """Return the layout of a seed.
 
@@ -53,6 +59,7 @@ def draw_layout(
         joints: How many arm joints the robot has.
         extents: Half-extents (3) of each mesh at scale 1 by object id; they stand in its file only.
         accept: Says of a drawn object whether it may be there; out of reach is the usual no.
+        attempt: How many draws of this seed the world has refused because the robot would start inside something.
 
     Raises:
         InputError: The seed is negative, or no layout was accepted.
@@ -61,7 +68,7 @@ def draw_layout(
         raise InputError(f"seed: {seed} is negative; give 0 or more")
     if seed == 0:
         return Layout(task.scene, np.zeros(joints))
-    rng = np.random.default_rng([seed, *task.name.encode()])
+    rng = np.random.default_rng([seed, *task.name.encode(), *([attempt] if attempt else [])])
     q_offset = rng.uniform(-1.0, 1.0, joints) * task.randomization.q_jitter
     groups = _groups(task.scene.objects, extents)
     for _ in range(_SCENE_DRAWS):

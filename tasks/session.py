@@ -32,6 +32,7 @@ _REACH_YAWS = (0.0, np.pi / 2.0)
 _REACH_ABOVE = (0.0, 0.12)
 _DOWN = np.array([0.0, 0.0, -1.0])
 _BASE_RADIUS = 0.15
+_START_DRAWS = 20
 
 
 @dataclass(slots=True, kw_only=True)
@@ -74,18 +75,23 @@ class Session:
             InputError: The seed is negative or has no layout.
         """
         robot = self.sim.robot
-        layout = draw_layout(
-            self.task,
-            seed,
-            joints=len(robot.home_q),
-            extents=self._extents,
-            accept=_ReachCheck(self.ctx, self.task.scene),
-        )
-        q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
-        try:
-            self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
-        except InputError as error:
-            raise InputError(f"{self.task.name}: seed {seed}: {error}") from None
+        for attempt in range(_START_DRAWS):
+            layout = draw_layout(
+                self.task,
+                seed,
+                joints=len(robot.home_q),
+                extents=self._extents,
+                accept=_ReachCheck(self.ctx, self.task.scene),
+                attempt=attempt,
+            )
+            q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
+            try:
+                self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
+                break
+            except InputError as error:
+                # Seed 0 is the scene as written, so there is nothing to draw again.
+                if seed == 0 or attempt == _START_DRAWS - 1:
+                    raise InputError(f"{self.task.name}: seed {seed}: {error}") from None
         self.start = self.sim.truth()
         self.seed = seed
 
