@@ -215,7 +215,7 @@ def _levelled(rotation: Array) -> Array:
 
 def _clear_height(arm: Manipulator) -> float:
     tops = [bounds(item)[1][2] for item in arm.start.objects if item.id != arm.start.held]
-    return max([arm.start.table_height, *tops]) + HOVER_HEIGHT
+    return float(max([arm.start.table_height, *tops]) + HOVER_HEIGHT)
 
 
 def _toppled(goal: Pose, actual: Pose) -> bool:
