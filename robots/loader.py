@@ -148,6 +148,7 @@ def _load(path: Path, config: Path, model_stamp: int, config_stamp: int) -> Robo
     del model_stamp, config_stamp  # part of the cache key: an edited file is read again
     sidecar = load_yaml_model(config, Sidecar)
     spec = _read_spec(path)
+    _compensate_gravity(spec)
     try:
         _check_names(sidecar, spec, path)
         tcp_site = _place_tcp(spec, sidecar)
@@ -183,6 +184,17 @@ def _read_spec(path: Path) -> mujoco.MjSpec:
         return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
         raise InputError(f"{path.name}: {_one_line(error)}") from None
+
+
+def _compensate_gravity(spec: mujoco.MjSpec) -> None:
+    """Let the arm carry its own weight, as the controllers of real arms do; a load it still has to carry by its servos.
+
+    Without that a servo of finite stiffness sags by its share of the arm's weight. A body that the file gives a value
+    of its own keeps it.
+    """
+    for body in spec.bodies:
+        if body.name != "world" and body.gravcomp == 0.0:
+            body.gravcomp = 1.0
 
 
 def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:

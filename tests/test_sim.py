@@ -198,3 +198,12 @@ def test_two_loads_give_the_same_bytes():
             states.append(sim.snapshot())
     assert (states[0] == states[1]).all()
     assert mujoco.mj_versionString()
+
+
+def test_an_arm_without_gravity_compensation_in_its_file_carries_itself(tmp_path):
+    path = sidecar(tmp_path)
+    path.write_text(path.read_text().replace('gravcomp="1"', ""))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=path))
+        sim.step(1.0)
+        assert np.abs(sim.observe().q - sim.robot.home_q).max() < 1e-3
