@@ -28,7 +28,7 @@ def measure(task: str, episodes: int) -> dict[str, object]:
             session.reset(seed)
             start = sim.snapshot()
             controls: list[np.ndarray] = []
-            sim.tick_hooks.append(lambda log=controls: log.append(sim._live.ctrl.copy()))
+            sim.tick_hooks.append(lambda log=controls: log.append(sim.controls))
             session.run()
             sim.tick_hooks.pop()
             session.reset(seed)

@@ -147,6 +147,11 @@ class MuJoCoBackend:
         """Simulated seconds since reset."""
         return float(self._live.time)
 
+    @property
+    def controls(self) -> Array:
+        """What is commanded to the actuators now, shape (actuators,)."""
+        return frozen_array(self._live.ctrl)
+
     # Acting.
 
     def execute(self, trajectory: Trajectory) -> None:
