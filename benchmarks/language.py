@@ -78,6 +78,7 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
     return ObservedScene(
         time=0.0,
         table_height=scene.table_height,
+        base_xy=(-0.3, 0.0),
         held=held,
         objects=tuple(
             DetectedObject(

@@ -14,10 +14,11 @@ class GroundTruthPerception:
 
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return all objects of the simulated state."""
-        truth = sim.truth()
+        truth, base = sim.truth(), sim.robot.base_position
         return ObservedScene(
             time=truth.time,
             objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
             table_height=truth.table_height,
+            base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
         )

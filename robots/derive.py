@@ -7,6 +7,7 @@ equality constraints, for a tendon and for a single moving jaw alike, and no con
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -163,8 +164,6 @@ def _sweep(model: mujoco.MjModel, data: mujoco.MjData, joint_ids: list[int], act
 
 
 def _without_gravity(model: mujoco.MjModel) -> mujoco.MjModel:
-    import copy
-
     still = copy.copy(model)
     still.opt.gravity[:] = 0.0
     still.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -306,16 +305,16 @@ def _find_pads(
 ) -> tuple[frozenset[int], frozenset[int], tuple[int, int]]:
     """Return the two sides and the pair of geoms that come closest when closed."""
     _place(model, data, closed_qpos)
-    best: tuple[float, int, frozenset[int], frozenset[int], tuple[int, int]] | None = None
+    best: tuple[float, frozenset[int], frozenset[int], tuple[int, int]] | None = None
     for left, right in combinations(groups, 2):
         for a in _collision_geoms(model, left):
             for b in _collision_geoms(model, right):
                 gap = max(-1e-3, mujoco.mj_geomDistance(model, data, a, b, _MAX_DISTANCE, None))
                 if best is None or gap < best[0] - 1e-6:
-                    best = (gap, 0, left, right, (a, b))
+                    best = (gap, left, right, (a, b))
     if best is None:
         raise InputError("gripper.joints: no two sides with collision geometry move against each other")
-    return best[2], best[3], best[4]
+    return best[1:]
 
 
 def _pad_gap(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[int, int]) -> tuple[float, Array]:
@@ -348,7 +347,7 @@ def _tcp_frame(
 
 
 def _snap(direction: Array) -> Array:
-    """Return the nearest axis when it is within a few degrees: what a designer meant by a small tilt."""
+    """Return the nearest axis when it is within 15 degrees: what a designer meant by a small tilt."""
     axis = int(np.abs(direction).argmax())
     if abs(direction[axis]) < np.cos(_SNAP_RADIANS):
         return direction

@@ -12,6 +12,7 @@ from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import Spot, occupied, place, turns, with_pose, yaw_to_align
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, DetectedObject, Pose, SkillResult
 
+_TAKES = ("bin", "bowl")
 _GRID = (0.0, 0.5, -0.5)
 _ABOVE_FLOOR = 0.002
 _ABOVE_RIM = 0.004
@@ -38,9 +39,10 @@ class PlaceIn(Skill):
         arm = Manipulator(ctx)
         held = arm.require_held()
         vessel = arm.find(container)
-        if vessel.kind not in CONTAINER_KINDS:
+        if vessel.kind not in _TAKES:
+            remedy = "place_in fills bins and bowls" if vessel.kind in CONTAINER_KINDS else "use place_on"
             raise PlacementError(
-                f"{container} is a {vessel.kind}, not a container; use place_on",
+                f"{container} is a {vessel.kind}, no open container; {remedy}",
                 phase=Phase.CHECK,
                 evidence=PlacementEvidence(object=held.id, target=container, reason="unsuitable"),
             )
@@ -61,8 +63,12 @@ class PlaceIn(Skill):
 
 def _spots(held: DetectedObject, vessel: DetectedObject, contents: list[DetectedObject]) -> list[Spot]:
     """Return where it fits, free floor first: low down where the hand fits, else dropped from the rim."""
-    half = np.array([vessel.size[0], vessel.size[-2] if vessel.kind == "bin" else vessel.size[0]])
-    height = vessel.size[-1] if vessel.kind != "drawer" else vessel.size[2]
+    if vessel.kind == "bowl":
+        radius, height = vessel.size
+        # The square that fits into the round.
+        half = np.full(2, radius / np.sqrt(2.0))
+    else:
+        half, height = np.array(vessel.size[:2]), vessel.size[2]
     low, high = bounds(held)
     room = half - float(np.max(high - low)) / 2.0 - 0.002
     if (room < 0.0).any():
@@ -70,8 +76,6 @@ def _spots(held: DetectedObject, vessel: DetectedObject, contents: list[Detected
     floor = vessel.pose.xyz[2] + CONTAINER_WALL
     rim = vessel.pose.xyz[2] + height
     yaw = turns(yaw_to_align(held.pose, vessel.pose))
-    if vessel.kind == "bin":
-        half = np.array([vessel.size[0], vessel.size[1]])
     free, shared = [], []
     rotation = vessel.pose.rotation[:2, :2]
     for u in _GRID:

@@ -36,7 +36,7 @@ class Eyes:
 
     def perceive(self, sim: Sim) -> ObservedScene:
         self.looks += 1
-        return ObservedScene(time=sim.time, objects=(), table_height=0.04)
+        return ObservedScene(time=sim.time, objects=(), table_height=0.04, base_xy=(0.0, 0.0))
 
 
 class Act:

@@ -56,7 +56,7 @@ def thing(name: str, x: float, y: float, *, kind: str = "box", colour: str = "re
 
 
 def scene(*items: DetectedObject, held: str | None = None) -> ObservedScene:
-    return ObservedScene(time=0.0, objects=items, table_height=0.04, held=held)
+    return ObservedScene(time=0.0, objects=items, table_height=0.04, base_xy=(-0.3, 0.0), held=held)
 
 
 TABLE = scene(

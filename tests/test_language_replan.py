@@ -54,6 +54,7 @@ BIN = DetectedObject(
 SCENE = ObservedScene(
     time=0.0,
     table_height=0.04,
+    base_xy=(-0.3, 0.0),
     objects=(block("red_1", 0.1, 0.1), block("red_2", 0.2, 0.2), block("green", 0.2, -0.1, "green"), BIN),
 )
 

@@ -17,7 +17,6 @@ from robosandbox.agent.language.intent import (
     Table,
 )
 from robosandbox.agent.language.placing import Placing
-from robosandbox.agent.language.world import ROBOT_XY
 from robosandbox.types import RefusalCode
 
 
@@ -115,7 +114,7 @@ class Arranging(Placing):
 
     def _breadth(self, name: str) -> tuple[float, float]:
         x, y, _ = self.world.extents(name)
-        return -round(x * y, 6), round(math.dist(self.world.at[name], ROBOT_XY), 6)
+        return -round(x * y, 6), round(math.dist(self.world.at[name], self.world.base_xy), 6)
 
     def _tower(self, refs: Sequence[Ref], command: Command) -> None:
         """From the bottom up; what stands right already stays."""

@@ -68,12 +68,7 @@ class Dialogue:
     def _among(self, ref: Ref, candidates: Iterable[str], scene: ObservedScene) -> str | None:
         """Return the one candidate that an answer describes."""
         left = {*candidates}
-        among = ObservedScene(
-            time=scene.time,
-            table_height=scene.table_height,
-            held=scene.held,
-            objects=tuple(item for item in scene.objects if item.id in left),
-        )
+        among = replace(scene, objects=tuple(item for item in scene.objects if item.id in left))
         try:
             return Grounder(World(among), Discourse()).one(ref, lambda name: True).ids[0]
         except RefusedError:
@@ -144,7 +139,7 @@ class Dialogue:
 
     def _without_held(self, scene: ObservedScene, ref: Ref) -> ObservedScene:
         """Return the scene as if what is held were on the table again: a correction undoes the grasp."""
-        return ObservedScene(time=scene.time, table_height=scene.table_height, objects=scene.objects, held=None)
+        return replace(scene, held=None)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

@@ -12,7 +12,6 @@ from robosandbox.agent.language.intent import Ref, Relation
 from robosandbox.agent.language.orders import Fits, Meaning, Orders
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.tokens import id_parts
-from robosandbox.agent.language.world import ROBOT_XY
 from robosandbox.types import DetectedObject, RefusalCode
 
 
@@ -314,7 +313,12 @@ class Grounder(Orders):
     def _handiness(self, name: str) -> tuple[bool, bool, float, str]:
         """Any will do: rather one with nothing on it, on the table, near the robot."""
         world = self.world
-        return bool(world.on_top_of(name)), name in world.parent, round(math.dist(world.at[name], ROBOT_XY), 6), name
+        return (
+            bool(world.on_top_of(name)),
+            name in world.parent,
+            round(math.dist(world.at[name], world.base_xy), 6),
+            name,
+        )
 
     def _not_found(self, ref: Ref, fits: Fits | None, barred: set[str]) -> RefusedError:
         names = [name for name in self.world.objects if name not in barred]

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref
-from robosandbox.agent.language.world import ROBOT_XY, World, volume
+from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
 
 Fits = Callable[[str], bool]
@@ -100,7 +100,7 @@ class Orders:
         world, objects = self.world, self.world.objects
         if rank.key in ("near", "far"):
             anchor = rank.anchor
-            origin = ROBOT_XY
+            origin = world.base_xy
             if anchor:
                 target = self.one(anchor).ids[0]
                 origin = world.at[target]

@@ -16,7 +16,7 @@ from robosandbox.agent.language.intent import (
     Region,
     Relation,
 )
-from robosandbox.agent.language.world import ROBOT_XY, TABLE_HALF
+from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
 
 NUDGE = 0.10
@@ -198,7 +198,7 @@ class Placing(Hands):
             if len(sides) == 1 or (
                 world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
             ):
-                free.append((round(math.dist((x, y), ROBOT_XY), 3), side, (x, y)))
+                free.append((round(math.dist((x, y), world.base_xy), 3), side, (x, y)))
         if not free:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room next to {target}.", (target,))
         if target in world.parent or target == world.held:

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 
 from robosandbox.types import DetectedObject, ObservedScene
 
-ROBOT_XY = (-0.3, 0.0)
 REACH = (0.22, 0.80)
 TABLE_HALF = 0.5
 MARGIN = 0.02
@@ -51,9 +50,11 @@ class World:
         at: Where each is now, xy.
         parent: What each is on or in: ("on" | "in", id); absent for the table.
         held: What the gripper holds.
+        base_xy: Where the robot stands.
     """
 
     def __init__(self, scene: ObservedScene) -> None:
+        self.base_xy = scene.base_xy
         self.objects: dict[str, DetectedObject] = {item.id: item for item in scene.objects}
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
@@ -168,7 +169,7 @@ class World:
 
     def in_reach(self, xy: tuple[float, float]) -> bool:
         """Say whether a point lies on the table and about where an arm reaches."""
-        distance = math.hypot(xy[0] - ROBOT_XY[0], xy[1] - ROBOT_XY[1])
+        distance = math.dist(xy, self.base_xy)
         return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and REACH[0] <= distance <= REACH[1]
 
     def free_spots(

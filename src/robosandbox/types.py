@@ -335,12 +335,14 @@ class ObservedScene:
         time: Simulated seconds of the look.
         objects: Everything seen.
         table_height: Metres.
+        base_xy: Where the robot stands, metres; "nearest" is measured from there.
         held: Id of the object in the gripper.
     """
 
     time: float
     objects: tuple[DetectedObject, ...]
     table_height: float
+    base_xy: tuple[float, float]
     held: str | None = None
 
     def find(self, object_id: str) -> DetectedObject | None:

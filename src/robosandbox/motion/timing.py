@@ -65,8 +65,7 @@ def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> T
             # Half of the acceleration limit is for bends at speed, half for speeding up.
             speed = min(speed, float(np.sqrt(0.5 * acceleration / np.maximum(bend, 1e-12)).min()))
             ramp = float((0.5 * acceleration / slope).min())
-    s, duration = _trapezoid(speed, ramp, dt)
-    del duration
+    s = _trapezoid(speed, ramp, dt)
     at = s * steps
     k = np.minimum(at.astype(int), steps - 1)
     fraction = (at - k)[:, None]
@@ -75,8 +74,8 @@ def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> T
     return Trajectory(q=frozen_array(q), dt=dt)
 
 
-def _trapezoid(speed: float, ramp: float, dt: float) -> tuple[Array, float]:
-    """Return s(t) from 0 to 1 at multiples of dt, and the duration, for a cruise speed and a ramp in 1/s and 1/s^2.
+def _trapezoid(speed: float, ramp: float, dt: float) -> Array:
+    """Return s(t) from 0 to 1 at multiples of dt for a cruise speed and a ramp in 1/s and 1/s^2.
 
     The duration is rounded up to a whole number of steps and the profile slowed to fit, so limits still hold.
     """
@@ -100,4 +99,5 @@ def _trapezoid(speed: float, ramp: float, dt: float) -> tuple[Array, float]:
             1.0 - 0.5 * slope * np.maximum(ideal - t, 0.0) ** 2,
         ),
     )
-    return np.clip(s, 0.0, 1.0), ideal
+    clipped: Array = np.clip(s, 0.0, 1.0)
+    return clipped
