@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import logging
-import uuid
 from collections.abc import Sequence
+from typing import Generic, TypeVar
 
 from robosandbox.agent.episode import (
     AgentEvent,
@@ -27,11 +27,10 @@ from robosandbox.errors import (
     InputError,
     InternalError,
     InvalidArgumentError,
-    Phase,
     RoboSandboxError,
     SkillError,
 )
-from robosandbox.protocols import Planner, Skill, SkillContext
+from robosandbox.protocols import AgentWorld, Planner, Skill
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.validation import did_you_mean
 
@@ -44,14 +43,14 @@ _FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
 }
 
 
-class Agent:
-    """Carries out prompts.
+WorldT = TypeVar("WorldT", bound=AgentWorld)
 
-    The context is used in three ways only, so that one for a remote sim serves as well: perception looks at its sim,
-    skills are called with it, and its phases are listened to.
+
+class Agent(Generic[WorldT]):
+    """Carries out prompts, in a world of this process or in a remote one.
 
     Args:
-        ctx: What skills use.
+        ctx: The world: it is looked at, skills are called with it, and its phases are listened to.
         skills: What the robot can do.
         planner: From a sentence to skill calls.
         max_replans: How often a failure may be answered with a new plan.
@@ -60,7 +59,7 @@ class Agent:
         listeners: Called with each event, in the thread of `run`.
     """
 
-    def __init__(self, ctx: SkillContext, skills: Sequence[Skill], planner: Planner, max_replans: int = 3) -> None:
+    def __init__(self, ctx: WorldT, skills: Sequence[Skill[WorldT]], planner: Planner, max_replans: int = 3) -> None:
         if max_replans < 0:
             raise ValueError(f"max_replans is {max_replans}; it takes 0 or more")
         self.ctx = ctx
@@ -131,7 +130,7 @@ class Agent:
         return episode
 
     def _look(self) -> ObservedScene:
-        return self.ctx.perception.perceive(self.ctx.sim)
+        return self.ctx.look()
 
     def _execute(self, plan: Plan, steps: list[Step]) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure."""
@@ -161,12 +160,7 @@ class Agent:
         except RoboSandboxError:
             raise
         except Exception as fault:
-            fault_id = uuid.uuid4().hex[:8]
-            _log.exception("fault %s in %s", fault_id, call)
-            raise InternalError(
-                f"{call} ended in a fault of the code ({type(fault).__name__}); the log has it under id {fault_id}",
-                phase=Phase.CHECK,
-            ) from fault
+            raise InternalError.log(call, fault, _log) from fault
         finally:
             self.ctx.listeners.remove(tell)
 

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, TimeoutEvidence
 from robosandbox.protocols import GraspPlanner, MotionPlanner, Perception, Sim
+from robosandbox.types import ObservedScene
 
 _log = logging.getLogger(__name__)
 
@@ -41,6 +42,10 @@ class AgentContext:
 
     def __post_init__(self) -> None:
         self.sim.tick_hooks.append(self._check)
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now."""
+        return self.perception.perceive(self.sim)
 
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins.

@@ -23,6 +23,7 @@ _SETTLE_SECONDS = 3.0
 _SETTLE_CHUNK_SECONDS = 0.02
 _CALM_CHUNKS = 5
 _REST_SPEED = 0.005
+_STILL_SPEED = 0.01
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -142,6 +143,17 @@ class MuJoCoBackend:
         """Names that `observe(cameras=...)` takes."""
         return tuple(self._loaded.cameras)
 
+    def camera_in_model(self, name: str) -> str:
+        """Return what the model calls a camera.
+
+        Raises:
+            InputError: No such camera.
+        """
+        cameras = self._loaded.cameras
+        if name not in cameras:
+            raise InputError(f"camera {name!r} is not one of {', '.join(cameras)}")
+        return cameras[name]
+
     @property
     def time(self) -> float:
         """Simulated seconds since reset."""
@@ -184,6 +196,14 @@ class MuJoCoBackend:
         robot = self.robot
         q = self._live.qpos[robot.qpos_indices]
         self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
+
+    def rest(self, seconds: float = 0.5) -> None:
+        """Hold the arm and let time pass until it is still, `seconds` at most."""
+        self.hold()
+        for _ in range(round(seconds / self.control_timestep)):
+            if np.abs(self._live.qvel[self.robot.dof_indices]).max() < _STILL_SPEED:
+                return
+            self._tick()
 
     def set_gripper(self, closed: float) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
@@ -271,6 +291,26 @@ class MuJoCoBackend:
         """Go back to a snapshot of this model."""
         mujoco.mj_setState(self.model, self._live, state, _STATE)
         mujoco.mj_forward(self.model, self._live)
+
+    def resume(self, scene: Scene, state: Array, physics_steps: int) -> None:
+        """Go back to a snapshot that was taken in this scene.
+
+        Args:
+            scene: With the loaded one's robot.
+            state: What `snapshot` returned there.
+            physics_steps: As counted there.
+
+        Raises:
+            InputError: The snapshot is of another model.
+        """
+        if scene != self.scene:
+            self._adopt(scene)
+        if len(state) != mujoco.mj_stateSize(self.model, _STATE):
+            raise InputError(
+                f"the saved state has {len(state)} numbers and does not fit {self.robot.name} in this scene"
+            )
+        self.restore(state)
+        self.physics_steps = physics_steps
 
     def fork(self) -> MuJoCoBackend:
         """Return a copy of the world that shares the model and nothing else: for trying things out."""
@@ -380,13 +420,11 @@ class MuJoCoBackend:
         return touching, held[0] if held else None
 
     def _render(self, camera: str) -> np.ndarray:
-        world = self._loaded
-        if camera not in world.cameras:
-            raise InputError(f"camera {camera!r} is not one of {', '.join(world.cameras)}")
+        name = self.camera_in_model(camera)
         if self._renderer is None:
-            self._renderer = OffscreenRenderer(world.model, self.render_size)
-        mujoco.mj_camlight(world.model, self._live)
-        return self._renderer.render(self._live, world.cameras[camera])
+            self._renderer = OffscreenRenderer(self.model, self.render_size)
+        mujoco.mj_camlight(self.model, self._live)
+        return self._renderer.render(self._live, name)
 
 
 def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:

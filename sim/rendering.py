@@ -41,6 +41,8 @@ class OffscreenRenderer:
         self._gl.make_current()
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
+        # Depth from 1 at the near plane to 0 at the far one keeps its precision in float32.
+        self._context.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR.value
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
         for flag in (mujoco.mjtRndFlag.mjRND_SHADOW, mujoco.mjtRndFlag.mjRND_REFLECTION):
             self._scene.flags[flag] = 0
@@ -51,15 +53,29 @@ class OffscreenRenderer:
 
     def render(self, data: mujoco.MjData, camera: str) -> NDArray[np.uint8]:
         """Return the RGB picture (height, width, 3) uint8 of a camera by its name in the model."""
+        self._draw(data, camera)
+        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(picture, None, self._rect, self._context)
+        return picture[::-1].copy()
+
+    def depth(self, data: mujoco.MjData, camera: str) -> NDArray[np.float32]:
+        """Return the distance along the optical axis, metres, (height, width) float32."""
+        self._draw(data, camera)
+        raw = np.empty((self._rect.height, self._rect.width), dtype=np.float32)
+        mujoco.mjr_readPixels(None, raw, self._rect, self._context)
+        extent = self._model.stat.extent
+        near, far = self._model.vis.map.znear * extent, self._model.vis.map.zfar * extent
+        # The inverse of OpenGL's perspective division, for near at 1 and far at 0.
+        metres: NDArray[np.float64] = far * near / (raw[::-1].astype(np.float64) * (far - near) + near)
+        return metres.astype(np.float32)
+
+    def _draw(self, data: mujoco.MjData, camera: str) -> None:
         self._gl.make_current()
         self._camera.fixedcamid = self._model.camera(camera).id
         mujoco.mjv_updateScene(
             self._model, data, self._options, self._perturb, self._camera, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
         )
         mujoco.mjr_render(self._rect, self._scene, self._context)
-        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(picture, None, self._rect, self._context)
-        return picture[::-1].copy()
 
     def close(self) -> None:
         """Free the OpenGL context."""

@@ -56,7 +56,7 @@ class Manipulator:
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
-        return self.ctx.perception.perceive(self.sim)
+        return self.ctx.look()
 
     def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
         """Plan among these objects from now on."""

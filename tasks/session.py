@@ -17,6 +17,7 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.relations import centre
 from robosandbox.plugins import load_plugin
 from robosandbox.protocols import Planner, Skill
+from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
@@ -53,10 +54,11 @@ class Session:
     sim: MuJoCoBackend
     ctx: AgentContext
     skills: list[Skill]
-    agent: Agent
+    agent: Agent[AgentContext]
     seed: int
     start: Truth
     _extents: dict[str, tuple[float, ...]]
+    _start_state: Array
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
         """Carry out a prompt, or the task's own.
@@ -92,12 +94,36 @@ class Session:
                 # Seed 0 is the scene as written, so there is nothing to draw again.
                 if seed == 0 or attempt == _START_DRAWS - 1:
                     raise InputError(f"{self.task.name}: seed {seed}: {error}") from None
-        self.start = self.sim.truth()
+        self._begin(seed)
+
+    def _begin(self, seed: int) -> None:
+        self.start, self._start_state = self.sim.truth(), self.sim.snapshot()
         self.seed = seed
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the world as it is, for `restore`."""
+        return Checkpoint(
+            seed=self.seed,
+            scene=self.sim.scene,
+            start=tuple(self._start_state.tolist()),
+            state=tuple(self.sim.snapshot().tolist()),
+            physics_steps=self.sim.physics_steps,
+        )
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go back to a checkpoint of this task; the arm holds.
+
+        Raises:
+            InputError: The checkpoint is of another task.
+        """
+        self.sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
+        self._begin(checkpoint.seed)
+        self.sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
+        self.sim.hold()
 
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""
-        return self.ctx.perception.perceive(self.sim)
+        return self.ctx.look()
 
     def judge(self) -> Verdict:
         """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold."""
@@ -170,7 +196,17 @@ def open_session(
         for item in chosen.scene.objects
         if item.kind == "mesh"
     }
-    session = Session(task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=0, start=start, _extents=extents)
+    session = Session(
+        task=chosen,
+        sim=sim,
+        ctx=ctx,
+        skills=skills,
+        agent=agent,
+        seed=0,
+        start=start,
+        _extents=extents,
+        _start_state=sim.snapshot(),
+    )
     if seed != 0 or chosen.start_q is not None:
         try:
             session.reset(seed)
@@ -224,7 +260,7 @@ class _ReachCheck:
 
     def __call__(self, obj: DetectedObject) -> bool:
         if not self._ready:
-            self._ctx.motion.use(self._ctx.sim, self._ctx.perception.perceive(self._ctx.sim))
+            self._ctx.motion.use(self._ctx.sim, self._ctx.look())
             self._ready = True
         if obj.id not in self._exempt:
             written = next(item for item in self._scene.objects if item.id == obj.id)

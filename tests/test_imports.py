@@ -15,6 +15,7 @@ LAYERS = (
     {"types"},
     {"errors"},
     {"wire", "validation"},
+    {"transport"},
     {"protocols", "plugins"},
     {"robots"},
     {"sim"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from robosandbox.agent.language.draft import Draft, Step
@@ -13,6 +14,7 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 
 RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
+_PLACED = 0.02
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
@@ -104,8 +106,34 @@ class _Reaction:
                 return self._retry(1) or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
             case ErrorCode.AMBIGUOUS_OBJECT:
                 return self._stop(code=RefusalCode.AMBIGUOUS)
-            case ErrorCode.GOAL_TIMEOUT | ErrorCode.CANCELLED | ErrorCode.INTERNAL:
+            case ErrorCode.CONNECTION_LOST:
+                return self._resume()
+            case _:
                 return self._stop()
+
+    def _resume(self) -> Draft | Refusal:
+        """Go on where a sim that went away has come back: it may have done some, all or nothing of the failed step."""
+        name = self._carried()
+        if self.failed.call.skill in PLACES and self.scene.held is None and name is not None:
+            if self._is_placed(name):
+                return self._draft(*self.after)
+            return self._draft(Step(SkillCall(skill="pick", arguments={"object": name})), self.failed, *self.after)
+        return self._draft(self.failed, *self.after)
+
+    def _is_placed(self, name: str) -> bool:
+        """Tell whether the object is where the failed step was to put it."""
+        call, world = self.failed.call, World(self.scene)
+        match call.skill:
+            case "place_on":
+                where = ("on", str(call.arguments["target"]))
+                return world.parent.get(name) == where or (where[1] == "table" and name not in world.parent)
+            case "place_in":
+                return world.parent.get(name) == ("in", str(call.arguments["container"]))
+            case "place_at":
+                x, y = world.at[name]
+                return math.hypot(x - float(call.arguments["x"]), y - float(call.arguments["y"])) < _PLACED
+            case _:
+                return False
 
     # What can be changed.
 

@@ -3,6 +3,7 @@
 RoboSandboxError
 ├── InputError               the user's file or argument is wrong
 ├── RenderingError           no OpenGL on this machine
+├── ServiceUnavailableError  no sim answers
 └── SkillError               a skill ended without its post-condition; the planner acts on it
     ├── InvalidArgumentError     an argument is of the wrong type or value
     ├── ObjectNotFoundError      nothing seen has this id
@@ -18,15 +19,23 @@ RoboSandboxError
     ├── UnsupportedError         this robot cannot do this skill
     ├── GoalTimeoutError         the deadline passed
     ├── CancelledError           somebody cancelled
-    └── InternalError            a fault in the code, with an id in the log
+    ├── InternalError            a fault in the code, with an id in the log
+    └── ServiceError             between a client and a sim
+        ├── BusyError                another goal runs
+        ├── InvalidMessageError      the message is not of the protocol
+        ├── UnknownGoalError         no goal of this id, or no longer
+        ├── ForbiddenError           switched off at this sim
+        └── ConnectionLostError      the sim went away while it worked
 """
 
 from __future__ import annotations
 
+import logging
+import uuid
 from enum import StrEnum
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Field, SerializeAsAny
+from pydantic import Field, model_validator
 
 from robosandbox.types import Pose, SkillCall, StrictModel
 
@@ -41,6 +50,10 @@ class InputError(RoboSandboxError):
 
 class RenderingError(RoboSandboxError):
     """No picture can be made on this machine; the message says what to install."""
+
+
+class ServiceUnavailableError(RoboSandboxError):
+    """No sim answers where one was looked for."""
 
 
 class ErrorCode(StrEnum):
@@ -61,6 +74,11 @@ class ErrorCode(StrEnum):
     GOAL_TIMEOUT = "goal_timeout"
     CANCELLED = "cancelled"
     INTERNAL = "internal"
+    BUSY = "busy"
+    INVALID_MESSAGE = "invalid_message"
+    UNKNOWN_GOAL = "unknown_goal"
+    FORBIDDEN = "forbidden"
+    CONNECTION_LOST = "connection_lost"
 
 
 class Phase(StrEnum):
@@ -221,6 +239,56 @@ class TimeoutEvidence(Evidence):
     elapsed: float
 
 
+class BusyEvidence(Evidence):
+    """What the robot is doing.
+
+    Attributes:
+        doing: A skill's name, or "reset", "load" and the like.
+        goal_id: The running goal; None when it is no goal.
+        waiting: How many goals wait behind it.
+    """
+
+    doing: str
+    goal_id: str | None = None
+    waiting: int = 0
+
+
+class MessageEvidence(Evidence):
+    """Which field of a message is wrong."""
+
+    field: str
+    problem: str
+
+
+class ConnectionEvidence(Evidence):
+    """Which robot was lost, and whether its sim has come back.
+
+    Attributes:
+        robot_id: The robot.
+        restarted: Whether a new sim process serves it now; None when it is not known.
+    """
+
+    robot_id: str
+    restarted: bool | None = None
+
+
+AnyEvidence: TypeAlias = (
+    UnreachableEvidence
+    | CollisionEvidence
+    | GraspEvidence
+    | ObjectNotFoundEvidence
+    | AmbiguousEvidence
+    | HoldingEvidence
+    | PlacementEvidence
+    | PushEvidence
+    | TrackingEvidence
+    | TimeoutEvidence
+    | BusyEvidence
+    | MessageEvidence
+    | ConnectionEvidence
+)
+
+
 class Repair(StrictModel):
     """Skill calls that reached the post-condition on a copy of the world.
 
@@ -254,7 +322,7 @@ class SkillError(RoboSandboxError):
         message: str,
         *,
         phase: Phase = Phase.CHECK,
-        evidence: Evidence | None = None,
+        evidence: AnyEvidence | None = None,
         repairs: tuple[Repair, ...] = (),
     ) -> None:
         super().__init__(message)
@@ -285,8 +353,23 @@ class ErrorRecord(StrictModel):
     code: ErrorCode
     phase: Phase
     message: str
-    evidence: SerializeAsAny[Evidence] | None = None
+    evidence: AnyEvidence | None = None
     repairs: tuple[Repair, ...] = ()
+
+    @model_validator(mode="before")
+    @classmethod
+    def _evidence_is_of_the_code(cls, data: Any) -> Any:
+        """Read the evidence as what the code says that it is: fields alone may fit several kinds."""
+        if not isinstance(data, dict) or not isinstance(data.get("evidence"), dict):
+            return data
+        found = next((kind for code, kind in SKILL_ERRORS.items() if code == data.get("code")), None)
+        if found is None or found.evidence_type is None:
+            return data
+        return {**data, "evidence": found.evidence_type.model_validate(data["evidence"])}
+
+    def exception(self) -> SkillError:
+        """Return the exception that this is the record of."""
+        return SKILL_ERRORS[self.code](self.message, phase=self.phase, evidence=self.evidence, repairs=self.repairs)
 
 
 class InvalidArgumentError(SkillError):
@@ -389,6 +472,50 @@ class InternalError(SkillError):
 
     code = ErrorCode.INTERNAL
 
+    @classmethod
+    def log(cls, where: object, fault: Exception, logger: logging.Logger) -> InternalError:
+        """Log a fault with its traceback under a new id, and return the error that names the id."""
+        fault_id = uuid.uuid4().hex[:8]
+        logger.error("fault %s in %s", fault_id, where, exc_info=fault)
+        return cls(f"{where} ended in a fault of the code ({type(fault).__name__}); the log has it under id {fault_id}")
+
+
+class ServiceError(SkillError):
+    """Something between a client and a sim is wrong, not the robot's work."""
+
+
+class BusyError(ServiceError):
+    """The robot does something else; cancel it, wait, or ask to be queued."""
+
+    code = ErrorCode.BUSY
+    evidence_type = BusyEvidence
+
+
+class InvalidMessageError(ServiceError):
+    """A message is not of the protocol."""
+
+    code = ErrorCode.INVALID_MESSAGE
+    evidence_type = MessageEvidence
+
+
+class UnknownGoalError(ServiceError):
+    """No goal has this id, or it ended too long ago."""
+
+    code = ErrorCode.UNKNOWN_GOAL
+
+
+class ForbiddenError(ServiceError):
+    """This sim was started without it."""
+
+    code = ErrorCode.FORBIDDEN
+
+
+class ConnectionLostError(ServiceError):
+    """The sim went away while it worked, and what it worked on is not known to be done."""
+
+    code = ErrorCode.CONNECTION_LOST
+    evidence_type = ConnectionEvidence
+
 
 SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
     cls.code: cls
@@ -408,21 +535,10 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         GoalTimeoutError,
         CancelledError,
         InternalError,
+        BusyError,
+        InvalidMessageError,
+        UnknownGoalError,
+        ForbiddenError,
+        ConnectionLostError,
     )
 }
-
-
-def error_from_record(data: dict[str, Any]) -> SkillError:
-    """Return the exception that `ErrorRecord.model_dump(mode="json")` came from.
-
-    Raises:
-        pydantic.ValidationError: The data is no such record.
-    """
-    cls = SKILL_ERRORS[ErrorCode(data["code"])]
-    evidence = data.get("evidence")
-    return cls(
-        str(data["message"]),
-        phase=Phase(data["phase"]),
-        evidence=cls.evidence_type.model_validate(evidence) if cls.evidence_type and evidence else None,
-        repairs=tuple(Repair.model_validate(item) for item in data.get("repairs", ())),
-    )

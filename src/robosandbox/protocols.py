@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
 
+from typing_extensions import TypeVar
+
 if TYPE_CHECKING:
     import mujoco
 
@@ -131,7 +133,21 @@ class MotionPlanner(Protocol):
 
 
 @runtime_checkable
-class SkillContext(Protocol):
+class AgentWorld(Protocol):
+    """All that an agent asks of a world, in this process or far away."""
+
+    @property
+    def listeners(self) -> list[Callable[[str], None]]:
+        """Called with each phase that begins."""
+        ...
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now."""
+        ...
+
+
+@runtime_checkable
+class SkillContext(AgentWorld, Protocol):
     """All that a skill may use."""
 
     @property
@@ -144,18 +160,17 @@ class SkillContext(Protocol):
     def motion(self) -> MotionPlanner: ...
     @property
     def what_if(self) -> bool: ...
-    @property
-    def listeners(self) -> list[Callable[[str], None]]:
-        """Called with each phase that begins."""
-        ...
-
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins."""
         ...
 
 
+# Where a skill is called: in a world of this process, if nothing else is said.
+Ctx = TypeVar("Ctx", contravariant=True, bound=AgentWorld, default=SkillContext)
+
+
 @runtime_checkable
-class Skill(Protocol):
+class Skill(Protocol[Ctx]):
     """One verb. `run` takes keyword arguments; its signature is its schema."""
 
     name: ClassVar[str]
@@ -167,7 +182,11 @@ class Skill(Protocol):
         """JSON schema of the arguments."""
         ...
 
-    def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
+
+    def __call__(self, ctx: Ctx, arguments: Mapping[str, Any]) -> SkillResult:
         """Check the arguments and run; raises SkillError."""
         ...
 

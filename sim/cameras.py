@@ -1,0 +1,234 @@
+"""Camera pictures on a thread of their own: drawn from a copy of the state, and only while somebody looks."""
+
+from __future__ import annotations
+
+import logging
+import math
+import threading
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.errors import BusyError, BusyEvidence, RenderingError, UnsupportedError
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.types import Array, Pose
+from robosandbox.wire import Picture
+
+_log = logging.getLogger(__name__)
+_MOST_HZ = 30.0
+_JPEG_QUALITY = 85
+
+Kind = Literal["rgb", "depth"]
+Format = Literal["jpeg", "png", "raw"]
+ENCODINGS: dict[Format, str] = {"jpeg": "image/jpeg", "png": "image/png", "raw": "application/octet-stream"}
+
+
+@dataclass(frozen=True, slots=True)
+class View:
+    """One thing to draw."""
+
+    camera: str
+    kind: Kind
+    format: Format
+
+
+@dataclass(frozen=True, slots=True)
+class _Moment:
+    sim: MuJoCoBackend
+    state: Array
+    time: float
+    stamp: float
+
+
+Deliver = Callable[[bytes, Picture], None]
+Refuse = Callable[[Exception], None]
+# Hands over a job that may read the world; it is run between two control ticks.
+Read = Callable[[Callable[[], None]], None]
+
+
+class Studio:
+    """Draws cameras of a sim for streams and single requests.
+
+    Args:
+        sim: Whose state is drawn.
+        read: Runs a job in the thread that owns the sim.
+        boot_id: For the attachments.
+
+    Attributes:
+        lock: Held while the model is drawn; hold it to write into the model.
+        frames: How many were drawn.
+    """
+
+    def __init__(self, sim: MuJoCoBackend, read: Read, boot_id: str) -> None:
+        self.lock = threading.Lock()
+        self.frames = 0
+        self._sim = sim
+        self._read = read
+        self._boot_id = boot_id
+        self._streams: dict[View, Deliver] = {}
+        self._requests: list[tuple[View, Deliver, Refuse]] = []
+        self._changed = threading.Condition()
+        self._stopping = False
+        self._model: mujoco.MjModel | None = None
+        self._data: mujoco.MjData | None = None
+        self._renderer: OffscreenRenderer | None = None
+        self._thread = threading.Thread(target=self._loop, name="cameras", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End after the picture in the making."""
+        with self._changed:
+            self._stopping = True
+            self._changed.notify_all()
+        self._thread.join()
+
+    def exchange(self, sim: MuJoCoBackend) -> None:
+        """Draw another sim from now on; call it with `lock` held."""
+        self._sim = sim
+
+    def stream(self, view: View, deliver: Deliver | None) -> None:
+        """Draw a view over and over, or no longer."""
+        with self._changed:
+            if deliver is None:
+                self._streams.pop(view, None)
+            else:
+                self._streams[view] = deliver
+            self._changed.notify_all()
+
+    def request(self, view: View, deliver: Deliver, refuse: Refuse) -> None:
+        """Draw a view once."""
+        with self._changed:
+            self._requests.append((view, deliver, refuse))
+            self._changed.notify_all()
+
+    # In the thread.
+
+    def _loop(self) -> None:
+        due = 0.0
+        while True:
+            with self._changed:
+                while not self._stopping and not self._requests:
+                    if self._streams and (wait := due - time.monotonic()) <= 0.0:
+                        break
+                    self._changed.wait(wait if self._streams else None)
+                if self._stopping:
+                    break
+                asked, self._requests = self._requests, []
+                streamed = dict(self._streams) if time.monotonic() >= due else {}
+            if streamed:
+                due = time.monotonic() + 1.0 / _MOST_HZ
+            self._draw_all(asked, streamed)
+        self._release()
+
+    def _draw_all(self, asked: list[tuple[View, Deliver, Refuse]], streamed: dict[View, Deliver]) -> None:
+        moment = self._moment()
+        if moment is None:
+            return
+        for view, deliver, refuse in asked:
+            try:
+                deliver(*self._draw(view, moment))
+            except Exception as error:
+                refuse(UnsupportedError(str(error)) if isinstance(error, RenderingError) else error)
+        for view, deliver in streamed.items():
+            try:
+                deliver(*self._draw(view, moment))
+            except BusyError:
+                continue
+            except Exception as error:
+                # Without OpenGL every further picture would fail likewise.
+                _log.warning("no pictures of %s: %s", view.camera, error)
+                self.stream(view, None)
+
+    def _moment(self) -> _Moment | None:
+        """Return the state between two ticks; None when the studio is stopping."""
+        found: list[_Moment] = []
+        ready = threading.Event()
+
+        def take() -> None:
+            found.append(_Moment(self._sim, self._sim.snapshot(), self._sim.time, time.time()))
+            ready.set()
+
+        self._read(take)
+        while not ready.wait(0.1):
+            if self._stopping:
+                return None
+        return found[0]
+
+    def _draw(self, view: View, moment: _Moment) -> tuple[bytes, Picture]:
+        with self.lock:
+            sim = self._sim
+            if moment.sim is not sim:
+                raise BusyError("another task was loaded meanwhile; ask again", evidence=BusyEvidence(doing="load"))
+            name = sim.camera_in_model(view.camera)
+            renderer, data = self._prepared(sim)
+            mujoco.mj_setState(sim.model, data, moment.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+            mujoco.mj_forward(sim.model, data)
+            drawn = renderer.render(data, name) if view.kind == "rgb" else renderer.depth(data, name)
+            self.frames += 1
+            camera = sim.model.camera(name).id
+            fovy = float(sim.model.cam_fovy[camera])
+            # MuJoCo's cameras look along -z with y up.
+            optical = data.cam_xmat[camera].reshape(3, 3) @ np.diag([1.0, -1.0, -1.0])
+            pose = Pose.from_matrix(data.cam_xpos[camera], optical)
+        height, width = drawn.shape[:2]
+        focal = height / 2.0 / math.tan(math.radians(fovy) / 2.0)
+        return encode(drawn, view.format), Picture(
+            camera=view.camera,
+            boot_id=self._boot_id,
+            stamp=moment.stamp,
+            time=moment.time,
+            width=width,
+            height=height,
+            format=view.format,
+            fx=focal,
+            fy=focal,
+            cx=width / 2.0,
+            cy=height / 2.0,
+            pose_camera_in_world=pose,
+        )
+
+    def _prepared(self, sim: MuJoCoBackend) -> tuple[OffscreenRenderer, mujoco.MjData]:
+        if self._renderer is None or self._data is None or self._model is not sim.model:
+            self._release()
+            self._renderer = OffscreenRenderer(sim.model, sim.render_size)
+            self._model, self._data = sim.model, mujoco.MjData(sim.model)
+        return self._renderer, self._data
+
+    def _release(self) -> None:
+        if self._renderer is not None:
+            self._renderer.close()
+        self._renderer = self._data = self._model = None
+
+
+def encode(picture: NDArray[np.uint8] | NDArray[np.float32], format: Format) -> bytes:
+    """Return a picture as bytes.
+
+    Args:
+        picture: RGB (height, width, 3) uint8, or depth in metres (height, width) float32.
+        format: `jpeg` (RGB only), `png` (depth as 16-bit millimetres), or `raw` (the array's bytes).
+
+    Raises:
+        ValueError: Depth as JPEG.
+    """
+    if format == "raw":
+        return picture.tobytes()
+    import cv2
+
+    if picture.ndim == 3:
+        flags = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if format == "jpeg" else [cv2.IMWRITE_PNG_COMPRESSION, 1]
+        _, encoded = cv2.imencode(".jpg" if format == "jpeg" else ".png", picture[..., ::-1], flags)
+    elif format == "png":
+        millimetres = np.clip(np.round(1000.0 * picture), 0, 65535).astype(np.uint16)
+        _, encoded = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 1])
+    else:
+        raise ValueError("depth has no JPEG form; ask for png or raw")
+    return bytes(encoded)

@@ -1,0 +1,193 @@
+"""The ledger of goals: which run, wait or have ended; each id runs once."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosandbox.errors import (
+    BusyError,
+    BusyEvidence,
+    CancelledError,
+    ConnectionEvidence,
+    ConnectionLostError,
+    ErrorRecord,
+    InvalidMessageError,
+    MessageEvidence,
+    UnknownGoalError,
+)
+from robosandbox.types import SkillResult
+from robosandbox.wire import KEPT_RESULTS, Goal, GoalStatus, SendGoal
+
+MAX_WAITING = 16
+
+
+@dataclass(slots=True, eq=False)
+class LiveGoal:
+    """A goal in the sim process.
+
+    Attributes:
+        goal: As clients see it now.
+        arguments: As they came.
+        checked: The arguments converted to their types.
+        timeout: Simulated seconds; None for no limit.
+        client_id: Whose loss cancels it.
+        cancelled: Whether somebody asked for its end.
+        phases: How many began.
+    """
+
+    goal: Goal
+    arguments: Mapping[str, Any]
+    checked: Mapping[str, Any] = field(default_factory=dict)
+    timeout: float | None = None
+    client_id: str | None = None
+    cancelled: bool = False
+    phases: int = 0
+
+
+class Ledger:
+    """Goals by id, safe to use from every thread; the last `KEPT_RESULTS` ended ones stay readable."""
+
+    def __init__(self, boot_id: str) -> None:
+        self._boot_id = boot_id
+        self._lock = threading.Lock()
+        self._live: OrderedDict[str, LiveGoal] = OrderedDict()
+        self._ended: OrderedDict[str, LiveGoal] = OrderedDict()
+
+    def admit(self, request: SendGoal, skill: str, checked: Mapping[str, Any], doing: str | None) -> tuple[Goal, bool]:
+        """Take a goal in, or find it.
+
+        Args:
+            request: What was asked.
+            skill: Its skill.
+            checked: The arguments converted to their types.
+            doing: What else than goals occupies the robot.
+
+        Returns:
+            The goal as it stands, and whether it is new.
+
+        Raises:
+            BusyError: Another goal runs and this one would not wait, or too many wait.
+            InvalidMessageError: The id was used for something else.
+        """
+        with self._lock:
+            known = self._live.get(request.goal_id) or self._ended.get(request.goal_id)
+            if known is not None:
+                if known.goal.skill != skill or dict(known.arguments) != request.arguments:
+                    problem = f"{request.goal_id} is a {known.goal.skill} goal already; make a new id"
+                    raise InvalidMessageError(problem, evidence=MessageEvidence(field="goal_id", problem=problem))
+                return known.goal, False
+            self._refuse_if_busy(request, doing)
+            goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=skill, status=GoalStatus.ACCEPTED)
+            self._live[request.goal_id] = LiveGoal(goal, request.arguments, checked, request.timeout, request.client_id)
+            return goal, True
+
+    def _refuse_if_busy(self, request: SendGoal, doing: str | None) -> None:
+        first = next(iter(self._live.values()), None)
+        waiting = max(0, len(self._live) - 1)
+        if first is None and doing is None:
+            return
+        if request.queue and len(self._live) <= MAX_WAITING:
+            return
+        name = first.goal.skill if first else str(doing)
+        what = f"{waiting} goals wait already" if request.queue else "cancel it, wait for it, or send with queue"
+        raise BusyError(
+            f"the robot is busy with {name}; {what}",
+            evidence=BusyEvidence(doing=name, goal_id=first.goal.goal_id if first else None, waiting=waiting),
+        )
+
+    def find(self, goal_id: str) -> Goal:
+        """Return a goal.
+
+        Raises:
+            UnknownGoalError: There is none, or it ended too long ago.
+        """
+        return self.entry(goal_id).goal
+
+    def entry(self, goal_id: str) -> LiveGoal:
+        """Return a goal with what the sim knows of it.
+
+        Raises:
+            UnknownGoalError: There is none, or it ended too long ago.
+        """
+        with self._lock:
+            found = self._live.get(goal_id) or self._ended.get(goal_id)
+        if found is None:
+            raise UnknownGoalError(f"no goal {goal_id}; the last {KEPT_RESULTS} ended ones are kept")
+        return found
+
+    def start(self, goal_id: str, time: float) -> bool:
+        """Mark a goal as executing; False when it was cancelled while it waited."""
+        with self._lock:
+            entry = self._live[goal_id]
+            if entry.cancelled:
+                return False
+            entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
+            return True
+
+    def finish(self, goal_id: str, time: float, outcome: SkillResult | ErrorRecord) -> Goal:
+        """Record how a goal ended."""
+        with self._lock:
+            entry = self._live.pop(goal_id)
+            if isinstance(outcome, SkillResult):
+                change: dict[str, Any] = {"status": GoalStatus.SUCCEEDED, "result": outcome}
+            else:
+                cancelled = outcome.code is CancelledError.code
+                change = {"status": GoalStatus.CANCELLED if cancelled else GoalStatus.FAILED, "error": outcome}
+            entry.goal = entry.goal.model_copy(update={**change, "ended": time})
+            self._keep(entry)
+            return entry.goal
+
+    def cancel(self, goal_id: str) -> tuple[Goal, bool]:
+        """Ask for a goal's end; return it, and whether it is the one that executes."""
+        entry = self.entry(goal_id)
+        with self._lock:
+            if not entry.goal.status.final:
+                entry.cancelled = True
+            return entry.goal, entry.goal.status is GoalStatus.EXECUTING
+
+    def of_client(self, client_id: str) -> tuple[str, ...]:
+        """Return the ids of a client's goals that have not ended."""
+        with self._lock:
+            return tuple(name for name, entry in self._live.items() if entry.client_id == client_id)
+
+    def live(self) -> tuple[str, ...]:
+        """Return the ids of all goals that have not ended, in the order in which they run."""
+        with self._lock:
+            return tuple(self._live)
+
+    def doing(self) -> str | None:
+        """Return the skill of the goal that runs or is next."""
+        with self._lock:
+            return next((entry.goal.skill for entry in self._live.values()), None)
+
+    # Across restarts.
+
+    def dump(self) -> list[dict[str, Any]]:
+        """Return all goals as JSON data."""
+        with self._lock:
+            entries = [*self._ended.values(), *self._live.values()]
+            return [
+                {"goal": entry.goal.model_dump(mode="json"), "arguments": dict(entry.arguments)} for entry in entries
+            ]
+
+    def adopt(self, dumped: Iterable[Mapping[str, Any]], robot_id: str) -> None:
+        """Take over the goals of the process before; what it left unfinished has failed."""
+        lost = ConnectionLostError(
+            "the sim stopped while this goal was open; look what is done and send what is left",
+            evidence=ConnectionEvidence(robot_id=robot_id, restarted=True),
+        ).record()
+        for item in dumped:
+            goal = Goal.model_validate(item["goal"])
+            if not goal.status.final:
+                goal = goal.model_copy(update={"status": GoalStatus.FAILED, "error": lost})
+            with self._lock:
+                self._keep(LiveGoal(goal, item["arguments"]))
+
+    def _keep(self, entry: LiveGoal) -> None:
+        self._ended[entry.goal.goal_id] = entry
+        while len(self._ended) > KEPT_RESULTS:
+            self._ended.popitem(last=False)

@@ -1,0 +1,80 @@
+"""What a sim process serves: a loaded task with skills to call, handed in by the command that starts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from typing import Protocol
+
+from pydantic import BaseModel
+
+from robosandbox.protocols import Skill, SkillContext
+from robosandbox.sim.checkpoint import Checkpoint
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.wire import Load
+
+
+class GoalContext(SkillContext, Protocol):
+    """What skills use, with a way to stop them."""
+
+    @property
+    def phase(self) -> str:
+        """The phase that began last."""
+        ...
+
+    def cancel(self) -> None:
+        """Stop what runs, from any thread."""
+        ...
+
+    def goal(self, timeout: float | None = None) -> AbstractContextManager[None]:
+        """Run one goal, within `timeout` simulated seconds."""
+        ...
+
+
+class Host(Protocol):
+    """A loaded task."""
+
+    @property
+    def sim(self) -> MuJoCoBackend:
+        """The world."""
+        ...
+
+    @property
+    def ctx(self) -> GoalContext:
+        """What skills use in it."""
+        ...
+
+    @property
+    def skills(self) -> Sequence[Skill]:
+        """What the robot can do."""
+        ...
+
+    @property
+    def task(self) -> BaseModel:
+        """The task as its YAML would have it."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """The layout."""
+        ...
+
+    def reset(self, seed: int = 0) -> None:
+        """Start over; raises InputError."""
+        ...
+
+    def checkpoint(self) -> Checkpoint:
+        """Return the world as it is."""
+        ...
+
+    def restore(self, checkpoint: Checkpoint) -> None:
+        """Go back; raises InputError."""
+        ...
+
+    def close(self) -> None:
+        """Free the world."""
+        ...
+
+
+# Returns another loaded task; raises InputError.
+Loader = Callable[[Load], Host]

@@ -1,0 +1,243 @@
+"""What a sim publishes: state at 50 Hz, objects and pictures while somebody listens, and news of goals."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Sequence
+
+import zenoh
+from zenoh import ext
+
+from robosandbox.errors import InvalidMessageError, MessageEvidence
+from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
+from robosandbox.sim.requests import Request
+from robosandbox.validation import did_you_mean
+from robosandbox.wire import JSON, KEPT_RESULTS, STATE_HZ, Camera, Feedback, Goal, Message, Picture, key
+
+_log = logging.getLogger(__name__)
+_OBJECTS_HZ = 5.0
+_KEPT_FEEDBACK = 32
+
+
+class _Ticker:
+    """Calls something at a steady rate on a thread of its own."""
+
+    def __init__(self, name: str, hz: float, act: Callable[[], None]) -> None:
+        self._period = 1.0 / hz
+        self._act = act
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._loop, name=name, daemon=True)
+
+    def start(self) -> None:
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._stopping.set()
+        self._thread.join()
+
+    def _loop(self) -> None:
+        due = time.monotonic()
+        while not self._stopping.wait(max(0.0, due - time.monotonic())):
+            try:
+                self._act()
+            except Exception:
+                _log.exception("fault in %s", self._thread.name)
+            # After a pause of the whole process there is no rush of what was missed.
+            due = max(due + self._period, time.monotonic() - self._period)
+
+
+class StateStream:
+    """Publishes the robot's state, the last message kept for late joiners.
+
+    A planning skill answers no questions for a while; the stream then repeats what it knows, with its old stamp.
+    """
+
+    def __init__(self, session: zenoh.Session, robot_id: str, read: Read, look: Callable[[], Message]) -> None:
+        self._publisher = ext.declare_advanced_publisher(
+            session,
+            key(robot_id, "obs", "state"),
+            encoding=JSON,
+            congestion_control=zenoh.CongestionControl.DROP,
+            cache=ext.CacheConfig(max_samples=1),
+        )
+        self._read = read
+        self._look = look
+        self._latest: Message | None = None
+        self._asked = False
+        self._seq = 0
+        self._ticker = _Ticker("state", STATE_HZ, self._publish)
+
+    def start(self) -> None:
+        """Begin."""
+        self._ticker.start()
+
+    def stop(self) -> None:
+        """End."""
+        self._ticker.stop()
+        self._publisher.undeclare()
+
+    def _publish(self) -> None:
+        if self._latest is not None:
+            self._seq += 1
+            self._publisher.put(self._latest.model_copy(update={"seq": self._seq}).encode())
+        if not self._asked:
+            self._asked = True
+            self._read(self._take)
+
+    def _take(self) -> None:
+        try:
+            self._latest = self._look()
+        finally:
+            self._asked = False
+
+
+class ObjectStream:
+    """Publishes what perception sees, while somebody listens."""
+
+    def __init__(self, session: zenoh.Session, robot_id: str, read: Read, look: Callable[[], Message]) -> None:
+        self._publisher = session.declare_publisher(
+            key(robot_id, "obs", "objects"), encoding=JSON, congestion_control=zenoh.CongestionControl.DROP
+        )
+        self._read = read
+        self._look = look
+        self._asked = False
+        self._ticker = _Ticker("objects", _OBJECTS_HZ, self._publish)
+
+    def start(self) -> None:
+        """Begin."""
+        self._ticker.start()
+
+    def stop(self) -> None:
+        """End."""
+        self._ticker.stop()
+        self._publisher.undeclare()
+
+    def _publish(self) -> None:
+        if self._publisher.matching_status and not self._asked:
+            self._asked = True
+            self._read(self._take)
+
+    def _take(self) -> None:
+        try:
+            self._publisher.put(self._look().encode())
+        finally:
+            self._asked = False
+
+
+class GoalNews:
+    """Publishes status and feedback of goals, kept for late joiners as long as their results are."""
+
+    def __init__(self, session: zenoh.Session, robot_id: str) -> None:
+        self._session = session
+        self._robot_id = robot_id
+        self._publishers: OrderedDict[str, tuple[ext.AdvancedPublisher, ext.AdvancedPublisher]] = OrderedDict()
+
+    def status(self, goal: Goal) -> None:
+        """Publish how far a goal is."""
+        self._of(goal.goal_id)[0].put(goal.encode())
+
+    def feedback(self, feedback: Feedback) -> None:
+        """Publish that a phase begins."""
+        self._of(feedback.goal_id)[1].put(feedback.encode())
+
+    def close(self) -> None:
+        """Forget all goals."""
+        while self._publishers:
+            self._drop_oldest()
+
+    def _of(self, goal_id: str) -> tuple[ext.AdvancedPublisher, ext.AdvancedPublisher]:
+        found = self._publishers.get(goal_id)
+        if found is None:
+            found = (self._declare(goal_id, "status", 4), self._declare(goal_id, "feedback", _KEPT_FEEDBACK))
+            self._publishers[goal_id] = found
+            while len(self._publishers) > KEPT_RESULTS:
+                self._drop_oldest()
+        return found
+
+    def _declare(self, goal_id: str, name: str, kept: int) -> ext.AdvancedPublisher:
+        return ext.declare_advanced_publisher(
+            self._session,
+            key(self._robot_id, "goal", goal_id, name),
+            encoding=JSON,
+            congestion_control=zenoh.CongestionControl.DROP,
+            cache=ext.CacheConfig(max_samples=kept),
+        )
+
+    def _drop_oldest(self) -> None:
+        for publisher in self._publishers.popitem(last=False)[1]:
+            publisher.undeclare()
+
+
+class CameraStreams:
+    """Publishes pictures of the cameras that somebody listens to, and answers single requests for one."""
+
+    def __init__(self, session: zenoh.Session, robot_id: str, studio: Studio) -> None:
+        self._session = session
+        self._robot_id = robot_id
+        self._studio = studio
+        self._cameras: tuple[str, ...] = ()
+        self._publishers: dict[tuple[str, Kind], zenoh.Publisher] = {}
+
+    def follow(self, cameras: Sequence[Camera]) -> None:
+        """Offer these cameras from now on."""
+        self._cameras = tuple(camera.name for camera in cameras)
+        for name, kind in [view for view in self._publishers if view[0] not in self._cameras]:
+            self._studio.stream(_streamed(name, kind), None)
+            self._publishers.pop((name, kind)).undeclare()
+        kinds: tuple[Kind, ...] = ("rgb", "depth")
+        for name in self._cameras:
+            for kind in kinds:
+                if (name, kind) not in self._publishers:
+                    self._offer(name, kind)
+
+    def close(self) -> None:
+        """Offer nothing any more."""
+        self.follow(())
+
+    def on_request(self, request: Request) -> None:
+        """Answer with one picture; the parameter `format` is jpeg, png or raw."""
+        _, _, _, _, name, kind = request.key.split("/")
+        if name not in self._cameras:
+            problem = f"no camera {name[:60]!r}; there is {', '.join(self._cameras)}{did_you_mean(name, self._cameras)}"
+            raise InvalidMessageError(problem, evidence=MessageEvidence(field="camera", problem=problem))
+        view = View(name, "rgb" if kind == "rgb" else "depth", _format(request, kind))
+        encoding = ENCODINGS[view.format]
+
+        def deliver(payload: bytes, attachment: Picture) -> None:
+            request.deliver(payload, encoding, attachment)
+
+        self._studio.request(view, deliver, request.refuse)
+
+    def _offer(self, name: str, kind: Kind) -> None:
+        view = _streamed(name, kind)
+        publisher = self._session.declare_publisher(
+            key(self._robot_id, "obs", "camera", name, kind),
+            encoding=ENCODINGS[view.format],
+            congestion_control=zenoh.CongestionControl.DROP,
+        )
+        self._publishers[name, kind] = publisher
+
+        def deliver(payload: bytes, attachment: Picture) -> None:
+            publisher.put(payload, attachment=attachment.encode())
+
+        def match(status: zenoh.MatchingStatus) -> None:
+            self._studio.stream(view, deliver if status.matching else None)
+
+        publisher.declare_matching_listener(match)
+
+
+def _streamed(name: str, kind: Kind) -> View:
+    return View(name, kind, "jpeg" if kind == "rgb" else "raw")
+
+
+def _format(request: Request, kind: str) -> Format:
+    asked = request.parameters.get("format") or ("jpeg" if kind == "rgb" else "raw")
+    allowed: tuple[Format, ...] = ("jpeg", "png", "raw") if kind == "rgb" else ("png", "raw")
+    for name in allowed:
+        if asked == name:
+            return name
+    problem = f"{str(asked)[:20]!r} is not one of {', '.join(allowed)}"
+    raise InvalidMessageError(f"format: {problem}", evidence=MessageEvidence(field="format", problem=problem))

@@ -1,0 +1,533 @@
+"""The sim process on Zenoh: answers questions, takes goals, runs them one at a time, publishes what happens."""
+
+from __future__ import annotations
+
+import logging
+import threading
+import uuid
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Self
+
+import mujoco
+import zenoh
+
+from robosandbox.errors import (
+    BusyError,
+    BusyEvidence,
+    CancelledError,
+    ErrorRecord,
+    ForbiddenError,
+    InternalError,
+    InvalidArgumentError,
+    InvalidMessageError,
+    MessageEvidence,
+    ServiceUnavailableError,
+    SkillError,
+    UnknownGoalError,
+)
+from robosandbox.protocols import Skill
+from robosandbox.sim.cameras import Studio
+from robosandbox.sim.checkpoint import Checkpoint, SavedWorld, StateFile
+from robosandbox.sim.goals import Ledger, LiveGoal
+from robosandbox.sim.host import Host, Loader
+from robosandbox.sim.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
+from robosandbox.sim.requests import Request, serve
+from robosandbox.sim.survey import info_of, state_of, true_state_of
+from robosandbox.sim.worker import Pace, Worker
+from robosandbox.types import SkillResult
+from robosandbox.validation import did_you_mean
+from robosandbox.wire import (
+    KEPT_CHECKPOINTS,
+    Ask,
+    Clock,
+    Feedback,
+    GoalRef,
+    Info,
+    Load,
+    Message,
+    Objects,
+    Reset,
+    Saved,
+    SendGoal,
+    TrueState,
+    key,
+)
+
+_log = logging.getLogger(__name__)
+_SAVE_SECONDS = 2.0
+_CLIENT_GRACE_SECONDS = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class _Frozen:
+    number: int
+    world: SavedWorld
+
+
+class SimServer:
+    """Serves a loaded task under `robosandbox/<robot_id>/`.
+
+    Zenoh's threads check, queue and answer; one worker thread touches the world.
+
+    Args:
+        host: The loaded task.
+        session: A Zenoh session; it stays the caller's to close.
+        robot_id: In keys.
+        load: Loads other tasks.
+        pace: How simulated time passes.
+        truth: Whether `truth` answers.
+        state_file: Where the world is saved at each goal's end and every few seconds.
+
+    Attributes:
+        boot_id: New with every server.
+        studio: Draws the cameras.
+    """
+
+    def __init__(
+        self,
+        host: Host,
+        session: zenoh.Session,
+        *,
+        robot_id: str,
+        load: Loader,
+        pace: Pace = "realtime",
+        truth: bool = True,
+        state_file: StateFile | None = None,
+    ) -> None:
+        self.boot_id = str(uuid.uuid4())
+        self._host = host
+        self._session = session
+        self._robot_id = robot_id
+        self._load = load
+        self._default_pace: Pace = pace
+        self._truth = truth
+        self._state_file = state_file
+        self._skills: dict[str, Skill] = {}
+        self._worker = Worker(host.sim, pace)
+        self._ledger = Ledger(self.boot_id)
+        self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
+        self._lock = threading.Lock()
+        self._doing: str | None = None
+        self._running: LiveGoal | None = None
+        self._pace_owner: str | None = None
+        self._clients: set[str] = set()
+        self._timers: set[threading.Timer] = set()
+        self._stopping = threading.Event()
+        self._save_lock = threading.Lock()
+        self._frozen_count = 0
+        self._saved_count = 0
+        self._saver: threading.Thread | None = None
+        self._declared: list[Any] = []
+        self._info = self._survey()
+        self.studio = Studio(host.sim, self._worker.read, self.boot_id)
+        self._news = GoalNews(session, robot_id)
+        self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
+        self._objects = ObjectStream(session, robot_id, self._worker.read, self._read_objects)
+        self._cameras = CameraStreams(session, robot_id, self.studio)
+
+    # Life cycle.
+
+    def start(self) -> None:
+        """Begin to serve.
+
+        Raises:
+            ServiceUnavailableError: Another sim serves this robot id already.
+        """
+        alive = self._key("alive")
+        if any(reply.ok is not None for reply in self._session.liveliness().get(alive, timeout=0.5)):
+            raise ServiceUnavailableError(
+                f"--robot-id: another sim serves {self._robot_id!r} already; give this one another id"
+            )
+        self._worker.start()
+        self.studio.start()
+        self._declare()
+        self._state.start()
+        self._objects.start()
+        self._cameras.follow(self._info.cameras)
+        if self._state_file is not None:
+            self._saver = threading.Thread(target=self._save_now_and_then, name="saver", daemon=True)
+            self._saver.start()
+        # Last: whoever sees the token may ask anything.
+        self._declared.append(self._session.liveliness().declare_token(alive))
+
+    def stop(self) -> None:
+        """Cancel what runs, save, and leave the arm holding."""
+        self._stopping.set()
+        for declared in reversed(self._declared):
+            declared.undeclare()
+        self._declared.clear()
+        for timer in tuple(self._timers):
+            timer.cancel()
+        for goal_id in self._ledger.live():
+            self._cancel(goal_id)
+        idle = threading.Event()
+        self._worker.order(idle.set)
+        idle.wait()
+        self.studio.stop()
+        self._state.stop()
+        self._objects.stop()
+        self._worker.stop()
+        if self._saver is not None:
+            self._saver.join()
+            self._save(self._freeze())
+        self._cameras.close()
+        self._news.close()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.stop()
+
+    def adopt(self, world: SavedWorld) -> None:
+        """Take over goals of the process before; call it before `start`."""
+        self._ledger.adopt(world.goals, self._robot_id)
+
+    @property
+    def host(self) -> Host:
+        """What is served now."""
+        return self._host
+
+    def _key(self, *parts: str) -> str:
+        return key(self._robot_id, *parts)
+
+    def _declare(self) -> None:
+        handlers: dict[str, Callable[[Request], None]] = {
+            "skill/*/send_goal": self._on_send_goal,
+            "skill/*/cancel_goal": self._on_cancel_goal,
+            "skill/*/get_result": self._on_get_result,
+            "truth": self._on_truth,
+            "reset": self._on_reset,
+            "load": self._on_load,
+            "clock": self._on_clock,
+            "checkpoint": self._on_checkpoint,
+        }
+        for suffix, handle in handlers.items():
+            self._declared.append(serve(self._session, self._key(suffix), handle))
+        observations: dict[str, Callable[[Request], None]] = {
+            "info": self._on_info,
+            "obs/state": self._on_state,
+            "obs/objects": self._on_objects,
+        }
+        for suffix, handle in observations.items():
+            self._declared.append(serve(self._session, self._key(suffix), handle, any_robot=True))
+        for kind in ("rgb", "depth"):
+            self._declared.append(serve(self._session, self._key("obs/camera/*", kind), self._cameras.on_request))
+        self._declared.append(
+            self._session.liveliness().declare_subscriber(self._key("client/*"), self._on_client, history=True)
+        )
+
+    # Questions.
+
+    def _on_info(self, request: Request) -> None:
+        request.message(Ask)
+        request.answer(self._info.model_copy(update={"doing": self._occupation(), "pace": self._worker.pace}))
+
+    def _on_state(self, request: Request) -> None:
+        request.message(Ask)
+        self._worker.read(lambda: request.run(self._read_state))
+
+    def _on_objects(self, request: Request) -> None:
+        request.message(Ask)
+        self._worker.read(lambda: request.run(self._read_objects))
+
+    def _on_truth(self, request: Request) -> None:
+        request.message(Ask)
+        if not self._truth:
+            raise ForbiddenError("truth: this sim was started with --no-ground-truth; use obs/objects")
+        self._worker.read(lambda: request.run(self._read_truth))
+
+    def _on_checkpoint(self, request: Request) -> None:
+        request.message(Ask)
+        self._worker.read(lambda: request.run(self._save_checkpoint))
+
+    def _read_state(self) -> Message:
+        return state_of(self._host.sim, self.boot_id, self._running, self._host.ctx.phase, self._host.ctx.look().held)
+
+    def _read_objects(self) -> Objects:
+        return Objects(boot_id=self.boot_id, scene=self._host.ctx.look())
+
+    def _read_truth(self) -> TrueState:
+        return true_state_of(self._host.sim, self.boot_id, with_objects=self._truth)
+
+    def _save_checkpoint(self) -> Saved:
+        name = uuid.uuid4().hex
+        self._checkpoints[name] = self._host.checkpoint()
+        while len(self._checkpoints) > KEPT_CHECKPOINTS:
+            self._checkpoints.popitem(last=False)
+        return Saved(checkpoint=name, time=self._host.sim.time)
+
+    def _occupation(self) -> str | None:
+        return self._ledger.doing() or self._doing
+
+    # Changes of the world.
+
+    def _on_reset(self, request: Request) -> None:
+        message = request.message(Reset)
+        if (message.seed is None) == (message.checkpoint is None):
+            raise _wrong("seed", "give a seed or a checkpoint, one of the two")
+
+        def reset() -> TrueState:
+            with self.studio.lock:
+                if message.seed is not None:
+                    self._host.reset(message.seed)
+                else:
+                    self._host.restore(self._checkpoint(str(message.checkpoint)))
+            self._info = self._survey()
+            self._save(self._freeze())
+            return self._read_truth()
+
+        self._exclusively("reset", request, reset)
+
+    def _checkpoint(self, name: str) -> Checkpoint:
+        found = self._checkpoints.get(name)
+        if found is None:
+            raise _wrong("checkpoint", f"{name!r} is none of the last {KEPT_CHECKPOINTS}; ask checkpoint for one")
+        return found
+
+    def _on_load(self, request: Request) -> None:
+        message = request.message(Load)
+        if (message.task is None) == (message.document is None):
+            raise _wrong("task", "give a task's name or a document, one of the two")
+
+        def load() -> TrueState:
+            host = self._load(message)
+            with self.studio.lock:
+                before, self._host = self._host, host
+                self._worker.exchange(host.sim)
+                self.studio.exchange(host.sim)
+            before.close()
+            self._checkpoints.clear()
+            self._info = self._survey()
+            self._cameras.follow(self._info.cameras)
+            self._save(self._freeze())
+            return self._read_truth()
+
+        self._exclusively("load", request, load)
+
+    def _on_clock(self, request: Request) -> None:
+        message = request.message(Clock)
+        if message.pace is not None:
+            self._worker.set_pace(message.pace)
+            self._pace_owner = message.client_id
+        seconds = message.step
+        if seconds is None:
+            self._worker.read(lambda: request.run(self._read_truth))
+            return
+
+        def step() -> TrueState:
+            self._host.sim.step(seconds)
+            return self._read_truth()
+
+        self._exclusively("clock", request, step)
+
+    def _exclusively(self, name: str, request: Request, job: Callable[[], Message]) -> None:
+        """Run a job that changes the world when no goal does."""
+        with self._lock:
+            doing = self._occupation()
+            if doing is not None:
+                live = self._ledger.live()
+                raise BusyError(
+                    f"the robot is busy with {doing}; cancel it or wait for it",
+                    evidence=BusyEvidence(
+                        doing=doing, goal_id=live[0] if live else None, waiting=max(0, len(live) - 1)
+                    ),
+                )
+            self._doing = name
+
+        def run() -> None:
+            try:
+                request.run(job)
+            finally:
+                self._doing = None
+
+        self._worker.order(run)
+
+    def _survey(self) -> Info:
+        self._skills = {skill.name: skill for skill in self._host.skills}
+        return info_of(
+            self._host, robot_id=self._robot_id, boot_id=self.boot_id, truth=self._truth, pace=self._worker.pace
+        )
+
+    # Goals.
+
+    def _on_send_goal(self, request: Request) -> None:
+        message = request.message(SendGoal)
+        name = request.key.split("/")[3]
+        skill = self._skills.get(name)
+        if skill is None:
+            raise InvalidArgumentError(
+                f"no skill {name[:60]!r}; there is {', '.join(self._skills)}{did_you_mean(name, self._skills)}"
+            )
+        checked = skill.check(message.arguments)
+        goal, new = self._ledger.admit(message, name, checked, self._doing)
+        request.answer(goal)
+        if not new:
+            return
+        self._worker.order(lambda: self._execute(goal.goal_id))
+        if message.client_id is not None and message.client_id not in self._clients:
+            # The token of a client that has died meanwhile never comes.
+            self._after(_CLIENT_GRACE_SECONDS, lambda: self._forget_unless_present(str(message.client_id)))
+
+    def _on_cancel_goal(self, request: Request) -> None:
+        goal_id = request.message(GoalRef).goal_id
+        self._require_skill(request, goal_id)
+        self._cancel(goal_id)
+        request.answer(self._ledger.find(goal_id))
+
+    def _on_get_result(self, request: Request) -> None:
+        goal_id = request.message(GoalRef).goal_id
+        self._require_skill(request, goal_id)
+        request.answer(self._ledger.find(goal_id))
+
+    def _require_skill(self, request: Request, goal_id: str) -> None:
+        name = request.key.split("/")[3]
+        goal = self._ledger.find(goal_id)
+        if goal.skill != name:
+            raise UnknownGoalError(f"goal {goal_id} is a {goal.skill} goal, not {name[:60]!r}")
+
+    def _cancel(self, goal_id: str) -> None:
+        _, executing = self._ledger.cancel(goal_id)
+        if executing:
+            self._host.ctx.cancel()
+
+    def _execute(self, goal_id: str) -> None:
+        """Run a goal to its end; in the world's thread."""
+        entry, host = self._ledger.entry(goal_id), self._host
+        sim = host.sim
+        outcome: SkillResult | ErrorRecord
+        self._running = entry
+        try:
+            with host.ctx.goal(entry.timeout):
+                # From here on a cancel reaches the context; one that came before is in the ledger.
+                if not self._ledger.start(goal_id, sim.time):
+                    raise CancelledError("cancelled before it began")
+                self._news.status(entry.goal)
+                outcome = self._call(entry, host)
+        except SkillError as error:
+            outcome = error.record()
+        except Exception as fault:
+            outcome = InternalError.log(entry.goal.skill, fault, _log).record()
+        if isinstance(outcome, ErrorRecord):
+            self._come_to_rest(host)
+        self._running = None
+        # Saved before it is told: a step that somebody knows to be done is never undone by a restart.
+        goal = self._ledger.finish(goal_id, sim.time, outcome)
+        self._save(self._freeze())
+        self._news.status(goal)
+
+    @staticmethod
+    def _come_to_rest(host: Host) -> None:
+        while True:
+            try:
+                # A new goal of the context, in which no deadline and no earlier cancel counts.
+                with host.ctx.goal():
+                    host.sim.rest()
+                return
+            except CancelledError:
+                continue
+
+    def _call(self, entry: LiveGoal, host: Host) -> SkillResult:
+        began = host.sim.time
+
+        def tell(phase: str) -> None:
+            entry.phases += 1
+            now = host.sim.time
+            self._news.feedback(
+                Feedback(
+                    goal_id=entry.goal.goal_id,
+                    skill=entry.goal.skill,
+                    phase=phase,
+                    number=entry.phases,
+                    time=now,
+                    elapsed=now - began,
+                )
+            )
+
+        host.ctx.listeners.append(tell)
+        try:
+            return self._skills[entry.goal.skill](host.ctx, entry.checked)
+        finally:
+            host.ctx.listeners.remove(tell)
+
+    # Clients that go away.
+
+    def _on_client(self, sample: zenoh.Sample) -> None:
+        client_id = str(sample.key_expr).rpartition("/")[2]
+        if sample.kind == zenoh.SampleKind.PUT:
+            self._clients.add(client_id)
+            return
+        self._clients.discard(client_id)
+        self._forget_unless_present(client_id)
+
+    def _forget_unless_present(self, client_id: str) -> None:
+        if client_id in self._clients:
+            return
+        for goal_id in self._ledger.of_client(client_id):
+            _log.info("client %s is gone; its goal %s is cancelled", client_id, goal_id)
+            self._cancel(goal_id)
+        if self._pace_owner == client_id:
+            self._pace_owner = None
+            self._worker.set_pace(self._default_pace)
+
+    def _after(self, seconds: float, job: Callable[[], None]) -> None:
+        def run() -> None:
+            self._timers.discard(timer)
+            job()
+
+        timer = threading.Timer(seconds, run)
+        timer.daemon = True
+        self._timers.add(timer)
+        timer.start()
+
+    # Saving.
+
+    def _freeze(self) -> _Frozen | None:
+        """Return the world as a value; in the world's thread, between ticks."""
+        if self._state_file is None:
+            return None
+        self._frozen_count += 1
+        return _Frozen(
+            self._frozen_count,
+            SavedWorld(
+                mujoco=mujoco.__version__,
+                task=self._host.task.model_dump(mode="json"),
+                checkpoint=self._host.checkpoint(),
+                goals=self._ledger.dump(),
+            ),
+        )
+
+    def _save(self, frozen: _Frozen | None) -> None:
+        if frozen is None or self._state_file is None:
+            return
+        with self._save_lock:
+            # The saver's thread may come late with a state from before a goal's end.
+            if frozen.number <= self._saved_count:
+                return
+            try:
+                self._state_file.save(frozen.world)
+                self._saved_count = frozen.number
+            except OSError as error:
+                _log.error("the state was not saved in %s: %s", self._state_file.path, error.strerror)
+
+    def _save_now_and_then(self) -> None:
+        frozen: list[_Frozen | None] = []
+        while not self._stopping.wait(_SAVE_SECONDS):
+            ready = threading.Event()
+
+            def freeze(ready: threading.Event = ready) -> None:
+                frozen.append(self._freeze())
+                ready.set()
+
+            self._worker.read(freeze)
+            while not ready.wait(0.1):
+                if self._stopping.is_set():
+                    return
+            self._save(frozen.pop())
+
+
+def _wrong(field: str, problem: str) -> InvalidMessageError:
+    return InvalidMessageError(f"{field}: {problem}", evidence=MessageEvidence(field=field, problem=problem))

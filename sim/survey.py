@@ -1,0 +1,98 @@
+"""A world in the protocol's words: what it is, how it stands, what is true in it."""
+
+from __future__ import annotations
+
+import time
+from typing import Literal
+
+from robosandbox.sim.goals import LiveGoal
+from robosandbox.sim.host import Host
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.wire import Camera, Gripper, GripperInfo, Info, Joint, SkillInfo, State, TrueObject, TrueState
+
+
+def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
+    """Return what a loaded task is."""
+    sim, robot = host.sim, host.sim.robot
+    height, width = sim.render_size
+    joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
+    geometry = robot.gripper.geometry if robot.gripper else None
+    return Info(
+        robot_id=robot_id,
+        boot_id=boot_id,
+        robot=robot.name,
+        joints=tuple(
+            Joint(name=name, lower=float(low), upper=float(high), velocity=float(speed))
+            for name, low, high, speed in joints
+        ),
+        home_q=tuple(float(value) for value in robot.home_q),
+        base_xy=(float(robot.base_position[0]), float(robot.base_position[1])),
+        gripper=GripperInfo(min_aperture=geometry.min_aperture, max_aperture=geometry.max_aperture)
+        if geometry
+        else None,
+        cameras=tuple(Camera(name=name, width=width, height=height) for name in sim.cameras),
+        skills=tuple(
+            SkillInfo(name=skill.name, description=skill.description, arguments=dict(skill.schema))
+            for skill in host.skills
+        ),
+        task=host.task.model_dump(mode="json"),
+        seed=host.seed,
+        pace=pace,
+        control_timestep=sim.control_timestep,
+        truth=truth,
+    )
+
+
+def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, held: str | None) -> State:
+    """Return how the robot stands."""
+    seen = sim.observe()
+    gripper = seen.gripper
+    return State(
+        boot_id=boot_id,
+        seq=0,
+        stamp=time.time(),
+        time=seen.time,
+        q=tuple(seen.q.tolist()),
+        qd=tuple(seen.qd.tolist()),
+        tcp_pose=seen.tcp_pose,
+        gripper=Gripper(joint=gripper.joint, width=gripper.width, closed=gripper.closed, force=gripper.force)
+        if gripper
+        else None,
+        held=held,
+        goal_id=running.goal.goal_id if running else None,
+        skill=running.goal.skill if running else None,
+        phase=phase if running else None,
+        physics_steps=sim.physics_steps,
+    )
+
+
+def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> TrueState:
+    """Return the simulated state."""
+    truth = sim.truth()
+    objects = (
+        TrueObject(
+            id=item.id,
+            kind=item.kind,
+            size=item.size,
+            rgba=item.rgba,
+            pose=item.pose,
+            linear_velocity=_three(item.linear_velocity.tolist()),
+            angular_velocity=_three(item.angular_velocity.tolist()),
+            contacts=tuple(sorted(item.contacts)),
+        )
+        for item in truth.objects.values()
+    )
+    return TrueState(
+        boot_id=boot_id,
+        time=truth.time,
+        physics_steps=sim.physics_steps,
+        q=tuple(truth.q.tolist()),
+        home_q=tuple(truth.home_q.tolist()),
+        table_height=truth.table_height,
+        objects=tuple(objects) if with_objects else (),
+        held=truth.held if with_objects else None,
+    )
+
+
+def _three(values: list[float]) -> tuple[float, float, float]:
+    return values[0], values[1], values[2]

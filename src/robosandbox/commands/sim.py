@@ -1,0 +1,122 @@
+"""`sim`: the world as a process of its own, served over Zenoh."""
+
+from __future__ import annotations
+
+import re
+import signal
+import sys
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from robosandbox.commands.console import EXIT_DONE
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.sim.checkpoint import SavedWorld
+    from robosandbox.tasks.hosting import TaskHouse
+    from robosandbox.tasks.session import Session
+
+ZenohConfig = Annotated[
+    Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
+]
+
+
+def sim(
+    task: Annotated[
+        str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")
+    ] = None,
+    robot: Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")] = None,
+    robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
+    listen: Annotated[
+        str | None, typer.Option("--listen", help="Zenoh endpoint; tcp/127.0.0.1:7447 if left out.")
+    ] = None,
+    pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
+    seed: Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")] = 0,
+    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
+    zenoh_config: ZenohConfig = None,
+    state_file: Annotated[
+        Path | None, typer.Option("--state-file", help="Keep the world here; a restarted sim goes on from it.")
+    ] = None,
+    allow_files: Annotated[
+        list[Path] | None, typer.Option("--allow-files", help="A folder whose models clients may load.")
+    ] = None,
+    ground_truth: Annotated[
+        bool, typer.Option("--ground-truth/--no-ground-truth", help="Answer truth with the simulated state.")
+    ] = True,
+    insecure: Annotated[
+        bool, typer.Option("--insecure", help="Listen beyond this machine without asking who comes.")
+    ] = False,
+) -> int:
+    """Serve a world over Zenoh until SIGINT or SIGTERM."""
+    _check(robot_id, pace, seed, allow_files or [])
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+
+    from robosandbox.plugins import load_plugin
+    from robosandbox.sim.checkpoint import StateFile
+    from robosandbox.sim.server import SimServer
+    from robosandbox.tasks.hosting import TaskHouse
+    from robosandbox.transport import open_listener
+
+    load_plugin("perceptions", perception)
+    house = TaskHouse(perception=perception, allowed=allow_files or [])
+    file = StateFile(state_file) if state_file else None
+    saved = file.load() if file else None
+    zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
+    try:
+        host = _open(house, saved, task, robot, seed)
+        server = SimServer(
+            host,
+            zenoh_session,
+            robot_id=robot_id,
+            load=house.load,
+            pace=_pace(pace),
+            truth=ground_truth,
+            state_file=file,
+        )
+        if saved is not None:
+            server.adopt(saved)
+        with server:
+            where = ", ".join(endpoints) or "the routers of the Zenoh config"
+            print(f"listening on {where} as {robot_id!r}: {host.task.name} with {host.sim.robot.name}", flush=True)
+            stopped.wait()
+            print("stopping", file=sys.stderr, flush=True)
+        server.host.close()
+    finally:
+        zenoh_session.close()
+    return EXIT_DONE
+
+
+def _check(robot_id: str, pace: str, seed: int, folders: list[Path]) -> None:
+    if not re.fullmatch(r"[a-z0-9_-]{1,64}", robot_id):
+        raise InputError(f"--robot-id: {robot_id[:70]!r} is no id; use up to 64 of a-z, 0-9, '-' and '_'")
+    _pace(pace)
+    if seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+    for folder in folders:
+        if not folder.is_dir():
+            raise InputError(f"--allow-files: {str(folder)!r} is no folder")
+
+
+def _pace(name: str) -> Literal["realtime", "fast"]:
+    match name:
+        case "realtime" | "fast":
+            return name
+        case _:
+            raise InputError(f"--pace: {name!r} is not one of realtime, fast")
+
+
+def _open(house: TaskHouse, saved: SavedWorld | None, task: str | None, robot: str | None, seed: int) -> Session:
+    if saved is None:
+        return house.open(task, robot, seed)
+    session = house.resume(saved)
+    print(
+        f"going on with {session.task.name} at {session.sim.time:.2f} s from the state file; remove it to start over",
+        file=sys.stderr,
+        flush=True,
+    )
+    return session

@@ -1,0 +1,447 @@
+"""The protocol between a sim and its clients: keys, and every message as a strict model.
+
+All keys lie under `robosandbox/<robot_id>/`. Control messages are JSON; errors are `ErrorRecord`s sent as error replies.
+Numbers are finite, SI units and radians, poses in the world frame. docs/protocol.md is written from these models.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Annotated, Any, Final, Literal, Self, TypeVar
+
+from pydantic import Field, ValidationError
+from pydantic_core import from_json
+
+from robosandbox.errors import ErrorRecord, InvalidMessageError, MessageEvidence
+from robosandbox.types import (
+    Finite,
+    NonNegative,
+    ObjectKind,
+    ObservedScene,
+    Pose,
+    Positive,
+    SkillResult,
+    StrictModel,
+    Vec3,
+)
+
+PROTOCOL: Final = 1
+ROOT = "robosandbox"
+DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
+DEFAULT_ROBOT_ID = "robot"
+MAX_MESSAGE_BYTES = 1_000_000
+KEPT_RESULTS = 256
+KEPT_CHECKPOINTS = 64
+STATE_HZ = 50.0
+JSON = "application/json"
+
+RobotId = Annotated[str, Field(pattern=r"^[a-z0-9_-]{1,64}$")]
+GoalId = Annotated[str, Field(pattern=r"^[0-9a-f]{8}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{4}-[0-9a-f]{12}$")]
+Count = Annotated[int, Field(ge=0, lt=2**31)]
+Numbers = tuple[Finite, ...]
+
+
+def key(robot_id: str, *parts: str) -> str:
+    """Return a key of a robot: `key("arm", "obs", "state")`; `*` stands for any robot."""
+    return "/".join((ROOT, robot_id, *parts))
+
+
+def robot_of(key_expr: str) -> str:
+    """Return the robot id of a key."""
+    return key_expr.split("/")[1]
+
+
+class Message(StrictModel):
+    """What every message carries.
+
+    Attributes:
+        protocol: The version that the sender speaks.
+    """
+
+    protocol: Literal[1] = PROTOCOL
+
+    def encode(self) -> bytes:
+        """Return the message as JSON."""
+        return self.model_dump_json().encode()
+
+
+MessageT = TypeVar("MessageT", bound=Message)
+
+
+def decode(payload: bytes, model: type[MessageT]) -> MessageT:
+    """Return the message in a payload.
+
+    Raises:
+        InvalidMessageError: It is too long, no JSON, of another protocol version, or has a wrong field.
+    """
+    if len(payload) > MAX_MESSAGE_BYTES:
+        raise _invalid("", f"the message has {len(payload):,} bytes; at most {MAX_MESSAGE_BYTES:,} are read")
+    try:
+        data = from_json(payload, allow_inf_nan=False)
+    except ValueError as error:
+        raise _invalid("", f"the message is no JSON of finite numbers: {error}") from None
+    if isinstance(data, dict) and data.get("protocol", PROTOCOL) != PROTOCOL:
+        raise _invalid("protocol", f"speaks version {str(data['protocol'])[:20]}; here it is {PROTOCOL}")
+    try:
+        return model.model_validate(data)
+    except ValidationError as error:
+        problem = error.errors(include_url=False, include_context=False, include_input=False)[0]
+        where = ".".join(str(part)[:40] for part in problem["loc"][:4])
+        takes = ", ".join(model.model_fields)
+        raise _invalid(where, f"{problem['msg']}; the message takes {takes}") from None
+    except RecursionError:
+        raise _invalid("", "the message is nested too deeply") from None
+
+
+def _invalid(field: str, problem: str) -> InvalidMessageError:
+    return InvalidMessageError(
+        f"{field}: {problem}" if field else problem, evidence=MessageEvidence(field=field, problem=problem)
+    )
+
+
+# Requests.
+
+
+class Ask(Message):
+    """A question without arguments: `info`, `truth`, `checkpoint`, `obs/objects`, `obs/state`. May be left out."""
+
+
+class SendGoal(Message):
+    """Run a skill. Sent again with the same id it runs once, and the answer says how far it is.
+
+    Attributes:
+        goal_id: A UUID that the client makes up.
+        arguments: As the skill's schema says.
+        timeout: Simulated seconds after which the skill is stopped; none if left out.
+        queue: Wait behind the running goal in place of being refused as busy.
+        client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.
+    """
+
+    goal_id: GoalId
+    arguments: dict[str, Any] = Field(default_factory=dict, max_length=64)
+    timeout: Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)] | None = None
+    queue: bool = False
+    client_id: GoalId | None = None
+
+
+class GoalRef(Message):
+    """The goal that `cancel_goal` or `get_result` is about."""
+
+    goal_id: GoalId
+
+
+class Reset(Message):
+    """Start over: with a seed's layout, or from a checkpoint.
+
+    Attributes:
+        seed: The layout; 0 is the task as written.
+        checkpoint: What `checkpoint` returned; in place of a seed.
+    """
+
+    seed: Count | None = None
+    checkpoint: Annotated[str, Field(max_length=64)] | None = None
+
+
+class Load(Message):
+    """Load another task; all checkpoints are forgotten.
+
+    Attributes:
+        task: A bundled task's name.
+        document: A task as its YAML would have it; in place of a name.
+        robot: A bundled robot's name or an allowed file, in place of the task's.
+    """
+
+    task: Annotated[str, Field(max_length=64)] | None = None
+    document: dict[str, Any] | None = None
+    robot: Annotated[str, Field(max_length=1000)] | None = None
+
+
+class Clock(Message):
+    """Let simulated time pass, or change how it passes.
+
+    Attributes:
+        step: Simulated seconds to pass now, the arm holding.
+        pace: `realtime`, or `fast`: as fast as it computes, and between goals not at all. What a client set ends with it.
+        client_id: The client's liveliness token, to which the pace is tied.
+    """
+
+    step: Annotated[float, Field(gt=0.0, le=60.0, allow_inf_nan=False)] | None = None
+    pace: Literal["realtime", "fast"] | None = None
+    client_id: GoalId | None = None
+
+
+# Answers.
+
+
+class Joint(StrictModel):
+    """An arm joint: position limits in rad or m, speed limit per second."""
+
+    name: str
+    lower: Finite
+    upper: Finite
+    velocity: NonNegative
+
+
+class GripperInfo(StrictModel):
+    """How far the fingers come apart and together, metres."""
+
+    min_aperture: Finite
+    max_aperture: Finite
+
+
+class Camera(StrictModel):
+    """A camera's name and picture size, pixels."""
+
+    name: str
+    width: Count
+    height: Count
+
+
+class SkillInfo(StrictModel):
+    """A skill: its arguments are a JSON schema.
+
+    `schema` is called `arguments` in Python, where the other name is taken.
+    """
+
+    name: str
+    description: str
+    arguments: dict[str, Any]
+
+
+class Info(Message):
+    """What a sim is: the answer to `info`.
+
+    Attributes:
+        robot_id: In keys.
+        boot_id: New with every start of the sim process.
+        robot: The robot's model.
+        joints: In the order of `q`.
+        home_q: Configuration, one value per joint.
+        base_xy: Where the robot stands, metres.
+        gripper: None for an arm without one.
+        cameras: Under `obs/camera/`.
+        skills: The catalogue.
+        task: The loaded task, as its YAML would have it, defaults filled in.
+        seed: The layout.
+        pace: How simulated time passes.
+        control_timestep: Seconds between commands.
+        truth: Whether `truth` answers.
+        doing: The running skill, or "reset" and the like; None when it is free.
+    """
+
+    robot_id: RobotId
+    boot_id: str
+    robot: str
+    joints: tuple[Joint, ...]
+    home_q: Numbers
+    base_xy: tuple[Finite, Finite]
+    gripper: GripperInfo | None
+    cameras: tuple[Camera, ...]
+    skills: tuple[SkillInfo, ...]
+    task: dict[str, Any]
+    seed: Count
+    pace: Literal["realtime", "fast"]
+    control_timestep: Positive
+    truth: bool
+    doing: str | None = None
+
+
+class GoalStatus(StrEnum):
+    """How far a goal is; the last three are final."""
+
+    ACCEPTED = "accepted"
+    EXECUTING = "executing"
+    SUCCEEDED = "succeeded"
+    FAILED = "failed"
+    CANCELLED = "cancelled"
+
+    @property
+    def final(self) -> bool:
+        """Whether it will not change any more."""
+        return self not in (GoalStatus.ACCEPTED, GoalStatus.EXECUTING)
+
+
+class Goal(Message):
+    """A goal as the sim has it: the answer to `send_goal`, `cancel_goal`, `get_result`; on `goal/<id>/status` at each change.
+
+    Attributes:
+        goal_id: The client's.
+        boot_id: The sim process that took it.
+        skill: Its name.
+        status: How far it is.
+        began: Simulated seconds at its start.
+        ended: Simulated seconds at its end.
+        result: After it succeeded.
+        error: After it failed or was cancelled.
+    """
+
+    goal_id: GoalId
+    boot_id: str
+    skill: str
+    status: GoalStatus
+    began: Finite | None = None
+    ended: Finite | None = None
+    result: SkillResult | None = None
+    error: ErrorRecord | None = None
+
+    def outcome(self) -> SkillResult:
+        """Return a final goal's result, or raise its error.
+
+        Raises:
+            SkillError: It failed or was cancelled.
+        """
+        if self.error is not None:
+            raise self.error.exception()
+        if self.result is None:
+            raise ValueError(f"goal {self.goal_id} is {self.status}, which is not final")
+        return self.result
+
+
+class Feedback(Message):
+    """On `goal/<id>/feedback`: a phase begins.
+
+    Attributes:
+        goal_id: The client's.
+        skill: Its name.
+        phase: What it does now.
+        number: Of the phase, from 1.
+        time: Simulated seconds.
+        elapsed: Simulated seconds since the goal began.
+    """
+
+    goal_id: GoalId
+    skill: str
+    phase: str
+    number: Count
+    time: Finite
+    elapsed: NonNegative
+
+
+class Gripper(StrictModel):
+    """The gripper's readings: joint value, gap in metres, 0 open to 1 closed, what it presses with (N or N m)."""
+
+    joint: Finite
+    width: Finite
+    closed: Finite
+    force: Finite
+
+
+class State(Message):
+    """On `obs/state`, 50 times a second.
+
+    Attributes:
+        boot_id: The sim process.
+        seq: Counts messages.
+        stamp: Unix seconds when it was read.
+        time: Simulated seconds.
+        q: Configuration, rad or m.
+        qd: Its rate.
+        tcp_pose: The tool centre point in the world.
+        gripper: None for an arm without one.
+        held: Id of the held object.
+        goal_id: The running goal.
+        skill: Its skill.
+        phase: Its phase.
+        physics_steps: Since the last reset.
+    """
+
+    boot_id: str
+    seq: Count
+    stamp: Finite
+    time: Finite
+    q: Numbers
+    qd: Numbers
+    tcp_pose: Pose
+    gripper: Gripper | None
+    held: str | None
+    goal_id: GoalId | None = None
+    skill: str | None = None
+    phase: str | None = None
+    physics_steps: Count
+
+
+class Objects(Message):
+    """What perception sees: on `obs/objects`, and the answer to it."""
+
+    boot_id: str
+    scene: ObservedScene
+
+
+class TrueObject(StrictModel):
+    """An object of the simulated state; speeds in m/s and rad/s in the world, contacts by name."""
+
+    id: str
+    kind: ObjectKind
+    size: Numbers
+    rgba: tuple[Finite, Finite, Finite, Finite]
+    pose: Pose
+    linear_velocity: Vec3
+    angular_velocity: Vec3
+    contacts: tuple[str, ...]
+
+
+class TrueState(Message):
+    """The simulated state: the answer to `truth`, `reset`, `load` and `clock`.
+
+    Attributes:
+        boot_id: The sim process.
+        time: Simulated seconds since the reset.
+        physics_steps: Of them.
+        q: Configuration.
+        home_q: The robot's home.
+        table_height: Metres.
+        objects: All of them; empty where `truth` is switched off.
+        held: Id of the held object.
+    """
+
+    boot_id: str
+    time: Finite
+    physics_steps: Count
+    q: Numbers
+    home_q: Numbers
+    table_height: Finite
+    objects: tuple[TrueObject, ...]
+    held: str | None
+
+
+class Saved(Message):
+    """The answer to `checkpoint`: its id, for `reset`."""
+
+    checkpoint: str
+    time: Finite
+
+
+class Picture(Message):
+    """The attachment of a camera picture.
+
+    Attributes:
+        camera: Its name.
+        boot_id: The sim process.
+        stamp: Unix seconds when the state was taken.
+        time: Simulated seconds of it.
+        width: Pixels.
+        height: Pixels.
+        format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
+        fx: Focal length, pixels; the same for fy.
+        cx: Principal point, pixels.
+        cy: Principal point, pixels.
+        pose_camera_in_world: x right, y down, z into the scene.
+    """
+
+    camera: str
+    boot_id: str
+    stamp: Finite
+    time: Finite
+    width: Count
+    height: Count
+    format: Literal["jpeg", "png", "raw"]
+    fx: Finite
+    fy: Finite
+    cx: Finite
+    cy: Finite
+    pose_camera_in_world: Pose
+
+    @classmethod
+    def read(cls, attachment: bytes) -> Self:
+        """Return the message in an attachment."""
+        return decode(attachment, cls)

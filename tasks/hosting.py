@@ -1,0 +1,82 @@
+"""Tasks for a sim process: what clients may load, and a world that goes on where a state file left it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from robosandbox.errors import InputError
+from robosandbox.sim.checkpoint import SavedWorld
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.task import Task
+from robosandbox.types import Scene
+from robosandbox.validation import validate
+from robosandbox.wire import Load
+
+_PICTURE_SIZE = (480, 640)
+
+
+class TaskHouse:
+    """Opens the tasks that a sim process serves.
+
+    Args:
+        perception: Name of an installed perception.
+        allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
+            objects only.
+    """
+
+    def __init__(self, *, perception: str = "ground_truth", allowed: Sequence[Path] = ()) -> None:
+        self._perception = perception
+        self._allowed = tuple(folder.resolve() for folder in allowed)
+
+    def open(self, task: Task | Path | str | None, robot: str | None = None, seed: int = 0) -> Session:
+        """Open a task that the person at this machine named."""
+        return open_session(task, robot=robot, perception=self._perception, seed=seed, render_size=_PICTURE_SIZE)
+
+    def resume(self, world: SavedWorld) -> Session:
+        """Open the task of a state file as it was left.
+
+        Raises:
+            InputError: The task cannot be loaded any more, or the state does not fit it.
+        """
+        session = self.open(validate(world.task, Task, source="state file"))
+        try:
+            session.restore(world.checkpoint)
+        except InputError:
+            session.close()
+            raise
+        return session
+
+    def load(self, message: Load) -> Session:
+        """Open a task that a client asks for.
+
+        Raises:
+            InputError: There is none, it is wrong, or it names files that clients may not name.
+        """
+        if message.document is None:
+            task = find_task(str(message.task))
+        else:
+            task = validate(message.document, Task, source="document")
+            self._check_files(task.scene)
+        if message.robot is not None:
+            self._check_file("robot", Path(message.robot))
+        return self.open(task, message.robot)
+
+    def _check_files(self, scene: Scene) -> None:
+        named = [("scene.robot_urdf", scene.robot_urdf), ("scene.robot_config", scene.robot_config)]
+        named += [(f"scene.objects[{index}].mesh", item.mesh) for index, item in enumerate(scene.objects)]
+        for field, path in named:
+            if path is not None:
+                self._check_file(field, path)
+
+    def _check_file(self, field: str, path: Path) -> None:
+        """Refuse a file outside the allowed folders; a bare name is a bundled robot's."""
+        if len(path.parts) == 1 and not path.suffix and path.name not in (".", ".."):
+            return
+        found = path.resolve()
+        if not any(found.is_relative_to(folder) for folder in self._allowed):
+            raise InputError(
+                f"{field}: {str(path)!r} is in no folder that clients may load from; start the sim with "
+                "--allow-files FOLDER, or with the task itself"
+            )
