@@ -17,6 +17,8 @@ from robosandbox.errors import (
     BusyError,
     BusyEvidence,
     CancelledError,
+    ConnectionEvidence,
+    ConnectionLostError,
     ErrorRecord,
     ForbiddenError,
     InternalError,
@@ -356,6 +358,11 @@ class SimServer:
 
     def _on_send_goal(self, request: Request) -> None:
         message = request.message(SendGoal)
+        if message.boot_id not in (None, self.boot_id):
+            raise ConnectionLostError(
+                "the sim was restarted since the plan was made; look again and plan anew",
+                evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=True),
+            )
         name = request.key.split("/")[3]
         skill = self._skills.get(name)
         if skill is None:

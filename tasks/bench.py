@@ -13,10 +13,12 @@ from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
-from robosandbox.errors import RoboSandboxError
+from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.tasks.interval import beta_interval
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.remote import RemoteSession
+from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
+from robosandbox.tasks.workcell import Workcell
 
 _log = logging.getLogger(__name__)
 _CHUNK = 10
@@ -96,6 +98,7 @@ def run_bench(
     jobs: int = 1,
     settings: BenchSettings | None = None,
     on_done: Callable[[int], None] | None = None,
+    remote: RemoteSession | None = None,
 ) -> Iterator[Row]:
     """Yield a row per task and seed, tasks in the given order, seeds from 0.
 
@@ -105,6 +108,7 @@ def run_bench(
         jobs: Processes; 1 stays in this one.
         settings: What all episodes share.
         on_done: Told how many episodes more are finished, in whatever order they finish.
+        remote: Run in this sim process, with the planner that it was made with, in place of worlds of our own.
 
     Raises:
         InputError: A task cannot be loaded.
@@ -114,8 +118,8 @@ def run_bench(
     size = max(1, min(_CHUNK, -(-seeds // jobs)))
     chunks = [(task, range(at, min(at + size, seeds))) for task in tasks for at in range(0, seeds, size)]
     jobs = min(jobs, len(chunks))
-    if jobs <= 1:
-        worker = _Worker()
+    if jobs <= 1 or remote is not None:
+        worker = _Worker(remote)
         try:
             for task, chunk in chunks:
                 for seed in chunk:
@@ -163,8 +167,9 @@ def versions() -> dict[str, str]:
 class _Worker:
     """Keeps the last task's world, so that its seeds share one compiled model."""
 
-    def __init__(self) -> None:
-        self._session: Session | None = None
+    def __init__(self, remote: RemoteSession | None = None) -> None:
+        self._remote = remote
+        self._session: Workcell | None = None
         self._key: tuple[Task, BenchSettings] | None = None
 
     def episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
@@ -184,8 +189,10 @@ class _Worker:
             claimed, steps, replans = episode.success, len(episode.steps), episode.replans
             reason, said = episode.final_reason.value, episode.final_detail
         secs = time.perf_counter() - begin
-        sim_secs, physics_steps = session.sim.time, session.sim.physics_steps
+        sim_secs, physics_steps = session.elapsed()
         verdict = session.judge()
+        if verdict is None:
+            raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
         detail: dict[str, float | str] = {key: round(value, 3) for key, value in verdict.detail.items()}
         if not claimed:
             detail["agent"] = f"{reason}: {said}"
@@ -209,18 +216,24 @@ class _Worker:
             self._session.close()
         self._session = self._key = None
 
-    def _session_for(self, task: Task, settings: BenchSettings) -> Session:
+    def _session_for(self, task: Task, settings: BenchSettings) -> Workcell:
         if self._session is None or self._key != (task, settings):
             self.close()
-            self._session = open_session(
-                task,
-                planner=settings.planner,
-                perception=settings.perception,
-                max_replans=settings.max_replans,
-                what_if=settings.what_if,
-            )
+            self._session = self._open(task, settings)
             self._key = (task, settings)
         return self._session
+
+    def _open(self, task: Task, settings: BenchSettings) -> Workcell:
+        if self._remote is not None:
+            self._remote.load(task)
+            return self._remote
+        return open_session(
+            task,
+            planner=settings.planner,
+            perception=settings.perception,
+            max_replans=settings.max_replans,
+            what_if=settings.what_if,
+        )
 
 
 _process_worker = _Worker()

@@ -121,6 +121,31 @@ class Session:
         self.sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
         self.sim.hold()
 
+    @property
+    def robot_name(self) -> str:
+        """The robot's model."""
+        return self.sim.robot.name
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `picture` takes."""
+        return self.sim.cameras
+
+    def elapsed(self) -> tuple[float, int]:
+        """Return simulated seconds and physics steps since the last reset."""
+        return self.sim.time, self.sim.physics_steps
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a PNG or JPEG file's bytes.
+
+        Raises:
+            InputError: No such camera.
+            RenderingError: No OpenGL on this machine.
+        """
+        from robosandbox.sim.cameras import encode
+
+        return encode(self.sim.observe((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
+
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""
         return self.ctx.look()

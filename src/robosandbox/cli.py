@@ -16,6 +16,7 @@ app = typer.Typer(
 app.command("run")(run.run)
 app.command("plan")(run.plan)
 app.command("sim")(sim.sim)
+app.command("agent")(run.agent)
 app.add_typer(tasks.app, name="tasks")
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from typing_extensions import TypeVar
 
@@ -173,7 +173,8 @@ Ctx = TypeVar("Ctx", contravariant=True, bound=AgentWorld, default=SkillContext)
 class Skill(Protocol[Ctx]):
     """One verb. `run` takes keyword arguments; its signature is its schema."""
 
-    name: ClassVar[str]
+    @property
+    def name(self) -> str: ...
 
     @property
     def description(self) -> str: ...

@@ -115,6 +115,7 @@ class SendGoal(Message):
         timeout: Simulated seconds after which the skill is stopped; none if left out.
         queue: Wait behind the running goal in place of being refused as busy.
         client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.
+        boot_id: The sim process that the client planned for; another one refuses with `connection_lost`.
     """
 
     goal_id: GoalId
@@ -122,6 +123,7 @@ class SendGoal(Message):
     timeout: Annotated[float, Field(gt=0.0, le=1e6, allow_inf_nan=False)] | None = None
     queue: bool = False
     client_id: GoalId | None = None
+    boot_id: Annotated[str, Field(max_length=64)] | None = None
 
 
 class GoalRef(Message):
@@ -198,10 +200,7 @@ class Camera(StrictModel):
 
 
 class SkillInfo(StrictModel):
-    """A skill: its arguments are a JSON schema.
-
-    `schema` is called `arguments` in Python, where the other name is taken.
-    """
+    """A skill: its name, what it does, and the JSON schema of its arguments."""
 
     name: str
     description: str

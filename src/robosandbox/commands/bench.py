@@ -10,13 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robosandbox.tasks.bench import Row
+    from robosandbox.tasks.bench import BenchSettings, Row
+    from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
 app = typer.Typer(add_completion=False)
@@ -38,6 +40,9 @@ def bench(
     max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
     what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
+    connect: Connect = None,
+    robot_id: RobotId = None,
+    zenoh_config: ZenohConfig = None,
 ) -> int:
     """Run tasks over seeds and judge each episode on the simulated state."""
     for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1), ("--max-replans", max_replans, 0)):
@@ -45,6 +50,9 @@ def bench(
             raise InputError(f"{option}: {value}; give {least} or more")
     if json not in (None, "-") and not Path(json).absolute().parent.is_dir():
         raise InputError(f"--json: the folder of {json!r} does not exist; make it first")
+
+    if connect and jobs > 1:
+        raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
 
     from robosandbox.plugins import load_plugin
     from robosandbox.tasks.bench import BenchSettings, run_bench
@@ -60,8 +68,8 @@ def bench(
 
     width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
     rows: list[Row] = []
-    with _progress(len(chosen) * seeds) as done:
-        for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done):
+    with _progress(len(chosen) * seeds) as done, _world(connect, robot_id, zenoh_config, settings) as remote:
+        for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done, remote=remote):
             if not rows:
                 show(header(width), RULE)
             rows.append(row)
@@ -136,6 +144,23 @@ def _choose(names: Sequence[str], files: Sequence[Path]) -> list[Task]:
             raise InputError(f"--task-file: a task {task.name!r} is there already; give it another name")
         seen.add(task.name)
     return chosen
+
+
+@contextmanager
+def _world(
+    connect: list[str] | None, robot_id: str | None, zenoh_config: Path | None, settings: BenchSettings
+) -> Iterator[RemoteSession | None]:
+    """Yield the sim process to run in, its clock tied to the work; None for worlds of our own."""
+    if not connect:
+        yield None
+        return
+    from robosandbox.commands.connecting import remote_session
+
+    with remote_session(
+        connect, robot_id, zenoh_config, planner=settings.planner, max_replans=settings.max_replans
+    ) as session:
+        session.robot.set_pace("fast")
+        yield session
 
 
 @contextmanager

@@ -17,7 +17,7 @@ from robosandbox.agent import episode as events
 if TYPE_CHECKING:
     from rich.status import Status
 
-    from robosandbox.agent.context import AgentContext
+    from robosandbox.tasks.workcell import PromptContext
 
 
 class LiveView:
@@ -72,7 +72,7 @@ class LiveView:
 
 
 @contextmanager
-def cancel_on_interrupt(ctx: AgentContext) -> Iterator[None]:
+def cancel_on_interrupt(ctx: PromptContext) -> Iterator[None]:
     """Let the first Ctrl-C stop the arm and end the episode properly, and the second one end the program."""
 
     def handle(number: int, frame: FrameType | None) -> None:

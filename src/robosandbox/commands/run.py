@@ -1,4 +1,4 @@
-"""`run` and `plan`: a prompt in an embedded world."""
+"""`run` and `plan`: a prompt in an embedded world; `agent`: in a sim process."""
 
 from __future__ import annotations
 
@@ -6,12 +6,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json, read_prompt
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
     from robosandbox.tasks.session import Session
+    from robosandbox.tasks.workcell import Workcell
 
 Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
 TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
@@ -36,20 +38,28 @@ def run(
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
-    from robosandbox.commands.live import LiveView, cancel_on_interrupt
-
     with _open(prompt, task, robot, planner, perception, seed, max_replans, what_if) as session:
-        said = session.task.prompt if prompt is None else read_prompt(prompt)
-        session.agent.listeners.append(LiveView())
-        with cancel_on_interrupt(session.ctx):
-            episode = session.run(said)
-        document = _document(session, episode)
-    judged = document["judged"]
-    if json:
-        print_json(document)
-    else:
-        print(_sentence(episode, judged))
-    return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
+        return _carry_out(session, session.task.prompt if prompt is None else read_prompt(prompt), json)
+
+
+def agent(
+    prompt: Prompt = None,
+    connect: Connect = None,
+    robot_id: RobotId = None,
+    zenoh_config: ZenohConfig = None,
+    planner: PlannerName = "stub",
+    max_replans: MaxReplans = 3,
+    json: Json = False,
+) -> int:
+    """Carry out a prompt in a sim process."""
+    from robosandbox.commands.connecting import remote_session
+
+    if prompt is not None:
+        prompt = read_prompt(prompt)
+    if max_replans < 0:
+        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
+    with remote_session(connect or [], robot_id, zenoh_config, planner=planner, max_replans=max_replans) as session:
+        return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
 def plan(
@@ -110,24 +120,39 @@ def _open(
     )
 
 
-def _document(session: Session, episode: Episode) -> dict[str, Any]:
+def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
+    from robosandbox.commands.live import LiveView, cancel_on_interrupt
+
+    session.agent.listeners.append(LiveView())
+    with cancel_on_interrupt(session.ctx):
+        episode = session.run(prompt)
+    document = _document(session, episode)
+    judged = document["judged"]
+    if json:
+        print_json(document)
+    else:
+        print(_sentence(episode, judged))
+    return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
+
+
+def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
     """Return the episode as JSON data; judged against the task only if its own prompt was given."""
     from robosandbox.tasks.bench import versions
 
-    sim = session.sim
+    sim_secs, physics_steps = session.elapsed()
     document = {
         **episode.record(),
         "task": session.task.name,
         "seed": session.seed,
-        "robot": sim.robot.name,
-        "sim_secs": round(sim.time, 6),
-        "physics_steps": sim.physics_steps,
+        "robot": session.robot_name,
+        "sim_secs": round(sim_secs, 6),
+        "physics_steps": physics_steps,
         "versions": versions(),
         "judged": None,
     }
     if episode.prompt == session.task.prompt:
         verdict = session.judge()
-        document["judged"] = {"success": verdict.success, "detail": verdict.detail}
+        document["judged"] = {"success": verdict.success, "detail": verdict.detail} if verdict else None
     return document
 
 

@@ -1,0 +1,120 @@
+"""A remote robot as an agent sees it: a world to look at and skills to call."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from robosandbox.errors import CancelledError, GoalTimeoutError, TimeoutEvidence
+from robosandbox.types import ObservedScene, SkillResult
+from robosandbox.wire import SkillInfo
+
+if TYPE_CHECKING:
+    from robosandbox.agent.client import RemoteRobot
+
+
+class RemoteContext:
+    """What an agent uses of a remote robot; the sim process has the rest.
+
+    Attributes:
+        listeners: Called with each phase that begins, in the thread that waits for the skill.
+    """
+
+    def __init__(self, robot: RemoteRobot) -> None:
+        self.listeners: list[Callable[[str], None]] = []
+        self._robot = robot
+        self._cancelled = threading.Event()
+        self._boot_id: str | None = None
+        self._left: float | None = None
+        self._timeout: float | None = None
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now; waits for a sim that is away."""
+        seen = self._robot.look()
+        self._boot_id = seen.boot_id
+        return seen.scene
+
+    def cancel(self) -> None:
+        """Stop what runs, from any thread: it ends in a CancelledError."""
+        self._cancelled.set()
+
+    @contextmanager
+    def goal(self, timeout: float | None = None) -> Iterator[None]:
+        """Run one prompt: an earlier cancel is forgotten, and it may take `timeout` simulated seconds.
+
+        Raises:
+            ValueError: The timeout is not positive.
+        """
+        if timeout is not None and not timeout > 0.0:
+            raise ValueError(f"timeout is {timeout}; it takes seconds above 0")
+        self._cancelled.clear()
+        self._timeout = self._left = timeout
+        try:
+            yield
+        finally:
+            self._timeout = self._left = None
+            self._cancelled.clear()
+
+    def call(self, skill: str, arguments: Mapping[str, Any]) -> SkillResult:
+        """Run a skill on the robot.
+
+        Raises:
+            SkillError: It failed, was cancelled, or took too long.
+        """
+        if self._cancelled.is_set():
+            self._cancelled.clear()
+            raise CancelledError("cancelled; the arm holds where it was")
+        if self._left is not None and self._left <= 0.0:
+            timeout = self._timeout or 0.0
+            raise GoalTimeoutError(
+                f"not done after {timeout:g} s; allow more time or ask for less at once",
+                evidence=TimeoutEvidence(deadline=timeout, elapsed=timeout - self._left),
+            )
+        goal = self._robot.send(skill, arguments, timeout=self._left, boot_id=self._boot_id)
+        asked = False
+        try:
+            for feedback in goal.follow():
+                if feedback is not None:
+                    for listener in tuple(self.listeners):
+                        listener(feedback.phase)
+                if self._cancelled.is_set() and not asked:
+                    asked = True
+                    goal.cancel()
+            return goal.goal.outcome()
+        finally:
+            self._robot.forget(goal)
+            if self._left is not None and goal.goal.began is not None and goal.goal.ended is not None:
+                self._left -= goal.goal.ended - goal.goal.began
+
+
+class RemoteSkill:
+    """A skill of a remote robot, with the schema that the robot gave."""
+
+    def __init__(self, robot: RemoteRobot, info: SkillInfo) -> None:
+        self._robot = robot
+        self._info = info
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self._info.name
+
+    @property
+    def description(self) -> str:
+        """What it does, in a line."""
+        return self._info.description
+
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of the arguments."""
+        return self._info.arguments
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments; the sim checks them before anything moves."""
+        return arguments
+
+    def __call__(self, ctx: RemoteContext, arguments: Mapping[str, Any]) -> SkillResult:
+        """Run it on the robot; raises SkillError."""
+        return ctx.call(self.name, arguments)

@@ -1,0 +1,162 @@
+"""A session whose world is a sim process: the same prompts, resets and verdicts as in an embedded one."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.client import RemoteRobot
+from robosandbox.agent.episode import Episode
+from robosandbox.agent.remote import RemoteContext
+from robosandbox.plugins import load_plugin
+from robosandbox.protocols import Planner
+from robosandbox.sim.truth import ObjectTruth, Truth
+from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.task import Task
+from robosandbox.types import ObservedScene, frozen_array
+from robosandbox.validation import validate
+from robosandbox.wire import TrueState
+
+
+class RemoteSession:
+    """The task that a sim process has loaded, and an agent here that acts in it.
+
+    Attributes:
+        robot: The connection.
+        task: What is loaded.
+        seed: The last reset's.
+        agent: Carries out prompts.
+        start: The state after the last reset, which success is judged against.
+    """
+
+    def __init__(self, robot: RemoteRobot, *, planner: str = "stub", max_replans: int = 3) -> None:
+        """Act on a robot.
+
+        Raises:
+            InputError: No such planner is installed.
+        """
+        self.robot = robot
+        self._make_planner = load_plugin("planners", planner)
+        self._max_replans = max_replans
+        self._adopt()
+
+    def _adopt(self) -> None:
+        """Take over what the sim has loaded."""
+        info = self.robot.info()
+        self.task = validate(info.task, Task, source="the sim's task")
+        self.seed = info.seed
+        mind: Planner = self._make_planner(self.robot.skills)
+        self.agent: Agent[RemoteContext] = Agent(
+            ctx=self.robot.ctx, skills=self.robot.skills, planner=mind, max_replans=self._max_replans
+        )
+        self.start = truth_of(self.robot.truth()) if info.truth else None
+
+    @property
+    def ctx(self) -> RemoteContext:
+        """What the agent uses."""
+        return self.robot.ctx
+
+    @property
+    def robot_name(self) -> str:
+        """The robot's model."""
+        return self.robot.info().robot
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `picture` takes."""
+        return self.robot.cameras
+
+    def elapsed(self) -> tuple[float, int]:
+        """Return simulated seconds and physics steps since the last reset."""
+        state = self.robot.state()
+        return state.time, state.physics_steps
+
+    def load(self, task: Task) -> None:
+        """Have the sim load another task.
+
+        Raises:
+            InputError: The sim refuses it.
+            BusyError: The robot is at work.
+        """
+        self.robot.load(document=task.model_dump(mode="json"))
+        self._adopt()
+
+    def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
+        """Carry out a prompt, or the task's own, within `timeout` simulated seconds."""
+        with self.ctx.goal(timeout):
+            return self.agent.run(self.task.prompt if prompt is None else prompt)
+
+    def reset(self, seed: int = 0) -> None:
+        """Start over with this seed's layout.
+
+        Raises:
+            InputError: The seed has no layout.
+            BusyError: The robot is at work.
+        """
+        state = self.robot.reset(seed)
+        self.start = truth_of(state) if self.start is not None else None
+        self.seed = seed
+
+    def checkpoint(self) -> str:
+        """Return a name for the world as it is, for `restore`; the sim keeps the last 64."""
+        return self.robot.checkpoint()
+
+    def restore(self, checkpoint: Any) -> None:
+        """Go back to a checkpoint; the arm holds.
+
+        Raises:
+            InputError: The sim does not have it any more.
+        """
+        self.robot.reset(checkpoint=str(checkpoint))
+
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now."""
+        return self.robot.observe()
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a PNG or JPEG file's bytes."""
+        return self.robot.picture(camera, format=format)[0]
+
+    def judge(self) -> Verdict | None:
+        """Tell whether the task has succeeded since the last reset; None where the sim keeps its truth to itself."""
+        if self.start is None:
+            return None
+        return judge(
+            self.task.success, self.start, lambda: truth_of(self.robot.truth()), lambda seconds: self._wait(seconds)
+        )
+
+    def _wait(self, seconds: float) -> None:
+        self.robot.step(seconds)
+
+    def close(self) -> None:
+        """Nothing to free: the connection is the client's."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def truth_of(state: TrueState) -> Truth:
+    """Return the simulated state that a message carries."""
+    return Truth(
+        time=state.time,
+        q=frozen_array(state.q),
+        home_q=frozen_array(state.home_q),
+        table_height=state.table_height,
+        objects={
+            item.id: ObjectTruth(
+                id=item.id,
+                kind=item.kind,
+                size=item.size,
+                rgba=item.rgba,
+                pose=item.pose,
+                linear_velocity=frozen_array(item.linear_velocity),
+                angular_velocity=frozen_array(item.angular_velocity),
+                contacts=frozenset(item.contacts),
+            )
+            for item in state.objects
+        },
+        held=state.held,
+    )
