@@ -59,7 +59,7 @@ class Pick(Skill):
         arm = Manipulator(ctx)
         target = arm.find(object)
         if arm.start.held == object:
-            return SkillResult(skill=self.name, detail={"already_held": True})
+            return _lift_held(arm, target)
         arm.require_empty()
         excluded: list[Grasp] = []
         while True:
@@ -95,6 +95,30 @@ class Pick(Skill):
             detail={"object": target.id, "dz_mm": 1000.0 * dz, "width_mm": 1000.0 * width},
             side_effects=arm.disturbed(target.id),
         )
+
+
+def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
+    """Lift what the gripper holds already, if it has not been lifted: an earlier pick may have been stopped."""
+    if bottom(target) - arm.start.table_height < _LEAST_RISE * LIFT_HEIGHT:
+        rise = _lift(arm, target.id)
+        scene = arm.look()
+        dz = bottom(arm.find(target.id, scene)) - bottom(target)
+        if scene.held != target.id or dz < _LEAST_RISE * rise:
+            raise GraspError(
+                f"lost {target.id} while lifting; look again and pick it anew",
+                phase=Phase.LIFT,
+                evidence=GraspEvidence(
+                    object=target.id,
+                    reason="slipped",
+                    aperture=arm.gripper.width,
+                    max_aperture=arm.geometry.max_aperture,
+                ),
+            )
+    return SkillResult(
+        skill=Pick.name,
+        detail={"object": target.id, "already_held": True, "width_mm": 1000.0 * arm.gripper.width},
+        side_effects=arm.disturbed(target.id),
+    )
 
 
 def _lift(arm: Manipulator, object_id: str) -> float:

@@ -113,7 +113,10 @@ class _Builder(Arranging):
         ):
             return
         if self.world.held == names[0]:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
+            if self.world.is_carried(names[0]):
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {names[0]} already.", names)
+            self._add("pick", object=names[0])
+            return
         self._take(names[0])
 
     def _push(self, command: Command) -> None:

@@ -10,6 +10,7 @@ from robosandbox.types import DetectedObject, ObservedScene
 REACH = (0.22, 0.80)
 TABLE_HALF = 0.5
 MARGIN = 0.02
+LIFTED = 0.08
 Parent = tuple[str, str]
 
 
@@ -60,6 +61,7 @@ class World:
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
         }
         self.held = scene.held
+        self._table_height = scene.table_height
         self._extents = {item.id: half_extents(item) for item in scene.objects}
         self.parent: dict[str, Parent] = dict(self._parents())
         self.opened: set[str] = set()
@@ -121,6 +123,10 @@ class World:
         while name in self.parent and self.parent[name][0] == "on" and seen < 20:
             name, seen = self.parent[name][1], seen + 1
         return seen
+
+    def is_carried(self, name: str) -> bool:
+        """Say whether a held object has been lifted; one that is merely gripped may still be picked up."""
+        return self._bottom(self.objects[name]) - self._table_height > LIFTED
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
