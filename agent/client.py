@@ -323,7 +323,7 @@ class RemoteRobot:
         self.ctx = RemoteContext(self)
         self._client = client
         self._session = client.session
-        self._goals: dict[str, RemoteGoal] = {}
+        self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
         self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
         self._news = self._session.declare_subscriber(key(robot_id, "goal", "*", "*"), self._on_news)
@@ -420,11 +420,12 @@ class RemoteRobot:
         )
         pending = Goal(goal_id=message.goal_id, boot_id="", skill=skill, status=GoalStatus.ACCEPTED)
         # News of the goal may come before the answer.
-        goal = self._goals[message.goal_id] = RemoteGoal(self, pending)
+        goal = RemoteGoal(self, pending)
+        self._goals.setdefault(message.goal_id, set()).add(goal)
         try:
             goal.hear(self.ask(f"skill/{_plain(skill)}/send_goal", message, Goal))
         except BaseException:
-            del self._goals[message.goal_id]
+            self.forget(goal)
             raise
         return goal
 
@@ -442,7 +443,10 @@ class RemoteRobot:
 
     def forget(self, goal: RemoteGoal) -> None:
         """Listen no longer to a goal's news."""
-        self._goals.pop(goal.id, None)
+        same = self._goals.get(goal.id, set())
+        same.discard(goal)
+        if not same:
+            self._goals.pop(goal.id, None)
 
     def reset(self, seed: int | None = None, *, checkpoint: str | None = None) -> TrueState:
         """Start over with a seed's layout, or go back to a checkpoint.
@@ -498,7 +502,7 @@ class RemoteRobot:
     def on_presence(self, came: bool) -> None:
         """Take note that the sim came or went; from Zenoh's thread."""
         if not came:
-            for goal in tuple(self._goals.values()):
+            for goal in self._followed(*self._goals):
                 goal.lose()
 
     def close(self) -> None:
@@ -540,14 +544,16 @@ class RemoteRobot:
 
     def _on_news(self, sample: zenoh.Sample) -> None:
         *_, goal_id, kind = str(sample.key_expr).split("/")
-        goal = self._goals.get(goal_id)
-        if goal is None:
+        followed = self._followed(goal_id)
+        if not followed or kind not in ("status", "feedback"):
             return
         payload = sample.payload.to_bytes()
-        if kind == "status":
-            goal.hear(decode(payload, Goal))
-        elif kind == "feedback":
-            goal.hear(decode(payload, Feedback))
+        news = decode(payload, Goal) if kind == "status" else decode(payload, Feedback)
+        for goal in followed:
+            goal.hear(news)
+
+    def _followed(self, *goal_ids: str) -> list[RemoteGoal]:
+        return [goal for goal_id in goal_ids for goal in tuple(self._goals.get(goal_id, ()))]
 
 
 def _error(payload: bytes, robot_id: str) -> Exception:

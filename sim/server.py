@@ -340,13 +340,14 @@ class SimServer:
                 )
             self._doing = name
 
-        def run() -> None:
+        def run() -> Message:
             try:
-                request.run(job)
+                return job()
             finally:
+                # Before the answer is sent: whoever has it may go on.
                 self._doing = None
 
-        self._worker.order(run)
+        self._worker.order(lambda: request.run(run))
 
     def _survey(self) -> Info:
         self._skills = {skill.name: skill for skill in self._host.skills}

@@ -1,0 +1,97 @@
+"""Sim processes for tests and benchmarks: the real program on a free port of this machine, killed and restarted at will."""
+
+from __future__ import annotations
+
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+from pathlib import Path
+from typing import Self
+
+_START_SECONDS = 60.0
+_MAIN = "from robosandbox.cli import main; main()"
+
+
+class SimProcess:
+    """`robo-sandbox sim` as a child process, ready when the constructor returns.
+
+    Args:
+        options: As on the command line, without `--listen`.
+        state_file: Where the world is kept; `restart` then goes on from it.
+        log: Where stderr goes; nowhere if left out.
+
+    Attributes:
+        endpoint: Where it listens.
+    """
+
+    def __init__(self, *options: str, state_file: Path | None = None, log: Path | None = None) -> None:
+        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+        self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
+        self._log = log
+        self._process = self._start()
+
+    @property
+    def pid(self) -> int:
+        """The process id."""
+        return self._process.pid
+
+    @property
+    def running(self) -> bool:
+        """Whether the process lives."""
+        return self._process.poll() is None
+
+    def kill(self) -> None:
+        """End it at once, as a power cut would."""
+        self._process.kill()
+        self._process.wait()
+
+    def stop(self, number: int = signal.SIGTERM, timeout: float = 30.0) -> int:
+        """Ask it to end; return its exit code.
+
+        Raises:
+            subprocess.TimeoutExpired: It did not end in time.
+        """
+        if self.running:
+            self._process.send_signal(number)
+        return self._process.wait(timeout)
+
+    def restart(self) -> None:
+        """Start it again with the same options."""
+        self._process = self._start()
+
+    def close(self) -> None:
+        """Make sure that it is gone."""
+        if self.running:
+            self.kill()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _start(self) -> subprocess.Popen[str]:
+        command = [sys.executable, "-c", _MAIN, "sim", "--listen", self.endpoint, *self._options]
+        with open(self._log or os.devnull, "a", encoding="utf-8") as errors:
+            process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
+        watchdog = threading.Timer(_START_SECONDS, process.kill)
+        watchdog.start()
+        try:
+            line = process.stdout.readline() if process.stdout else ""
+        finally:
+            watchdog.cancel()
+        if not line.startswith("listening on"):
+            process.kill()
+            raise RuntimeError(f"the sim did not start (exit code {process.wait()}): {line!r}")
+        return process
+
+
+def free_port() -> int:
+    """Return a TCP port of 127.0.0.1 that nobody listens on now."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port: int = found.getsockname()[1]
+        return port
