@@ -62,7 +62,7 @@ _LOAD_SECONDS = 120.0
 _DISCOVERY_SECONDS = 0.3
 _POLL_SECONDS = 0.02
 _CHECK_SECONDS = 2.0
-_SLICE_SECONDS = 0.05
+_SLICE_SECONDS = 0.02
 
 OnPresence = Callable[[str, bool], None]
 

@@ -149,12 +149,14 @@ def cancelled(times: int) -> dict[str, Any]:
             session.reset(number)
             rng = random.Random(1000 + number)
             states: list[tuple[float, float]] = []
-            at: list[float] = []
+            at: list[tuple[float, int]] = []
             watcher = robot.watch("obs/state", lambda sample, states=states: states.append(_speed(sample)))
 
-            def cancel(wait: float = rng.uniform(0.0, length), at: list[float] = at) -> None:
+            def cancel(
+                wait: float = rng.uniform(0.0, length), at: list[tuple[float, int]] = at, states: list[Any] = states
+            ) -> None:
                 time.sleep(wait)
-                at.append(robot.state().time)
+                at.append((robot.state().time, len(states)))
                 session.ctx.cancel()
 
             thread = threading.Thread(target=cancel)
@@ -168,7 +170,7 @@ def cancelled(times: int) -> dict[str, Any]:
             ended += 1
             phase = str(episode.attempts[-1].error.phase)
             phases[phase] = phases.get(phase, 0) + 1
-            waits.append(_still_after(states, at[0]))
+            waits.append(_still_after(states[at[0][1] :], at[0][0]))
     return {
         "times": times,
         "cancelled": ended,

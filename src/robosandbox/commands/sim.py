@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
 ]
+_SWITCH_SECONDS = 0.001
 
 
 def sim(
@@ -52,6 +53,8 @@ def sim(
 ) -> int:
     """Serve a world over Zenoh until SIGINT or SIGTERM."""
     _check(robot_id, pace, seed, allow_files or [])
+    # Zenoh's threads and the state stream must not wait 5 ms for a thread that plans.
+    sys.setswitchinterval(_SWITCH_SECONDS)
     stopped = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stopped.set())

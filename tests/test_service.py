@@ -1,0 +1,297 @@
+"""The sim process and its clients: real processes on loopback."""
+
+import json
+import logging
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.client import Client, RemoteRobot, connect
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.errors import (
+    BusyError,
+    ForbiddenError,
+    InputError,
+    InternalError,
+    InvalidArgumentError,
+    InvalidMessageError,
+    NotHoldingError,
+    ServiceUnavailableError,
+    UnknownGoalError,
+    UnreachableError,
+)
+from robosandbox.protocols import SkillContext
+from robosandbox.sim.server import SimServer
+from robosandbox.skills.base import Skill
+from robosandbox.tasks.bench import run_bench
+from robosandbox.tasks.hosting import TaskHouse
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.remote import RemoteSession
+from robosandbox.testing.processes import SimProcess, free_port
+from robosandbox.transport import open_listener
+from robosandbox.types import SkillResult
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+@pytest.fixture(scope="module")
+def sim() -> Iterator[SimProcess]:
+    with SimProcess("--pace", "fast") as process:
+        yield process
+
+
+@pytest.fixture
+def client(sim: SimProcess) -> Iterator[Client]:
+    with connect(sim.endpoint) as client:
+        yield client
+
+
+@pytest.fixture
+def robot(client: Client) -> RemoteRobot:
+    robot = client.robot()
+    robot.load("pick_from_three")
+    return robot
+
+
+def cli(*arguments: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from robosandbox.cli import main; main()", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+
+def report(script: str, *options: str) -> dict[str, Any]:
+    """Run a benchmark and return what it printed."""
+    command = [sys.executable, str(ROOT / "benchmarks" / script), *options, "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=280)
+    assert done.returncode == 0, done.stderr
+    table: dict[str, Any] = json.loads(done.stdout)
+    return table
+
+
+# Working.
+
+
+def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> None:
+    tasks = [find_task(name) for name in ("pick_ball", "put_in_bin", "push_left")]
+    robot.set_pace("fast")
+    rows = {}
+    for name, remote in (("embedded", None), ("remote", RemoteSession(robot))):
+        rows[name] = [{**row.record(), "secs": 0.0} for row in run_bench(tasks, 2, remote=remote)]
+    assert rows["remote"] == rows["embedded"]
+    assert all(row["success"] for row in rows["remote"])
+
+
+def test_same_agent_class_drives_a_remote_robot(robot: RemoteRobot) -> None:
+    phases: list[str] = []
+    agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=StubPlanner(robot.skills))
+    agent.listeners.append(lambda event: phases.append(getattr(event, "phase", "")))
+    assert agent.run("put the red cube to the left of the blue cube").success
+    assert {"approach", "grasp", "lift", "release"} <= set(phases)
+
+
+def test_agent_command_prints_what_run_prints(sim: SimProcess, robot: RemoteRobot) -> None:
+    robot.load("pick_cube_franka")
+    remote = cli("agent", "--connect", sim.endpoint)
+    embedded = cli("run", "--task", "pick_cube_franka")
+    assert (remote.returncode, remote.stdout) == (embedded.returncode, embedded.stdout) == (0, embedded.stdout)
+    assert embedded.stdout.startswith("done: pick(object=red_cube)")
+
+
+def test_remote_errors_are_the_local_classes_with_evidence(robot: RemoteRobot) -> None:
+    with pytest.raises(NotHoldingError) as empty:
+        robot.send("place_on", {"target": "blue_cube"}).wait()
+    assert empty.value.evidence is not None
+    robot.send("pick", {"object": "red_cube"}).wait()
+    with pytest.raises(UnreachableError) as far:
+        robot.send("place_at", {"x": 0.46, "y": 0.46}).wait()
+    assert far.value.evidence is not None and far.value.evidence.position_error > 0.01  # type: ignore[union-attr]
+    with pytest.raises(InvalidArgumentError, match="did you mean 'pick'"):
+        robot.send("pik", {"object": "red_cube"})
+    with pytest.raises(InvalidArgumentError, match="object"):
+        robot.send("pick", {"object": 7})
+
+
+def test_checkpoint_brings_the_world_back(robot: RemoteRobot) -> None:
+    before = robot.truth()
+    name = robot.checkpoint()
+    robot.send("pick", {"object": "red_cube"}).wait()
+    assert robot.truth().held == "red_cube"
+    back = robot.reset(checkpoint=name)
+    assert back.held is None
+    assert [item.pose for item in back.objects] == [item.pose for item in before.objects]
+    with pytest.raises(InvalidMessageError, match="checkpoint"):
+        robot.reset(checkpoint="nothing")
+
+
+def test_clients_load_bundled_tasks_and_no_files_of_the_sim(robot: RemoteRobot, tmp_path: Path) -> None:
+    robot.load("stack_two")
+    assert {item.id for item in robot.observe().objects} == {"red_cube", "blue_cube"}
+    document = find_task("stack_two").model_dump(mode="json")
+    document["scene"]["robot_urdf"] = str(tmp_path / "arm.urdf")
+    with pytest.raises(InputError, match="--allow-files"):
+        robot.load(document=document)
+    with pytest.raises(InputError, match="--allow-files"):
+        robot.load("stack_two", robot="../../etc/passwd")
+    with pytest.raises(InputError, match="stack_two"):
+        robot.load("stack_to")
+
+
+def test_pace_that_a_client_sets_ends_with_it(sim: SimProcess, robot: RemoteRobot) -> None:
+    with connect(sim.endpoint) as other:
+        other.robot().set_pace("realtime")
+        assert robot.info().pace == "realtime"
+        other.robot().set_pace("realtime")
+    # The sim hears of the end at about the time that we do.
+    for _ in range(500):
+        if robot.info().pace == "fast":
+            return
+    raise AssertionError("the pace outlived its client")
+
+
+def test_truth_can_be_switched_off() -> None:
+    with SimProcess("--task", "home", "--no-ground-truth") as sim, connect(sim.endpoint) as client:
+        with pytest.raises(ForbiddenError, match="--no-ground-truth"):
+            client.robot().truth()
+        session = RemoteSession(client.robot())
+        assert session.run("go home").success and session.judge() is None
+        assert client.robot().reset(1).objects == ()
+
+
+def test_no_sim_is_said_in_one_line_with_exit_code_3() -> None:
+    done = cli("agent", "go home", "--connect", f"tcp/127.0.0.1:{free_port()}")
+    assert done.returncode == 3
+    assert done.stderr.count("\n") == 1 and "robo-sandbox sim" in done.stderr
+    with pytest.raises(ServiceUnavailableError):
+        connect(f"tcp/127.0.0.1:{free_port()}", timeout=0.1)
+
+
+def test_port_and_robot_id_are_taken_once(sim: SimProcess) -> None:
+    done = cli("sim", "--listen", sim.endpoint)
+    assert done.returncode == 3 and "cannot listen" in done.stderr and done.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (("--robot-id", "Arm 1"), "--robot-id"),
+        (("--robot-id", "**"), "--robot-id"),
+        (("--pace", "quick"), "--pace"),
+        (("--seed", "-1"), "--seed"),
+        (("--listen", "nonsense"), "--listen"),
+        (("--task", "pick_cube_frnka"), "pick_cube_franka"),
+        (("--state-file", "/no/such/folder/file"), "--state-file"),
+        (("--zenoh-config", "/no/such/file"), "--zenoh-config"),
+        (("--allow-files", "/no/such/folder"), "--allow-files"),
+        (("--perception", "grund_truth"), "ground_truth"),
+    ],
+)
+def test_wrong_options_of_sim_are_one_line(options: tuple[str, ...], said: str) -> None:
+    done = cli("sim", *options)
+    assert done.returncode == 2
+    assert said in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_sim_stops_cleanly_on_signals() -> None:
+    for number in (2, 15):
+        with SimProcess("--task", "home") as sim, connect(sim.endpoint) as client:
+            client.robot().send("home")
+            assert sim.stop(number) == 0
+
+
+def test_state_file_of_something_else_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "state"
+    for content in ("", "{}", '{"version": 9}', "\xff\xfe"):
+        file.write_text(content, encoding="latin-1")
+        done = cli("sim", "--state-file", str(file))
+        assert done.returncode == 2 and "state" in done.stderr and done.stderr.count("\n") == 1
+
+
+def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    class Broken(Skill):
+        name = "broken"
+
+        def run(self, ctx: SkillContext) -> SkillResult:
+            """Fail."""
+            raise KeyError("a fault on purpose")
+
+    house = TaskHouse()
+    host = house.open("home")
+    host.skills.append(Broken())
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session, _ = open_listener(endpoint)
+    server = SimServer(host, session, robot_id="arm-1", load=house.load, pace="fast")
+    with session, server, connect(endpoint) as client, caplog.at_level(logging.ERROR):
+        robot = client.robot("arm-1")
+        with pytest.raises(InternalError) as raised:
+            robot.send("broken").wait()
+        fault_id = raised.value.message.split()[-1]
+        assert fault_id in caplog.text and "a fault on purpose" in caplog.text
+        assert "a fault on purpose" not in raised.value.message
+        assert robot.send("home").wait().skill == "home"
+
+
+def test_result_of_an_unknown_goal_is_an_error(robot: RemoteRobot) -> None:
+    with pytest.raises(UnknownGoalError):
+        robot.result("pick", "00000000-0000-4000-8000-000000000000")
+
+
+def test_reset_while_a_goal_runs_is_refused_as_busy(sim: SimProcess, robot: RemoteRobot) -> None:
+    robot.set_pace("realtime")
+    goal = robot.send("pick", {"object": "red_cube"})
+    with pytest.raises(BusyError) as busy:
+        robot.reset(0)
+    assert busy.value.evidence is not None and busy.value.evidence.goal_id == goal.id  # type: ignore[union-attr]
+    goal.cancel()
+    robot.set_pace("fast")
+
+
+@pytest.mark.gl
+def test_pictures_come_with_intrinsics_and_pose(robot: RemoteRobot) -> None:
+    payload, about = robot.picture("scene")
+    assert payload[:2] == b"\xff\xd8" and (about.width, about.height) == (640, 480)
+    raw, about = robot.picture("top", depth=True)
+    assert len(raw) == 4 * about.width * about.height
+    with pytest.raises(InvalidMessageError, match="scene"):
+        robot.picture("scne")
+    with pytest.raises(InvalidMessageError, match="format"):
+        robot.picture("scene", format="bmp")
+
+
+# Faults: the benchmarks that count them, once or twice each.
+
+
+def test_killed_sim_is_waited_for_and_the_task_finished() -> None:
+    row = report("faults.py", "sim_killed", "--times", "3")["sim_killed"]
+    assert row["task_finished"] == 3, row
+    assert row["noticed_ms_max"] < 1000.0
+
+
+def test_killed_agent_leaves_the_arm_holding_and_the_robot_free() -> None:
+    row = report("faults.py", "agent_killed", "--times", "2")["agent_killed"]
+    assert (row["arm_holds"], row["next_client_served"]) == (2, 2), row
+
+
+def test_cancelled_arm_is_still_within_200_ms() -> None:
+    row = report("faults.py", "cancelled", "--times", "3")["cancelled"]
+    assert row["sim_s_to_still_max"] <= 0.2, row
+
+
+def test_small_faults_are_counted_in_full() -> None:
+    names = ("numbers", "deadline", "duplicate", "busy", "late_joiner", "many_clients")
+    table = report("faults.py", *names, "--times", "2")
+    assert table["numbers"]["refused"] == table["numbers"]["tried"] and table["numbers"]["physics_untouched"]
+    assert table["deadline"]["stopped_and_still"] == 2
+    assert table["duplicate"]["ran_once"] == 2
+    assert (table["busy"]["refused"], table["busy"]["queued_ran"]) == (2, 2)
+    assert table["late_joiner"]["result_read"] == 2
+    assert table["many_clients"]["served"] == 50 and table["many_clients"]["pick_afterwards"]
+
+
+def test_nonsense_gets_typed_errors_and_harms_nothing() -> None:
+    row = report("garbage.py", "--payloads", "200")
+    assert row["wrong_count"] == 0, row["wrong"]
+    assert row["physics_untouched"] and row["pick_afterwards"]
