@@ -269,6 +269,10 @@ class MuJoCoBackend:
             held=held,
         )
 
+    def held(self) -> str | None:
+        """Return the object that both sides of the gripper touch."""
+        return self._contacts()[1]
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
         world, data = self._loaded, self._live

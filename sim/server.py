@@ -59,6 +59,7 @@ from robosandbox.wire import (
 
 _log = logging.getLogger(__name__)
 _SAVE_SECONDS = 2.0
+_STOP_SECONDS = 10.0
 _CLIENT_GRACE_SECONDS = 1.0
 
 
@@ -166,12 +167,13 @@ class SimServer:
             self._cancel(goal_id)
         idle = threading.Event()
         self._worker.order(idle.set)
-        idle.wait()
+        if not idle.wait(_STOP_SECONDS):
+            _log.error("a skill does not stop; its goal is left open")
         self.studio.stop()
         self._state.stop()
         self._objects.stop()
-        self._worker.stop()
-        if self._saver is not None:
+        stopped = self._worker.stop(_STOP_SECONDS)
+        if self._saver is not None and stopped:
             self._saver.join()
             self._save(self._freeze())
         self._cameras.close()
@@ -247,7 +249,7 @@ class SimServer:
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
     def _read_state(self) -> Message:
-        return state_of(self._host.sim, self.boot_id, self._running, self._host.ctx.phase, self._host.ctx.look().held)
+        return state_of(self._host.sim, self.boot_id, self._running, self._host.ctx.phase)
 
     def _read_objects(self) -> Objects:
         return Objects(boot_id=self.boot_id, scene=self._host.ctx.look())

@@ -43,7 +43,7 @@ def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Liter
     )
 
 
-def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, held: str | None) -> State:
+def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str) -> State:
     """Return how the robot stands."""
     seen = sim.observe()
     gripper = seen.gripper
@@ -58,7 +58,7 @@ def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: 
         gripper=Gripper(joint=gripper.joint, width=gripper.width, closed=gripper.closed, force=gripper.force)
         if gripper
         else None,
-        held=held,
+        held=sim.held(),
         goal_id=running.goal.goal_id if running else None,
         skill=running.goal.skill if running else None,
         phase=phase if running else None,

@@ -48,13 +48,16 @@ class Worker:
         self._adopt(self._sim)
         self._thread.start()
 
-    def stop(self) -> None:
-        """End after the running job; jobs that wait are dropped."""
+    def stop(self, timeout: float) -> bool:
+        """End after the running job, dropping those that wait; return whether it ended within `timeout` seconds."""
         with self._changed:
             self._stopping = True
             self._changed.notify_all()
-        self._thread.join()
+        self._thread.join(timeout)
+        if self._thread.is_alive():
+            return False
         self._sim.tick_hooks.remove(self._between_ticks)
+        return True
 
     def set_pace(self, pace: Pace) -> None:
         """Let simulated time pass in another way from now on."""

@@ -80,6 +80,8 @@ def open_connector(
     _set_default(config, "connect/retry", _RETRY)
     _set_default(config, "connect/timeout_ms", round(1000 * timeout))
     _set_default(config, "connect/exit_on_failure", False)
+    # Without multicast there is nothing to wait for when a session opens.
+    _set_default(config, "scouting/delay", 0)
     return _open(config, "cannot connect")
 
 
