@@ -15,6 +15,10 @@ from robosandbox.types import Array, Pose
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
 # robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
 _BIT = 1 << 30
+# How far MuJoCo looks for obstacles, and the longest step of a walk along a path; metres.
+_SIGHT = 0.05
+_STRIDE = 0.10
+_LEAST_STRIDE = 0.001
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +57,7 @@ class CollisionChecker:
         self._held: tuple[int, Array, Array] | None = None
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._allowed: frozenset[int] = frozenset()
+        self._levers = _levers(model, robot)
         self._apply_bits()
 
     def place(self, body: int, pose: Pose) -> None:
@@ -81,6 +86,32 @@ class CollisionChecker:
 
     def touch(self, q: Array) -> Touch | None:
         """Return the deepest contact at `q` (n,), or None when it is free."""
+        return self._examine(q)[0]
+
+    def first_touch(self, path: Array) -> tuple[int, Touch] | None:
+        """Return the index of the first touching stretch of `path` (k, n) and its contact.
+
+        Between configurations the joints are taken to move straight. From each configuration the walk goes on by no more
+        than the distance to the nearest obstacle, so nothing is stepped over (Schwarzer, Saha and Latombe, 2005, in the
+        simple form for one moving chain).
+        """
+        travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)) @ self._levers)])
+        at, end = 0.0, float(travel[-1])
+        while True:
+            index = min(int(np.searchsorted(travel, at, side="right")) - 1, len(path) - 1)
+            q = path[index]
+            if at > travel[index] and index + 1 < len(path):
+                share = (at - travel[index]) / (travel[index + 1] - travel[index])
+                q = q + share * (path[index + 1] - q)
+            touch, gap = self._examine(q)
+            if touch is not None:
+                return index, touch
+            if at >= end:
+                return None
+            at = min(end, at + min(max(gap, self.clearance, _LEAST_STRIDE), _STRIDE))
+
+    def _examine(self, q: Array) -> tuple[Touch | None, float]:
+        """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
         model, data = self.model, self.data
         data.qpos[self.robot.qpos_indices] = q
         mujoco.mj_kinematics(model, data)
@@ -88,7 +119,7 @@ class CollisionChecker:
             self._carry()
         mujoco.mj_collision(model, data)
         if data.ncon == 0:
-            return None
+            return None, _SIGHT
         distance = data.contact.dist
         pairs = model.geom_bodyid[data.contact.geom]
         own = self._robot_body[pairs].all(axis=1)
@@ -96,19 +127,11 @@ class CollisionChecker:
         depth = np.where(own, -distance, self.clearance - distance)
         worst = int(depth.argmax())
         if depth[worst] <= 0.0:
-            return None
+            return None, float(min(_SIGHT, distance[~own].min(initial=_SIGHT) - self.clearance))
         first, second = (int(b) for b in pairs[worst])
         moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
         body, other = (first, second) if moving else (second, first)
-        return Touch(self.names[body], self.names[other], float(-distance[worst]))
-
-    def first_touch(self, path: Array) -> tuple[int, Touch] | None:
-        """Return the index of the first touching configuration of `path` (k, n) and its contact."""
-        for index, q in enumerate(path):
-            touch = self.touch(q)
-            if touch is not None:
-                return index, touch
-        return None
+        return Touch(self.names[body], self.names[other], float(-distance[worst])), 0.0
 
     def _carry(self) -> None:
         assert self._held is not None
@@ -124,9 +147,39 @@ class CollisionChecker:
         model.geom_contype[movers] |= _BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
-        model.geom_margin[obstacles] = self.clearance
+        model.geom_margin[obstacles] = max(self.clearance, _SIGHT)
         model.geom_conaffinity[np.isin(bodies, list(self._allowed)) & obstacles] = 0
         if self._held is not None:
             held = (bodies == self._held[0]) & self._solid
             model.geom_contype[held] = _BIT
             model.geom_conaffinity[held] = 0
+
+
+def _levers(model: mujoco.MjModel, robot: Robot) -> Array:
+    """Return, per arm joint, how far any point of what it moves can be from its axis, metres, shape (n,).
+
+    A sum of link lengths, so it holds in every configuration; for a slide joint each point moves as far as the joint.
+    """
+    reach = np.zeros(model.nbody)
+    for geom in range(model.ngeom):
+        body = int(model.geom_bodyid[geom])
+        if body in robot.bodies:
+            reach[body] = max(reach[body], float(np.linalg.norm(model.geom_pos[geom])) + float(model.geom_rbound[geom]))
+    for body in range(model.nbody - 1, 0, -1):
+        if body in robot.bodies:
+            parent = int(model.body_parentid[body])
+            slide = sum(
+                float(np.abs(model.jnt_range[j]).max())
+                for j in range(
+                    int(model.body_jntadr[body]), int(model.body_jntadr[body]) + int(model.body_jntnum[body])
+                )
+                if model.jnt_type[j] == mujoco.mjtJoint.mjJNT_SLIDE
+            )
+            reach[parent] = max(reach[parent], reach[body] + float(np.linalg.norm(model.body_pos[body])) + slide)
+    levers = np.empty(len(robot.joints))
+    for index, dof in enumerate(robot.dof_indices):
+        joint = int(model.dof_jntid[dof])
+        revolute = model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE
+        anchor = float(np.linalg.norm(model.jnt_pos[joint]))
+        levers[index] = reach[int(model.jnt_bodyid[joint])] + anchor if revolute else 1.0
+    return levers

@@ -7,7 +7,8 @@ import numpy as np
 from robosandbox.errors import CollisionError, CollisionEvidence, Phase, UnreachableError, UnreachableEvidence
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.dls import DlsSolver, Solution
-from robosandbox.motion.timing import spline, time_path
+from robosandbox.motion.sampling import find_knots
+from robosandbox.motion.timing import join, spline, time_path
 from robosandbox.protocols import Sim
 from robosandbox.types import Array, ObservedScene, Pose, Trajectory
 
@@ -16,6 +17,8 @@ _JOINT_STEP = 0.06
 _LINE_JUMP = 0.35
 _AT_LIMIT = 1e-3
 _VIA_HEIGHT = 0.12
+_SMOOTHINGS = 3
+_RESOLUTIONS = (0.02, 0.005)
 
 
 class DLSMotionPlanner:
@@ -98,7 +101,7 @@ class DLSMotionPlanner:
         return self._collision(q[None, :])
 
     def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 0.5) -> Trajectory:
-        """Return a trajectory free of collision: straight in joint space, else over raised via poses.
+        """Return a trajectory free of collision: straight in joint space, else over raised via poses, else sampled.
 
         Args:
             q_start: Shape (n,).
@@ -116,7 +119,38 @@ class DLSMotionPlanner:
             path = self._joint_path(knots)
             if self._collision(path) is None:
                 return self._timed(path, speed)
-        raise error
+        sampled = self._sampled(q_start, q_goal, speed)
+        if sampled is None:
+            raise error
+        return sampled
+
+    def _sampled(self, q_start: Array, q_goal: Array, speed: float) -> Trajectory | None:
+        """Return a way found by sampling, as smooth as the obstacles allow."""
+        robot, checker = self._kinematics.robot, self._collisions
+        # An end that touches cannot be cured by another way.
+        if checker.touch(q_start) or checker.touch(q_goal):
+            return None
+        for resolution in _RESOLUTIONS:
+            knots = find_knots(
+                lambda q: checker.touch(q) is None, q_start, q_goal, robot.lower, robot.upper, resolution=resolution
+            )
+            if knots is None:
+                return None
+            if self._collision(knots) is None:
+                return self._smoothed(knots, speed)
+        return None
+
+    def _smoothed(self, knots: Array, speed: float) -> Trajectory:
+        """Return a trajectory along a free polyline, round at the corners where there is room."""
+        for _ in range(_SMOOTHINGS):
+            path = self._joint_path(knots)
+            if self._collision(path) is None:
+                return self._timed(path, speed)
+            # With more knots the curve keeps closer to the free polyline.
+            middles = 0.5 * (knots[1:] + knots[:-1])
+            knots = np.insert(knots, range(1, len(knots)), middles, axis=0)
+        knot_pairs = np.stack([knots[:-1], knots[1:]], axis=1)
+        return join([self._timed(self._joint_path(pair), speed) for pair in knot_pairs])
 
     def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 0.5) -> Trajectory:
         """Return a straight TCP line with the orientation turned evenly along it.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robosandbox.types import Array, Trajectory, frozen_array
@@ -72,6 +74,12 @@ def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> T
     q = path[k] * (1.0 - fraction) + path[k + 1] * fraction
     q[0], q[-1] = path[0], path[-1]
     return Trajectory(q=frozen_array(q), dt=dt)
+
+
+def join(parts: Sequence[Trajectory]) -> Trajectory:
+    """Return trajectories that begin where the one before ended, with equal dt, as one."""
+    rows = [parts[0].q, *(part.q[1:] for part in parts[1:])]
+    return Trajectory(q=frozen_array(np.concatenate(rows)), dt=parts[0].dt)
 
 
 def _trapezoid(speed: float, ramp: float, dt: float) -> Array:

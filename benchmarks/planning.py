@@ -1,0 +1,150 @@
+"""Joint moves in clutter: how many are found, how fast, and whether an independent walk along them touches anything.
+
+    python benchmarks/planning.py [--problems 500] [--seed 0] [--json]
+
+A problem is a random scene of boxes, cans and tall pillars with two free configurations whose straight way is blocked.
+Only problems that a reference search of ten times the effort can solve are kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import itertools
+import json
+import time
+from typing import Any
+
+import numpy as np
+
+from robosandbox import Pose, Scene, SceneObject, open_session
+from robosandbox.errors import CollisionError
+from robosandbox.motion.collision import CollisionChecker
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.sampling import find_knots
+from robosandbox.tasks.session import Session
+from robosandbox.types import Array
+
+_MM, _RAD = 0.001, np.radians(0.5)
+_SCENES_OF = 10
+
+
+def clutter(rng: np.random.Generator) -> Scene:
+    """Return a scene of eight low things and four pillars."""
+    objects: list[SceneObject] = []
+    spots: list[tuple[float, float]] = []
+    while len(objects) < 12:
+        x, y = float(rng.uniform(0.0, 0.4)), float(rng.uniform(-0.35, 0.35))
+        if any(np.hypot(x - a, y - b) < 0.11 for a, b in spots):
+            continue
+        spots.append((x, y))
+        pillar = len(objects) < 4
+        half = float(rng.uniform(0.12, 0.2) if pillar else rng.uniform(0.02, 0.05))
+        size = (0.025, 0.025, half)
+        pose = Pose(xyz=(x, y, 0.041 + half))
+        objects.append(SceneObject(id=f"thing_{len(objects)}", kind="box", size=size, pose=pose, mass=2.0))
+    return Scene(objects=tuple(objects))
+
+
+def free_configuration(session: Session, motion: DLSMotionPlanner, rng: np.random.Generator) -> Array | None:
+    """Return a configuration that points down among the things and touches nothing."""
+    yaw = rng.uniform(-np.pi, np.pi)
+    c, s = np.cos(yaw), np.sin(yaw)
+    rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+    position = np.array([rng.uniform(0.0, 0.4), rng.uniform(-0.35, 0.35), rng.uniform(0.08, 0.25)])
+    try:
+        q = motion.ik(Pose.from_matrix(position, rotation))
+    except Exception:
+        return None
+    return None if motion.touch(q) else q
+
+
+def walk_touches(checker: CollisionChecker, session: Session, path: Array) -> int:
+    """Return how many configurations touch, 1 mm of the TCP or 0.5 deg of a joint apart."""
+    robot, data = session.sim.robot, checker.data
+    touching = 0
+    for first, second in itertools.pairwise(path):
+        ends = []
+        for q in (first, second):
+            checker.touch(q)
+            ends.append(robot.tcp(data)[0])
+        steps = max(np.linalg.norm(ends[1] - ends[0]) / _MM, np.abs(second - first).max() / _RAD, 1.0)
+        for fraction in np.linspace(0.0, 1.0, int(np.ceil(steps)) + 1):
+            touch = checker.touch(first + fraction * (second - first))
+            touching += touch is not None and touch.depth > 0.0
+    return touching
+
+
+def measure(problems: int, seed: int) -> dict[str, Any]:
+    rng = np.random.default_rng(seed)
+    times: list[float] = []
+    solved = asked = touching = unsolvable = 0
+    while asked < problems:
+        with open_session(clutter(rng)) as session:
+            motion = DLSMotionPlanner()
+            scene = session.observe()
+            motion.use(session.sim, scene)
+            motion.open_to(0.04)
+            checker = CollisionChecker(session.sim.model, session.sim.robot, session.sim.body_names, clearance=0.0)
+            for item in scene.objects:
+                checker.place(session.sim.object_bodies[item.id], item.pose)
+            gripper = session.sim.robot.gripper
+            if gripper:
+                checker.set_gripper(gripper.geometry.joint_for_aperture(0.04))
+            robot, found = session.sim.robot, 0
+            for _ in range(400):
+                if found >= _SCENES_OF or asked >= problems:
+                    break
+                start, goal = (free_configuration(session, motion, rng) for _ in range(2))
+                if start is None or goal is None:
+                    continue
+                straight = start + np.linspace(0.0, 1.0, 80)[:, None] * (goal - start)
+                if checker.first_touch(straight) is None:
+                    continue
+                begin = time.perf_counter()
+                try:
+                    trajectory = motion.plan_joints(start, goal)
+                except CollisionError:
+                    trajectory = None
+                took = 1000.0 * (time.perf_counter() - begin)
+                if trajectory is None:
+                    reference = find_knots(
+                        lambda q, motion=motion: motion.touch(q) is None,
+                        start,
+                        goal,
+                        robot.lower,
+                        robot.upper,
+                        checks=200_000,
+                    )
+                    if reference is None:
+                        unsolvable += 1
+                        continue
+                found += 1
+                asked += 1
+                times.append(took)
+                if trajectory is not None:
+                    solved += 1
+                    touching += walk_touches(checker, session, trajectory.q) > 0
+    return {
+        "problems": asked,
+        "solved": solved,
+        "share": round(solved / asked, 4),
+        "median_ms": round(float(np.median(times)), 1),
+        "p95_ms": round(float(np.percentile(times, 95)), 1),
+        "max_ms": round(max(times), 1),
+        "paths_that_touch": touching,
+        "left_out_as_unsolvable": unsolvable,
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--problems", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    result = measure(arguments.problems, arguments.seed)
+    print(json.dumps(result, indent=2) if arguments.json else "\n".join(f"{k:24} {v}" for k, v in result.items()))
+
+
+if __name__ == "__main__":
+    main()
