@@ -2,20 +2,35 @@
 
 from __future__ import annotations
 
-from typing import Any, Self
+from dataclasses import dataclass
+from typing import Self
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.client import RemoteRobot
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.remote import RemoteContext
-from robosandbox.plugins import load_plugin
-from robosandbox.protocols import Planner
+from robosandbox.plugins import load_planner
 from robosandbox.sim.truth import ObjectTruth, Truth
 from robosandbox.tasks.judge import Verdict, judge
 from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene, frozen_array
 from robosandbox.validation import validate
 from robosandbox.wire import TrueState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemoteCheckpoint:
+    """A world that a sim keeps.
+
+    Attributes:
+        name: What the sim calls it.
+        seed: The last reset's.
+        start: The state after that reset, which success is judged against.
+    """
+
+    name: str
+    seed: int
+    start: Truth | None
 
 
 class RemoteSession:
@@ -29,14 +44,16 @@ class RemoteSession:
         start: The state after the last reset, which success is judged against.
     """
 
-    def __init__(self, robot: RemoteRobot, *, planner: str = "stub", max_replans: int = 3) -> None:
-        """Act on a robot.
+    def __init__(
+        self, robot: RemoteRobot, *, planner: str = "stub", dialogue: bool = False, max_replans: int = 3
+    ) -> None:
+        """Act on a robot; with `dialogue` prompts may refer to those before them.
 
         Raises:
             InputError: No such planner is installed.
         """
         self.robot = robot
-        self._make_planner = load_plugin("planners", planner)
+        self._make_planner = load_planner(planner, dialogue=dialogue)
         self._max_replans = max_replans
         self._adopt()
 
@@ -45,9 +62,11 @@ class RemoteSession:
         info = self.robot.info()
         self.task = validate(info.task, Task, source="the sim's task")
         self.seed = info.seed
-        mind: Planner = self._make_planner(self.robot.skills)
         self.agent: Agent[RemoteContext] = Agent(
-            ctx=self.robot.ctx, skills=self.robot.skills, planner=mind, max_replans=self._max_replans
+            ctx=self.robot.ctx,
+            skills=self.robot.skills,
+            planner=self._make_planner(self.robot.skills),
+            max_replans=self._max_replans,
         )
         self.start = truth_of(self.robot.truth()) if info.truth else None
 
@@ -97,17 +116,18 @@ class RemoteSession:
         self.start = truth_of(state) if self.start is not None else None
         self.seed = seed
 
-    def checkpoint(self) -> str:
-        """Return a name for the world as it is, for `restore`; the sim keeps the last 64."""
-        return self.robot.checkpoint()
+    def checkpoint(self) -> RemoteCheckpoint:
+        """Return the world as it is, for `restore`; the sim keeps the last 64."""
+        return RemoteCheckpoint(name=self.robot.checkpoint(), seed=self.seed, start=self.start)
 
-    def restore(self, checkpoint: Any) -> None:
+    def restore(self, checkpoint: RemoteCheckpoint) -> None:
         """Go back to a checkpoint; the arm holds.
 
         Raises:
             InputError: The sim does not have it any more.
         """
-        self.robot.reset(checkpoint=str(checkpoint))
+        self.robot.reset(checkpoint=checkpoint.name)
+        self.seed, self.start = checkpoint.seed, checkpoint.start
 
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""

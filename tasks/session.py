@@ -15,8 +15,8 @@ from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.relations import centre
-from robosandbox.plugins import load_plugin
-from robosandbox.protocols import Planner, Skill
+from robosandbox.plugins import load_planner, load_plugin
+from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.truth import Truth
@@ -170,6 +170,7 @@ def open_session(
     *,
     robot: Path | str | None = None,
     planner: str = "stub",
+    dialogue: bool = False,
     perception: str = "ground_truth",
     seed: int = 0,
     max_replans: int = 3,
@@ -183,6 +184,7 @@ def open_session(
             three cubes when left out.
         robot: A model file or a bundled robot's name, in place of the task's robot.
         planner: Name of an installed planner.
+        dialogue: Whether prompts may refer to those before them, where the planner can do that.
         perception: Name of an installed perception.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
@@ -197,7 +199,7 @@ def open_session(
         scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
         chosen = chosen.model_copy(update={"scene": scene})
     skills = load_skills()
-    make_planner = load_plugin("planners", planner)
+    make_planner = load_planner(planner, dialogue=dialogue)
     sim = MuJoCoBackend(render_size=render_size)
     ctx = AgentContext(
         sim=sim,
@@ -206,8 +208,7 @@ def open_session(
         motion=DLSMotionPlanner(),
         what_if=what_if,
     )
-    mind: Planner = make_planner(skills)
-    agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
+    agent = Agent(ctx=ctx, skills=skills, planner=make_planner(skills), max_replans=max_replans)
     try:
         sim.load(chosen.scene)
         _check_start_q(chosen, sim)
