@@ -47,6 +47,7 @@ def sim(
     ground_truth: Annotated[
         bool, typer.Option("--ground-truth/--no-ground-truth", help="Answer truth with the simulated state.")
     ] = True,
+    what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Listen beyond this machine without asking who comes.")
     ] = False,
@@ -66,7 +67,7 @@ def sim(
     from robosandbox.transport import open_listener
 
     load_plugin("perceptions", perception)
-    house = TaskHouse(perception=perception, allowed=allow_files or [])
+    house = TaskHouse(perception=perception, what_if=what_if, allowed=allow_files or [])
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
