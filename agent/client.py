@@ -25,6 +25,7 @@ from robosandbox.errors import (
     ConnectionEvidence,
     ConnectionLostError,
     ErrorRecord,
+    ForbiddenError,
     InputError,
     InvalidArgumentError,
     ServiceUnavailableError,
@@ -34,6 +35,7 @@ from robosandbox.transport import open_connector
 from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.validation import did_you_mean
 from robosandbox.wire import (
+    DEFAULT_ENDPOINT,
     Ask,
     Clock,
     Feedback,
@@ -62,6 +64,7 @@ _LOAD_SECONDS = 120.0
 _DISCOVERY_SECONDS = 0.3
 _POLL_SECONDS = 0.02
 _CHECK_SECONDS = 2.0
+_DENIED_SECONDS = 1.5
 _SLICE_SECONDS = 0.02
 
 OnPresence = Callable[[str, bool], None]
@@ -83,11 +86,11 @@ def connect(
 
     Raises:
         InputError: An endpoint or the file is wrong.
-        ServiceUnavailableError: No sim is there.
+        ServiceUnavailableError: No sim is there, or it does not let this client in.
     """
     client = Client(open_connector(endpoints, config_file=zenoh_config), reconnect=reconnect)
     try:
-        client.wait_for_robot(timeout, endpoints)
+        client.wait_for_robot(timeout, endpoints, zenoh_config)
     except BaseException:
         client.close()
         raise
@@ -143,7 +146,9 @@ class Client:
                 self._robots[robot_id] = RemoteRobot(self, robot_id)
             return self._robots[robot_id]
 
-    def wait_for_robot(self, timeout: float, endpoints: Sequence[str] = ()) -> None:
+    def wait_for_robot(
+        self, timeout: float, endpoints: Sequence[str] = (), zenoh_config: Path | None = None
+    ) -> None:
         """Wait until a sim is seen, and a moment more for others.
 
         Raises:
@@ -151,12 +156,21 @@ class Client:
         """
         with self._changed:
             if not self._changed.wait_for(lambda: bool(self._present), timeout):
-                where = ", ".join(endpoints) or "tcp/127.0.0.1:7447"
-                raise ServiceUnavailableError(
-                    f"no sim at {where}; start one with `robo-sandbox sim`, or give its endpoint with --connect"
-                )
+                raise ServiceUnavailableError(self._why_none(endpoints, zenoh_config))
             if len(endpoints) > 1:
                 self._changed.wait_for(lambda: len(self._present) >= len(endpoints), timeout)
+
+    def _why_none(self, endpoints: Sequence[str], zenoh_config: Path | None) -> str:
+        linked = bool(self.session.info.peers_zid() or self.session.info.routers_zid())
+        where = ", ".join(endpoints) or (f"the endpoints of {zenoh_config.name}" if zenoh_config else DEFAULT_ENDPOINT)
+        if linked:
+            return f"{where} answers, but shows this client no sim; start one, or ask who keeps its access control"
+        # A listener that asks who comes refuses without a word.
+        credentials = f"the credentials in {zenoh_config.name}" if zenoh_config else "a client without credentials"
+        return (
+            f"no sim at {where}, or it refuses {credentials}; start one with `robo-sandbox sim`, or give its endpoint "
+            "with --connect and credentials with --zenoh-config"
+        )
 
     def wait_for(self, robot_id: str, timeout: float) -> None:
         """Wait until a robot is there.
@@ -516,7 +530,7 @@ class RemoteRobot:
         """Send a request that may be sent twice, and return its answer; waits for a sim that is away.
 
         Raises:
-            SkillError: The sim refuses.
+            SkillError: The sim refuses; a ForbiddenError when access control keeps the request from it.
             ServiceUnavailableError: No sim answered.
         """
         return decode(self._get(suffix, message, timeout).payload.to_bytes(), answer)
@@ -530,17 +544,30 @@ class RemoteRobot:
     def _get(self, suffix: str, message: Message | None, timeout: float) -> zenoh.Sample:
         payload = message.encode() if message is not None else None
         give_up = time.monotonic() + self._client.reconnect
+        denied_since: float | None = None
         while True:
             for reply in self._session.get(key(self.id, suffix), payload=payload, timeout=timeout):
                 if reply.ok is not None:
                     return reply.ok
                 raise _error(reply.err.payload.to_bytes() if reply.err else b"", self.id)
-            # No answer at all: nobody is there, or a connection in the making has not brought the key yet.
-            left = give_up - time.monotonic()
+            # No answer at all: nobody is there, a connection in the making has not brought the key yet, or access
+            # control hides it, which a sim that goes on answering `info` tells.
+            now = time.monotonic()
+            denied_since = (denied_since or now) if self._answers_info() else None
+            if denied_since is not None and now - denied_since > _DENIED_SECONDS:
+                raise ForbiddenError(
+                    f"{suffix.partition('?')[0]}: the sim of {self.id!r} is there and does not let this client ask it; "
+                    "its access control wants other credentials, such as an operator's"
+                )
+            left = give_up - now
             if left <= 0.0:
                 raise ServiceUnavailableError(f"the sim of {self.id!r} does not answer on {suffix}")
             self._client.wait_for(self.id, left)
             time.sleep(_POLL_SECONDS)
+
+    def _answers_info(self) -> bool:
+        replies = self._session.get(key(self.id, "info"), timeout=_ANSWER_SECONDS)
+        return any(reply.ok is not None for reply in replies)
 
     def _on_news(self, sample: zenoh.Sample) -> None:
         *_, goal_id, kind = str(sample.key_expr).split("/")

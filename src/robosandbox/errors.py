@@ -24,7 +24,7 @@ RoboSandboxError
         ├── BusyError                another goal runs
         ├── InvalidMessageError      the message is not of the protocol
         ├── UnknownGoalError         no goal of this id, or no longer
-        ├── ForbiddenError           switched off at this sim
+        ├── ForbiddenError           switched off at this sim, or not allowed to this client
         └── ConnectionLostError      the sim went away while it worked
 """
 
@@ -505,7 +505,7 @@ class UnknownGoalError(ServiceError):
 
 
 class ForbiddenError(ServiceError):
-    """This sim was started without it."""
+    """This sim was started without it, or its access control does not allow it to this client."""
 
     code = ErrorCode.FORBIDDEN
 
