@@ -1,8 +1,8 @@
 """Sims from another process: found by their liveliness, called through the same skills, waited for when they restart.
 
 with connect("tcp/127.0.0.1:7447") as client:
-robot = client.robot()
-robot.send("pick", {"object": "red_cube"}).wait()
+    robot = client.robot()
+    robot.send("pick", {"object": "red_cube"}).wait()
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ from robosandbox.errors import (
     UnknownGoalError,
 )
 from robosandbox.transport import open_connector
-from robosandbox.types import ObservedScene, SkillResult
-from robosandbox.validation import did_you_mean
+from robosandbox.types import IDENTIFIER, ObservedScene, SkillResult
+from robosandbox.validation import did_you_mean, explain
 from robosandbox.wire import (
     DEFAULT_ENDPOINT,
     Ask,
@@ -146,9 +146,7 @@ class Client:
                 self._robots[robot_id] = RemoteRobot(self, robot_id)
             return self._robots[robot_id]
 
-    def wait_for_robot(
-        self, timeout: float, endpoints: Sequence[str] = (), zenoh_config: Path | None = None
-    ) -> None:
+    def wait_for_robot(self, timeout: float, endpoints: Sequence[str] = (), zenoh_config: Path | None = None) -> None:
         """Wait until a sim is seen, and a moment more for others.
 
         Raises:
@@ -390,8 +388,10 @@ class RemoteRobot:
             depth: Distances in place of colours.
             format: jpeg, png or raw; JPEG for colours and raw for depth when left out.
         """
-        parameters = f"?format={format}" if format else ""
-        sample = self._get(f"obs/camera/{camera}/{'depth' if depth else 'rgb'}{parameters}", None, _ANSWER_SECONDS)
+        parameters = f"?format={_plain('format', format)}" if format else ""
+        sample = self._get(
+            f"obs/camera/{_plain('camera', camera)}/{'depth' if depth else 'rgb'}{parameters}", None, _ANSWER_SECONDS
+        )
         attachment = sample.attachment
         return sample.payload.to_bytes(), Picture.read(attachment.to_bytes() if attachment else b"")
 
@@ -424,7 +424,8 @@ class RemoteRobot:
         Raises:
             SkillError: The sim refuses it.
         """
-        message = SendGoal(
+        message = _message(
+            SendGoal,
             goal_id=goal_id or str(uuid.uuid4()),
             arguments=dict(arguments or {}),
             timeout=timeout,
@@ -437,7 +438,7 @@ class RemoteRobot:
         goal = RemoteGoal(self, pending)
         self._goals.setdefault(message.goal_id, set()).add(goal)
         try:
-            goal.hear(self.ask(f"skill/{_plain(skill)}/send_goal", message, Goal))
+            goal.hear(self.ask(f"skill/{_plain('skill', skill)}/send_goal", message, Goal))
         except BaseException:
             self.forget(goal)
             raise
@@ -445,7 +446,7 @@ class RemoteRobot:
 
     def cancel(self, goal: RemoteGoal) -> None:
         """Ask the sim to stop a goal."""
-        goal.hear(self.ask(f"skill/{_plain(goal.skill)}/cancel_goal", GoalRef(goal_id=goal.id), Goal))
+        goal.hear(self.ask(f"skill/{_plain('skill', goal.skill)}/cancel_goal", GoalRef(goal_id=goal.id), Goal))
 
     def result(self, skill: str, goal_id: str) -> Goal:
         """Return a goal as the sim has it, whoever sent it.
@@ -453,7 +454,7 @@ class RemoteRobot:
         Raises:
             UnknownGoalError: There is none of that id, or it ended too long ago.
         """
-        return self.ask(f"skill/{_plain(skill)}/get_result", GoalRef(goal_id=goal_id), Goal)
+        return self.ask(f"skill/{_plain('skill', skill)}/get_result", _message(GoalRef, goal_id=goal_id), Goal)
 
     def forget(self, goal: RemoteGoal) -> None:
         """Listen no longer to a goal's news."""
@@ -469,8 +470,8 @@ class RemoteRobot:
             BusyError: A goal runs.
             InputError: The seed or checkpoint is wrong.
         """
-        message = Reset(seed=0 if seed is None and checkpoint is None else seed, checkpoint=checkpoint)
-        return self._change("reset", message, TrueState)
+        fields = {"seed": 0 if seed is None and checkpoint is None else seed, "checkpoint": checkpoint}
+        return self._change("reset", Reset, fields, TrueState)
 
     def checkpoint(self) -> str:
         """Keep the world as it is, in the sim; return the name for `reset`."""
@@ -490,18 +491,18 @@ class RemoteRobot:
             BusyError: A goal runs.
             InputError: The task is wrong.
         """
-        message = Load(task=task, document=None if document is None else dict(document), robot=robot)
-        state = self._change("load", message, TrueState)
+        fields = {"task": task, "document": None if document is None else dict(document), "robot": robot}
+        state = self._change("load", Load, fields, TrueState)
         self._skills = [RemoteSkill(self, item) for item in self.info().skills]
         return state
 
     def step(self, seconds: float) -> TrueState:
         """Let simulated time pass, the arm holding."""
-        return self._change("clock", Clock(step=seconds, client_id=self._client.id), TrueState)
+        return self._change("clock", Clock, {"step": seconds, "client_id": self._client.id}, TrueState)
 
     def set_pace(self, pace: str) -> None:
         """Let simulated time pass at `realtime` or `fast` for as long as this client lives."""
-        self._change("clock", Clock.model_validate({"pace": pace, "client_id": self._client.id}), TrueState)
+        self._change("clock", Clock, {"pace": pace, "client_id": self._client.id}, TrueState)
 
     # Presence.
 
@@ -535,9 +536,9 @@ class RemoteRobot:
         """
         return decode(self._get(suffix, message, timeout).payload.to_bytes(), answer)
 
-    def _change(self, suffix: str, message: Message, answer: type[MessageT]) -> MessageT:
+    def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any], answer: type[MessageT]) -> MessageT:
         try:
-            return self.ask(suffix, message, answer, _LOAD_SECONDS)
+            return self.ask(suffix, _message(model, **fields), answer, _LOAD_SECONDS)
         except InvalidArgumentError as error:
             raise InputError(error.message) from None
 
@@ -593,8 +594,16 @@ def _error(payload: bytes, robot_id: str) -> Exception:
         return ServiceUnavailableError(f"the sim of {robot_id!r} answered {payload[:80]!r}, which is no message")
 
 
-def _plain(part: str) -> str:
+def _message(model: type[MessageT], **fields: Any) -> MessageT:
+    """Return a message, or raise what the sim would answer to a wrong one."""
+    try:
+        return model.model_validate(fields)
+    except ValidationError as error:
+        raise InvalidArgumentError(explain(error, model)) from None
+
+
+def _plain(field: str, name: str) -> str:
     """Return a key part, or raise where it would name something else."""
-    if not part or any(c in part for c in "/*$#?"):
-        raise InvalidArgumentError(f"skill: {part[:60]!r} is no name")
-    return part
+    if not IDENTIFIER.fullmatch(name):
+        raise InvalidArgumentError(f"{field}: {name[:60]!r} is no name; names are of letters, digits, '_', '-' and '.'")
+    return name
