@@ -28,6 +28,7 @@ from robosandbox.errors import (
     ForbiddenError,
     InputError,
     InvalidArgumentError,
+    InvalidMessageError,
     ServiceUnavailableError,
     UnknownGoalError,
 )
@@ -539,7 +540,7 @@ class RemoteRobot:
     def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any], answer: type[MessageT]) -> MessageT:
         try:
             return self.ask(suffix, _message(model, **fields), answer, _LOAD_SECONDS)
-        except InvalidArgumentError as error:
+        except (InvalidArgumentError, InvalidMessageError) as error:
             raise InputError(error.message) from None
 
     def _get(self, suffix: str, message: Message | None, timeout: float) -> zenoh.Sample:
