@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import shutil
 import socket
 import stat
@@ -391,7 +392,7 @@ def test_observer_cannot_go_round_the_rules_with_wildcards_or_forgeries(kit: Kit
         ):
             raw.put(f"robosandbox/robot/goal/{uuid.uuid4()}/status", b"{}")
             # An answer after each: what was sent before it has been dealt with.
-            client.robot().info()
+            client.robot(robot.id).info()
             robot.info()
             robot.send("home").wait()
             assert "evil" not in operator.robots
@@ -400,52 +401,51 @@ def test_observer_cannot_go_round_the_rules_with_wildcards_or_forgeries(kit: Kit
         assert robot.truth().boot_id == before.boot_id
 
 
-def refused(kit: Kit, who: str) -> None:
-    with pytest.raises(ServiceUnavailableError, match="refuses the credentials in"):
-        kit.client(who, timeout=2.0).close()
+def all_refused(kit: Kit, *names: str) -> None:
+    """Check that nobody of these gets in, and that the operator does."""
+
+    def message(who: str) -> str:
+        with pytest.raises(ServiceUnavailableError) as caught:
+            kit.client(who, timeout=2.0).close()
+        return str(caught.value)
+
+    with ThreadPoolExecutor(len(names)) as pool:
+        for said in pool.map(message, names):
+            assert "credentials" in said
+    kit.client("operator").close()
 
 
 def test_wrong_user_and_password_are_refused(tmp_path: Path, certificates: Path) -> None:
     with kit_of("password", tmp_path / "password", certificates) as kit:
-        refused(kit, kit.altered("operator", lambda text: text.replace("right horse", "wrong horse")))
-        refused(kit, kit.altered("operator", lambda text: text.replace('"right horse"', '""')))
-        refused(kit, kit.altered("operator", lambda text: text.replace('user: "operator"', 'user: "root"')))
-        # Another's password is not one's own.
-        refused(kit, kit.altered("operator", lambda text: text.replace("right horse", "battery staple")))
-        with pytest.raises(ServiceUnavailableError, match="a client without credentials"):
-            connect(*kit.endpoints, timeout=2.0).close()
-        kit.client("operator").close()
+        all_refused(
+            kit,
+            kit.altered("operator", lambda text: text.replace("right horse", "wrong horse")),
+            kit.altered("operator", lambda text: text.replace('"right horse"', '""')),
+            kit.altered("operator", lambda text: text.replace('user: "operator"', 'user: "root"')),
+            # Another's password is not one's own.
+            kit.altered("operator", lambda text: text.replace("right horse", "battery staple")),
+            kit.altered("operator", lambda text: re.sub("transport: .*", "", text)),
+        )
 
 
 def test_foreign_certificates_are_refused(tmp_path: Path, certificates: Path, foreign: Path) -> None:
     with kit_of("tls", tmp_path / "tls", certificates) as kit:
         own, other = str(certificates), str(foreign)
-        # Trusts our authority and shows another's certificate.
-        refused(kit, kit.altered("operator", lambda text: text.replace(f"{own}/operator", f"{other}/operator")))
-        # Shows none.
-        refused(
+        all_refused(
             kit,
-            kit.altered(
-                "operator",
-                lambda text: "\n".join(
-                    line for line in text.splitlines() if "connect_" not in line and "enable_mtls" not in line
-                ),
-            ),
+            # Trusts our authority and shows another's certificate.
+            kit.altered("operator", lambda text: text.replace(f"{own}/operator", f"{other}/operator")),
+            # Shows none.
+            kit.altered("operator", lambda text: re.sub("connect_.*|enable_mtls.*", "", text)),
+            # Trusts another authority: it is the client that refuses the sim.
+            kit.altered("operator", lambda text: text.replace(f"{own}/ca.pem", f"{other}/ca.pem")),
         )
-        # Trusts another authority: it is the client that refuses the sim.
-        refused(kit, kit.altered("operator", lambda text: text.replace(f"{own}/ca.pem", f"{other}/ca.pem")))
-        kit.client("operator").close()
 
 
 def test_stranger_at_the_router_is_refused(tmp_path: Path, certificates: Path, foreign: Path) -> None:
-    folder = prepare("router", tmp_path / "router", certificates)
-    with router(folder) as port:
-        for file in folder.glob("*.json5"):
-            file.write_text(file.read_text().replace("localhost:7447", f"localhost:{port}"))
-        kit = Kit(folder, ())
-        refused(kit, kit.altered("operator", lambda text: text.replace(f"{certificates}/op", f"{foreign}/op")))
-        with pytest.raises(ServiceUnavailableError, match="answers, but shows this client no sim"):
-            kit.client("operator", timeout=2.0).close()
+    with kit_of("router", tmp_path / "router", certificates) as kit:
+        own, other = str(certificates), str(foreign)
+        all_refused(kit, kit.altered("operator", lambda text: text.replace(f"{own}/operator", f"{other}/operator")))
 
 
 def test_agent_with_an_observers_credentials_ends_in_one_line(tmp_path: Path, certificates: Path) -> None:
@@ -497,7 +497,7 @@ def raw_errors(robot: RemoteRobot, asked: str, message: dict[str, object]) -> li
     return codes
 
 
-@pytest.mark.parametrize("name", ["**", "*", "..", "$*", "pi$*", "höme", "x" * 10_000, "home "], ids=ascii)
+@pytest.mark.parametrize("name", ["**", "*", "..", "a$*", "pi$*", "höme", "x" * 10_000, "home "], ids=ascii)
 def test_odd_names_are_refused_by_the_sim(open_sim: Client, name: str) -> None:
     robot = open_sim.robot()
     home = f"robosandbox/{robot.id}/skill/home"
