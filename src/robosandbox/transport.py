@@ -52,7 +52,8 @@ def open_listener(
     outside = [item for item in endpoints if not is_loopback(item)]
     if outside and not insecure:
         _require_protection(config, outside)
-    return _open(config, f"cannot listen on {', '.join(endpoints)}"), endpoints
+    where = f"listen on {', '.join(endpoints)}" if endpoints else "reach the routers of the Zenoh config"
+    return _open(config, f"cannot {where}"), endpoints
 
 
 def open_connector(
