@@ -92,9 +92,7 @@ def certificate(
     return builder.sign(authority_key, hashes.SHA256())
 
 
-def begin(
-    subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, days: int
-) -> x509.CertificateBuilder:
+def begin(subject: x509.Name, issuer: x509.Name, key: ec.EllipticCurvePrivateKey, days: int) -> x509.CertificateBuilder:
     now = datetime.now(UTC)
     return (
         x509.CertificateBuilder()
@@ -143,9 +141,7 @@ def private_key(file: Path) -> ec.EllipticCurvePrivateKey:
     made = ec.generate_private_key(ec.SECP256R1())
     write(
         file,
-        made.private_bytes(
-            serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
-        ),
+        made.private_bytes(serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()),
         mode=0o600,
     )
     return made
