@@ -521,3 +521,16 @@ def test_odd_robot_ids_are_refused_at_the_start(robot_id: str) -> None:
     from robosandbox.commands.console import run_app
 
     assert run_app(app, "robo-sandbox", ["sim", "--robot-id", robot_id]) == EXIT_USAGE
+
+
+def test_watch_script_shows_an_observer_the_goals_of_others(kit: Kit) -> None:
+    command = [sys.executable, EXAMPLES / "watch.py", kit.folder / "observer.json5", *kit.endpoints]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as watcher:
+        try:
+            assert watcher.stdout is not None and "watching robot" in watcher.stdout.readline()
+            assert "robot: at" in watcher.stdout.readline()
+            with kit.client("operator") as client:
+                client.robot().send("home").wait()
+                assert any("robot: home: succeeded" in line for line in watcher.stdout)
+        finally:
+            watcher.kill()
