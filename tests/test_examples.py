@@ -1,12 +1,13 @@
 """Every example runs as it stands, from any folder."""
 
 import re
-import socket
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+
+from robosandbox.testing.processes import SimProcess
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 NEED_A_SIM = {"03_json_client.py"}
@@ -26,16 +27,8 @@ def test_example_runs(name: str, tmp_path: Path) -> None:
 def test_json_client_needs_a_running_sim_and_two_imports(tmp_path: Path) -> None:
     text = (EXAMPLES / "03_json_client.py").read_text()
     assert re.findall(r"^(?:import|from) .*", text, flags=re.MULTILINE) == ["import json", "import zenoh"]
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    copy = tmp_path / "client.py"
-    copy.write_text(text.replace("tcp/127.0.0.1:7447", endpoint))
-    command = [Path(sys.executable).with_name("robo-sandbox"), "sim", "--listen", endpoint, "--pace", "fast"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None and endpoint in process.stdout.readline()
-            said = run(copy, tmp_path)
-        finally:
-            process.terminate()
+    with SimProcess("--pace", "fast") as sim:
+        copy = tmp_path / "client.py"
+        copy.write_text(text.replace("tcp/127.0.0.1:7447", sim.endpoint))
+        said = run(copy, tmp_path)
     assert "lift" in said and "succeeded" in said and '"object": "red_cube"' in said

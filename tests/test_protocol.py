@@ -3,9 +3,6 @@
 import importlib.util
 import json
 import re
-import socket
-import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
@@ -14,6 +11,7 @@ import pytest
 import zenoh
 
 from robosandbox.errors import ErrorRecord
+from robosandbox.testing.processes import SimProcess
 from robosandbox.transport import open_connector
 from robosandbox.wire import Feedback, Goal, SendGoal, decode
 
@@ -63,17 +61,8 @@ def test_the_worked_example_is_of_the_protocol() -> None:
 
 @pytest.fixture(scope="module")
 def session() -> Iterator[zenoh.Session]:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        endpoint = f"tcp/127.0.0.1:{probe.getsockname()[1]}"
-    command = [Path(sys.executable).with_name("robo-sandbox"), "sim", "--task", "home", "--listen", endpoint]
-    with subprocess.Popen([*command, "--pace", "fast"], stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout is not None and "listening" in process.stdout.readline()
-            with open_connector([endpoint], timeout=30) as opened:
-                yield opened
-        finally:
-            process.terminate()
+    with SimProcess("--task", "home", "--pace", "fast") as sim, open_connector([sim.endpoint], timeout=30) as opened:
+        yield opened
 
 
 def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, session: zenoh.Session) -> None:
