@@ -10,9 +10,9 @@ from types import ModuleType
 import pytest
 import zenoh
 
+from robosandbox.agent.client import connect
 from robosandbox.errors import ErrorRecord
 from robosandbox.testing.processes import SimProcess
-from robosandbox.transport import open_connector
 from robosandbox.wire import Feedback, Goal, SendGoal, decode
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
@@ -61,8 +61,8 @@ def test_the_worked_example_is_of_the_protocol() -> None:
 
 @pytest.fixture(scope="module")
 def session() -> Iterator[zenoh.Session]:
-    with SimProcess("--task", "home", "--pace", "fast") as sim, open_connector([sim.endpoint], timeout=30) as opened:
-        yield opened
+    with SimProcess("--task", "home", "--pace", "fast") as sim, connect(sim.endpoint, timeout=30) as client:
+        yield client.session
 
 
 def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, session: zenoh.Session) -> None:
