@@ -10,7 +10,7 @@ from typing import Any
 
 import typer
 
-from robosandbox.errors import InputError, RenderingError, ServiceUnavailableError
+from robosandbox.errors import InputError, RenderingError, ServiceError, ServiceUnavailableError
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -37,7 +37,7 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     except InputError as error:
         _complain(program, str(error))
         return EXIT_USAGE
-    except (RenderingError, ServiceUnavailableError) as error:
+    except (RenderingError, ServiceError, ServiceUnavailableError) as error:
         _complain(program, str(error))
         return EXIT_UNAVAILABLE
     except (KeyboardInterrupt, typer.Abort):

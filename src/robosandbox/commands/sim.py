@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from robosandbox.tasks.hosting import TaskHouse
     from robosandbox.tasks.session import Session
 
+_WAKE_SECONDS = 0.2
+
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
 ]
@@ -87,7 +89,9 @@ def sim(
         with server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
             print(f"listening on {where} as {robot_id!r}: {host.task.name} with {host.sim.robot.name}", flush=True)
-            stopped.wait()
+            # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
+            while not stopped.wait(_WAKE_SECONDS):
+                pass
             print("stopping", file=sys.stderr, flush=True)
         server.host.close()
     finally:
