@@ -27,6 +27,8 @@ from robosandbox.errors import (
     InputError,
     InternalError,
     InvalidArgumentError,
+    PlannerError,
+    PlannerUnavailableError,
     RoboSandboxError,
     SkillError,
 )
@@ -75,6 +77,7 @@ class Agent(Generic[WorldT]):
 
         Raises:
             InputError: The prompt is too long.
+            PlannerError: The planner has no answer.
         """
         check_prompt(prompt)
         return self.planner.plan(prompt, self._look(), ())
@@ -83,7 +86,7 @@ class Agent(Generic[WorldT]):
         """Carry out a prompt.
 
         Returns:
-            What came of it; failures of skills are in there and not raised.
+            What came of it; failures of skills and of the planner are in there and not raised.
 
         Raises:
             InputError: The prompt is too long.
@@ -93,8 +96,15 @@ class Agent(Generic[WorldT]):
         attempts: list[FailedAttempt] = []
         plan: Plan | None = None
         replans = 0
+        answer: Plan | Refusal | None = None
         while True:
-            answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+            try:
+                answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+            except PlannerError as error:
+                unavailable = isinstance(error, PlannerUnavailableError)
+                reason = FinalReason.PLANNER_UNAVAILABLE if unavailable else FinalReason.PLANNER_FAILED
+                detail = str(error)
+                break
             if isinstance(answer, Refusal):
                 reason = FinalReason.GAVE_UP if attempts else FinalReason.REFUSED
                 detail = answer.message
@@ -140,7 +150,9 @@ class Agent(Generic[WorldT]):
                 result = self._call(call)
             except SkillError as error:
                 self._emit(SkillFailed(call, error.record()))
-                return FailedAttempt(completed=plan.steps[:index], failed=call, error=error)
+                return FailedAttempt(
+                    completed=plan.steps[:index], failed=call, error=error, remaining=plan.steps[index + 1 :]
+                )
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
         return None

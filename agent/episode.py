@@ -21,6 +21,8 @@ class FinalReason(StrEnum):
     CANCELLED = "cancelled"
     TIMED_OUT = "timed_out"
     INTERNAL_ERROR = "internal_error"
+    PLANNER_UNAVAILABLE = "planner_unavailable"
+    PLANNER_FAILED = "planner_failed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +35,12 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedAttempt:
-    """A plan that ended early: what was done, what failed, and why."""
+    """A plan that ended early: what was done, what failed and why, and what was not begun."""
 
     completed: tuple[SkillCall, ...]
     failed: SkillCall
     error: SkillError
+    remaining: tuple[SkillCall, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +88,7 @@ class Episode:
                 {
                     "completed": [call.model_dump(mode="json") for call in attempt.completed],
                     "failed": attempt.failed.model_dump(mode="json"),
+                    "remaining": [call.model_dump(mode="json") for call in attempt.remaining],
                     "error": attempt.error.record().model_dump(mode="json"),
                 }
                 for attempt in self.attempts

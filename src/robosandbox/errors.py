@@ -4,6 +4,9 @@ RoboSandboxError
 ├── InputError               the user's file or argument is wrong
 ├── RenderingError           no OpenGL on this machine
 ├── ServiceUnavailableError  no sim answers
+├── PlannerError             a planner gave neither a plan nor a refusal
+│   ├── PlannerUnavailableError  its service does not answer, or will not for now
+│   └── PlannerAnswerError       it answered, but with nothing usable within its limits
 └── SkillError               a skill ended without its post-condition; the planner acts on it
     ├── InvalidArgumentError     an argument is of the wrong type or value
     ├── ObjectNotFoundError      nothing seen has this id
@@ -54,6 +57,18 @@ class RenderingError(RoboSandboxError):
 
 class ServiceUnavailableError(RoboSandboxError):
     """No sim answers where one was looked for."""
+
+
+class PlannerError(RoboSandboxError):
+    """A planner gave neither a plan nor a refusal, and nothing was moved for it."""
+
+
+class PlannerUnavailableError(PlannerError):
+    """The planner's service does not answer, or will not for now: try again later, or use another planner."""
+
+
+class PlannerAnswerError(PlannerError):
+    """The planner's answers are no valid plan and no refusal, and its limits are reached."""
 
 
 class ErrorCode(StrEnum):

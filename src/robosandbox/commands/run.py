@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json, read_prompt
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +20,12 @@ Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it fro
 TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
 RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
 PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
+BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
+Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
+Cassette = Annotated[
+    Path | None, typer.Option("--cassette", help="Record what is said with the model; replay it if the file exists.")
+]
+Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
 PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.")]
@@ -31,6 +38,10 @@ def run(
     task: TaskName = None,
     robot: RobotName = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
@@ -38,7 +49,8 @@ def run(
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
-    with _open(prompt, task, robot, planner, perception, seed, max_replans, what_if) as session:
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with _open(prompt, task, robot, planner, options, camera, perception, seed, max_replans, what_if) as session:
         return _carry_out(session, session.task.prompt if prompt is None else read_prompt(prompt), json)
 
 
@@ -48,6 +60,10 @@ def agent(
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     max_replans: MaxReplans = 3,
     json: Json = False,
 ) -> int:
@@ -58,7 +74,16 @@ def agent(
         prompt = read_prompt(prompt)
     if max_replans < 0:
         raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
-    with remote_session(connect or [], robot_id, zenoh_config, planner=planner, max_replans=max_replans) as session:
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with remote_session(
+        connect or [],
+        robot_id,
+        zenoh_config,
+        planner=planner,
+        planner_options=options,
+        camera=camera,
+        max_replans=max_replans,
+    ) as session:
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
@@ -67,6 +92,10 @@ def plan(
     task: TaskName = None,
     robot: RobotName = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     seed: Seed = 0,
     json: Json = False,
@@ -74,7 +103,8 @@ def plan(
     """Print the plan for a prompt; nothing moves."""
     from robosandbox.types import Refusal
 
-    with _open(prompt, task, robot, planner, perception, seed, 0, False) as session:
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with _open(prompt, task, robot, planner, options, camera, perception, seed, 0, False) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
@@ -94,6 +124,8 @@ def _open(
     task: str | None,
     robot: str | None,
     planner: str,
+    options: dict[str, Any],
+    camera: str | None,
     perception: str,
     seed: int,
     max_replans: int,
@@ -113,6 +145,8 @@ def _open(
         task,
         robot=robot,
         planner=planner,
+        planner_options=options,
+        camera=camera,
         perception=perception,
         seed=seed,
         max_replans=max_replans,
@@ -132,6 +166,8 @@ def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
         print_json(document)
     else:
         print(_sentence(episode, judged))
+    if episode.final_reason == "planner_unavailable":
+        return EXIT_UNAVAILABLE
     return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
 
 

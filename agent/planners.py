@@ -1,0 +1,42 @@
+"""Planners by name, with the options that a person gave."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from robosandbox.errors import InputError
+from robosandbox.plugins import load_plugin
+from robosandbox.protocols import Planner, Skill
+
+
+def make_planner(name: str, skills: Sequence[Skill], options: Mapping[str, Any] | None = None) -> Planner:
+    """Return an installed planner.
+
+    Args:
+        name: As registered under `robosandbox.planners`.
+        skills: What it may call.
+        options: Keyword arguments of its own, such as `model`; those that are None count as not given.
+
+    Raises:
+        InputError: There is no such planner, or it does not take such an option.
+    """
+    factory = load_plugin("planners", name)
+    given = {key: value for key, value in (options or {}).items() if value is not None}
+    parameters = inspect.signature(factory).parameters.values()
+    takes = [item.name for item in parameters if item.kind is inspect.Parameter.KEYWORD_ONLY]
+    for key in given:
+        if key not in takes:
+            raise InputError(
+                f"--{_spelt(key)}: the planner {name!r} takes no such option; "
+                f"{'it takes ' + ', '.join(f'--{_spelt(item)}' for item in takes) if takes else 'it takes none'}; "
+                "--planner openai takes a model"
+            )
+    planner: Planner = factory(skills, **given)
+    return planner
+
+
+def _spelt(option: str) -> str:
+    # Whoever opens the session makes a picture of a camera.
+    return "camera" if option == "picture" else option.replace("_", "-")
