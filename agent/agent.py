@@ -147,7 +147,7 @@ class Agent(Generic[WorldT]):
         for index, call in enumerate(plan.steps):
             self._emit(SkillStarted(call, index, len(plan.steps)))
             try:
-                result = self._call(call)
+                result = self.perform(call)
             except SkillError as error:
                 self._emit(SkillFailed(call, error.record()))
                 return FailedAttempt(
@@ -157,7 +157,12 @@ class Agent(Generic[WorldT]):
             self._emit(SkillEnded(call, result))
         return None
 
-    def _call(self, call: SkillCall) -> SkillResult:
+    def perform(self, call: SkillCall) -> SkillResult:
+        """Carry out one skill call; listeners hear of its phases.
+
+        Raises:
+            SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
+        """
         skill = self.skills.get(call.skill)
         if skill is None:
             hint = did_you_mean(call.skill, self.skills)

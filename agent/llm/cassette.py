@@ -150,16 +150,21 @@ def _read(path: Path) -> list[dict[str, Any]]:
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"--cassette: {path} cannot be read: {error}") from None
     for number, line in enumerate(lines, start=1):
-        try:
-            exchange = json.loads(line)
-            asked, answered = exchange["request"]["body"], exchange.get("response")
-            ok = exchange["version"] == VERSION and isinstance(asked, dict)
-            ok = ok and (isinstance(exchange.get("failure"), dict) or {"status", "headers", "body"} <= {*answered})
-        except (ValueError, KeyError, TypeError):
-            ok = False
-        if not ok:
+        exchange = _exchange(line)
+        if exchange is None:
             raise InputError(
                 f"--cassette: {path} line {number} is no recorded exchange; delete the file to record anew"
             )
         exchanges.append(exchange)
     return exchanges
+
+
+def _exchange(line: str) -> dict[str, Any] | None:
+    try:
+        exchange: dict[str, Any] = json.loads(line)
+        known = exchange["version"] == VERSION and isinstance(exchange["request"]["body"], dict)
+        failed = isinstance(exchange.get("failure"), dict)
+        answered = failed or {"status", "headers", "body"} <= exchange["response"].keys()
+    except (ValueError, KeyError, TypeError, AttributeError):
+        return None
+    return exchange if known and answered else None

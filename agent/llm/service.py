@@ -87,39 +87,43 @@ class Service:
             raise PlannerAnswerError(
                 f"{self._where}: {self._tokens:,} tokens spent without a usable answer; at most {self._settings.max_tokens:,}"
             )
-        wait = _FIRST_WAIT
         for attempt in range(1, self._settings.attempts + 1):
-            try:
-                response = await self._request(messages, tools)
-            except failures.ModelAPIError as error:
-                fault: Exception = error
-                asked = error.retry_after
-                self._raise_if_final(error)
-            except AnswerTooLargeError as error:
-                raise PlannerAnswerError(f"{self._where}: {error}; no plan needs that") from None
-            except failures.ContentFilterError as error:
-                raise PlannerAnswerError(f"{self._where}: the service filtered it: {self._said(error)}") from None
-            except (failures.UnexpectedModelBehavior, ValueError, RecursionError) as error:
-                fault, asked = error, None
-                self._raise_known_cause(error)
-            else:
-                self._tokens += response.usage.total_tokens
-                return response
-            pause = wait if asked is None else max(asked, 0.0)
-            wait *= 2.0
+            answer = await self._attempt(messages, tools)
+            if isinstance(answer, ModelResponse):
+                self._tokens += answer.usage.total_tokens
+                return answer
+            fault, asked = answer
             _log.info("attempt %d at %s: %s", attempt, self._where, self._said(fault))
             if attempt == self._settings.attempts:
-                break
+                raise PlannerUnavailableError(
+                    f"{self._where}: no answer in {attempt} attempts: {self._said(fault)}; try again later, "
+                    "or use --planner stub"
+                )
+            pause = _FIRST_WAIT * 2.0 ** (attempt - 1) if asked is None else max(asked, 0.0)
             if pause > self._left and not self._replayed:
                 raise PlannerUnavailableError(
                     f"{self._where}: {self._said(fault)}; it asks to wait {pause:.0f} s and {self._left:.0f} s are left; "
                     "try again later"
                 )
             await asyncio.sleep(0.0 if self._replayed else pause)
-        raise PlannerUnavailableError(
-            f"{self._where}: no answer in {self._settings.attempts} attempts: {self._said(fault)}; try again later, "
-            "or use --planner stub"
-        )
+        raise AssertionError("the settings allow at least one attempt")
+
+    async def _attempt(
+        self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]
+    ) -> ModelResponse | tuple[Exception, float | None]:
+        """Return an answer, or what went wrong that may go right later, with the seconds that the service asks to wait."""
+        try:
+            return await self._request(messages, tools)
+        except failures.ModelAPIError as error:
+            self._raise_if_final(error)
+            return error, error.retry_after
+        except AnswerTooLargeError as error:
+            raise PlannerAnswerError(f"{self._where}: {error}; no plan needs that") from None
+        except failures.ContentFilterError as error:
+            raise PlannerAnswerError(f"{self._where}: the service filtered it: {self._said(error)}") from None
+        except (failures.UnexpectedModelBehavior, ValueError, RecursionError) as error:
+            self._raise_known_cause(error)
+            return error, None
 
     @property
     def _left(self) -> float:

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, run, sim, tasks
+from robosandbox.commands import bench, mcp, run, sim, tasks
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -17,6 +17,7 @@ app.command("run")(run.run)
 app.command("plan")(run.plan)
 app.command("sim")(sim.sim)
 app.command("agent")(run.agent)
+app.command("mcp")(mcp.mcp)
 app.add_typer(tasks.app, name="tasks")
 
 
