@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+from importlib.metadata import version
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -13,7 +14,6 @@ from mcp.server import Server
 from mcp.server.context import ServerRequestContext
 from mcp.shared.exceptions import MCPError
 
-import robosandbox
 from robosandbox.agent.mcp import tools
 from robosandbox.agent.mcp.robot import BusyError, Robot
 from robosandbox.errors import PlannerError, PlannerUnavailableError, RenderingError, SkillError
@@ -79,7 +79,7 @@ def build_server(robot: Robot) -> Server[Any]:
 
     return Server(
         "robosandbox",
-        version=robosandbox.__version__,
+        version=version("robosandbox"),
         instructions=INSTRUCTIONS,
         on_list_tools=list_tools,
         on_call_tool=call_tool,
