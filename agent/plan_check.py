@@ -5,9 +5,9 @@ What a grammar plans is right by construction; what comes from outside, a langua
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
+from robosandbox.errors import InvalidArgumentError
 from robosandbox.protocols import Skill
 from robosandbox.types import CONTAINER_KINDS, DetectedObject, ObservedScene, Plan, SkillCall
 from robosandbox.validation import did_you_mean
@@ -31,20 +31,15 @@ def problems(plan: Plan, scene: ObservedScene, skills: Sequence[Skill]) -> tuple
 
 
 def _call_problems(call: SkillCall, scene: ObservedScene, skills: dict[str, Skill]) -> list[str]:
-    from jsonschema import Draft202012Validator
-
     skill = skills.get(call.skill)
     if skill is None:
         return [
             f"there is no skill {call.skill[:60]!r}; there is {', '.join(skills)}{did_you_mean(call.skill, skills)}"
         ]
-    wrong = next(iter(Draft202012Validator(dict(skill.schema)).iter_errors(call.arguments)), None)
-    if wrong is not None:
-        where = ".".join(str(part) for part in wrong.absolute_path)
-        return [f"{where + ': ' if where else ''}{wrong.message[:300]}"]
-    for key, value in call.arguments.items():
-        if isinstance(value, float) and not math.isfinite(value):
-            return [f"{key}: {value} is not a finite number"]
+    try:
+        skill.check(call.arguments)
+    except InvalidArgumentError as error:
+        return [error.message]
     ids = [item.id for item in scene.objects]
     return [
         f"{key}: no object {str(call.arguments[key])[:60]!r} is seen; there is {', '.join(ids) or 'nothing'}"

@@ -18,16 +18,12 @@ from numpy.typing import NDArray
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import AgentEvent, PhaseEntered
-from robosandbox.errors import CancelledError, Phase
+from robosandbox.errors import BusyError, BusyEvidence, CancelledError, Phase
 from robosandbox.protocols import Skill
 from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 
 ValueT = TypeVar("ValueT")
 Tell = Callable[[str], None]
-
-
-class BusyError(Exception):
-    """A goal runs already; the message names it."""
 
 
 class Robot(Protocol):
@@ -79,7 +75,9 @@ class LocalRobot:
         timeout: Simulated seconds that a call may take.
     """
 
-    def __init__(self, agent: Agent, ctx: AgentContext, cameras: Sequence[str], timeout: float = 120.0) -> None:
+    def __init__(
+        self, agent: Agent[AgentContext], ctx: AgentContext, cameras: Sequence[str], timeout: float = 120.0
+    ) -> None:
         self.cameras = tuple(cameras)
         self.skills = tuple(agent.skills.values())
         self._agent = agent
@@ -93,7 +91,10 @@ class LocalRobot:
     async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
         """Carry out a call."""
         if self._running is not None:
-            raise BusyError(f"{self._running} is under way; wait for it or cancel it")
+            raise BusyError(
+                f"{self._running} is under way; wait for it or cancel it",
+                evidence=BusyEvidence(doing=self._running.skill),
+            )
         self._running = call
         stop = threading.Event()
         loop = asyncio.get_running_loop()

@@ -15,7 +15,7 @@ from mcp.server.context import ServerRequestContext
 from mcp.shared.exceptions import MCPError
 
 from robosandbox.agent.mcp import tools
-from robosandbox.agent.mcp.robot import BusyError, Robot
+from robosandbox.agent.mcp.robot import Robot
 from robosandbox.errors import PlannerError, PlannerUnavailableError, RenderingError, SkillError
 from robosandbox.types import Refusal, SkillCall
 from robosandbox.validation import did_you_mean
@@ -103,8 +103,6 @@ async def _perform(robot: Robot, ctx: Context, call: SkillCall) -> types.CallToo
         work.cancel()
         await _ended(work)
         raise
-    except BusyError as error:
-        return tools.failed("busy", str(error))
     except SkillError as error:
         return tools.skill_failed(error)
 
