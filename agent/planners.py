@@ -11,7 +11,7 @@ from robosandbox.plugins import load_plugin
 from robosandbox.protocols import Planner, Skill
 
 
-def make_planner(name: str, skills: Sequence[Skill], options: Mapping[str, Any] | None = None) -> Planner:
+def make_planner(name: str, skills: Sequence[Skill[Any]], options: Mapping[str, Any] | None = None) -> Planner:
     """Return an installed planner.
 
     Args:

@@ -54,7 +54,7 @@ class PlanAnswer(StrictModel):
     steps: Annotated[tuple[StepAnswer, ...], Field(min_length=1, max_length=MAX_STEPS)]
 
 
-def tools(skills: Sequence[Skill]) -> list[ToolDefinition]:
+def tools(skills: Sequence[Skill[Any]]) -> list[ToolDefinition]:
     """Return the two tools, `plan` with a variant of its steps for each skill."""
     variants = [
         {
@@ -94,7 +94,7 @@ def tools(skills: Sequence[Skill]) -> list[ToolDefinition]:
     ]  # fmt: skip
 
 
-def read_answer(response: ModelResponse, scene: ObservedScene, skills: Sequence[Skill]) -> Plan | Refusal:
+def read_answer(response: ModelResponse, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
     """Return the plan or refusal in an answer.
 
     Raises:
@@ -145,7 +145,7 @@ def _from_text(text: str) -> tuple[str, Any]:
     raise MisuseError(f"Text alone is no answer; call the tool `{PLAN}` or `{REFUSE}` exactly once.")
 
 
-def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill]) -> Plan:
+def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan:
     try:
         answer = PlanAnswer.model_validate(data)
     except ValidationError as error:
@@ -157,7 +157,7 @@ def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill]) -> Plan:
     return plan
 
 
-def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill]) -> Refusal:
+def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Refusal:
     try:
         answer = RefusalAnswer.model_validate(data)
     except ValidationError as error:

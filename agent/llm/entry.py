@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
 from robosandbox.errors import InputError
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 def openai(
-    skills: Sequence[Skill],
+    skills: Sequence[Skill[Any]],
     *,
     model: str = "",
     base_url: str | None = None,
@@ -37,7 +37,7 @@ def openai(
 
 
 def anthropic(
-    skills: Sequence[Skill],
+    skills: Sequence[Skill[Any]],
     *,
     model: str = "",
     base_url: str | None = None,
@@ -50,7 +50,7 @@ def anthropic(
 
 
 def auto(
-    skills: Sequence[Skill],
+    skills: Sequence[Skill[Any]],
     *,
     model: str = "",
     base_url: str | None = None,
@@ -71,7 +71,7 @@ def auto(
 
 
 def _planner(
-    skills: Sequence[Skill],
+    skills: Sequence[Skill[Any]],
     service: Service,
     model: str,
     base_url: str | None,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from pydantic_ai.messages import (
     BinaryContent,
@@ -44,7 +44,7 @@ class LLMPlanner:
         InputError: A key is missing, or the cassette cannot be used.
     """
 
-    def __init__(self, skills: Sequence[Skill], settings: LLMSettings) -> None:
+    def __init__(self, skills: Sequence[Skill[Any]], settings: LLMSettings) -> None:
         self._skills = tuple(skills)
         self._tools = tools(self._skills)
         self._settings = settings

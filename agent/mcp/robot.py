@@ -1,6 +1,7 @@
-"""What the server needs of a robot, and a world in this process that provides it.
+"""What the server needs of a robot, provided by a session: a world in this process or in another one.
 
-Physics and pictures live on one worker thread. Looks asked for while a goal runs are answered between its control ticks.
+A world in this process lives on one worker thread, physics and pictures alike; looks asked for while a goal runs are answered
+between its control ticks. A world in another process answers looks by itself at any time.
 """
 
 from __future__ import annotations
@@ -10,34 +11,94 @@ import threading
 from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from typing import Any, Protocol, TypeVar
 
 import anyio
-from numpy.typing import NDArray
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import AgentEvent, PhaseEntered
 from robosandbox.errors import BusyError, BusyEvidence, CancelledError, Phase
 from robosandbox.protocols import Skill
-from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 
 ValueT = TypeVar("ValueT")
 Tell = Callable[[str], None]
+TickHooks = list[Callable[[], None]]
 
 
-class Robot(Protocol):
-    """What the server needs of a robot, near or remote."""
+class Goals(Protocol):
+    """Starts and stops goals."""
+
+    def cancel(self) -> None:
+        """Stop what runs, from any thread."""
+        ...
+
+    def goal(self, timeout: float | None = None) -> AbstractContextManager[None]:
+        """Run one goal, within `timeout` simulated seconds."""
+        ...
+
+
+class Cell(Protocol):
+    """The part of a session that is used here."""
 
     @property
-    def skills(self) -> Sequence[Skill]:
-        """What it can do."""
+    def agent(self) -> Agent[Any]:
+        """Carries out calls."""
+        ...
+
+    @property
+    def ctx(self) -> Goals:
+        """Starts and stops goals."""
         ...
 
     @property
     def cameras(self) -> Sequence[str]:
         """Names that `picture` takes."""
         ...
+
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now."""
+        ...
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a file's bytes."""
+        ...
+
+
+class Robot:
+    """A session's robot for an asynchronous server.
+
+    Args:
+        cell: The session.
+        state: Returns joints, TCP and gripper as JSON data.
+        tick_hooks: Those of a world in this process; None for one that answers looks by itself.
+        timeout: Simulated seconds that a call may take.
+
+    Attributes:
+        skills: What it can do.
+        cameras: Names that `picture` takes.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        state: Callable[[], dict[str, Any]],
+        *,
+        tick_hooks: TickHooks | None,
+        timeout: float = 120.0,
+    ) -> None:
+        self.skills: tuple[Skill[Any], ...] = tuple(cell.agent.skills.values())
+        self.cameras = tuple(cell.cameras)
+        self._cell = cell
+        self._state = state
+        self._timeout = timeout
+        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
+        self._here = tick_hooks is not None
+        self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._running: SkillCall | None = None
+        if tick_hooks is not None:
+            tick_hooks.append(self._answer_looks)
 
     async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
         """Carry out a call, telling its phases in the caller's loop; cancelling the task stops the arm first.
@@ -46,50 +107,6 @@ class Robot(Protocol):
             BusyError: Another call is under way.
             SkillError: The post-condition was not reached.
         """
-        ...
-
-    async def plan(self, prompt: str) -> Plan | Refusal:
-        """Return the planner's answer; nothing moves. Raises PlannerError."""
-        ...
-
-    async def scene(self) -> ObservedScene:
-        """Return what perception sees."""
-        ...
-
-    async def state(self) -> Observation:
-        """Return joints, TCP and gripper."""
-        ...
-
-    async def picture(self, camera: str) -> NDArray[Any]:
-        """Return an RGB picture, (height, width, 3) uint8; raises RenderingError."""
-        ...
-
-
-class LocalRobot:
-    """A world in this process.
-
-    Args:
-        agent: Carries out calls.
-        ctx: The agent's context.
-        cameras: Names that the world's cameras have.
-        timeout: Simulated seconds that a call may take.
-    """
-
-    def __init__(
-        self, agent: Agent[AgentContext], ctx: AgentContext, cameras: Sequence[str], timeout: float = 120.0
-    ) -> None:
-        self.cameras = tuple(cameras)
-        self.skills = tuple(agent.skills.values())
-        self._agent = agent
-        self._ctx = ctx
-        self._timeout = timeout
-        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
-        self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
-        self._running: SkillCall | None = None
-        ctx.sim.tick_hooks.append(self._answer_looks)
-
-    async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
-        """Carry out a call."""
         if self._running is not None:
             raise BusyError(
                 f"{self._running} is under way; wait for it or cancel it",
@@ -109,7 +126,7 @@ class LocalRobot:
                 return await asyncio.shield(work)
             except asyncio.CancelledError:
                 stop.set()
-                self._ctx.cancel()
+                self._cell.ctx.cancel()
                 with anyio.CancelScope(shield=True):
                     await asyncio.wait([work])
                 # Whatever it ended in is nobody's to hear: the caller has gone.
@@ -119,38 +136,50 @@ class LocalRobot:
             self._running = None
 
     async def plan(self, prompt: str) -> Plan | Refusal:
-        """Return the planner's answer; nothing moves."""
-        return await asyncio.wrap_future(self._worker.submit(self._agent.plan, prompt))
+        """Return the planner's answer; nothing moves.
+
+        Raises:
+            PlannerError: The planner has none.
+        """
+        # A planner may think for a minute; the worker stays free meanwhile.
+        return await asyncio.to_thread(self._cell.agent.planner.plan, prompt, await self.scene())
 
     async def scene(self) -> ObservedScene:
         """Return what perception sees."""
-        return await self._look(lambda: self._ctx.perception.perceive(self._ctx.sim))
+        return await self._look(self._cell.observe)
 
-    async def state(self) -> Observation:
-        """Return joints, TCP and gripper."""
-        return await self._look(self._ctx.sim.observe)
+    async def state(self) -> dict[str, Any]:
+        """Return joints, TCP and gripper as JSON data."""
+        return await self._look(self._state)
 
-    async def picture(self, camera: str) -> NDArray[Any]:
-        """Return what a camera sees."""
-        return await self._look(lambda: self._ctx.sim.observe([camera]).images[camera])
+    async def picture(self, camera: str) -> bytes:
+        """Return what a camera sees as a PNG file.
+
+        Raises:
+            RenderingError: This machine cannot make pictures.
+        """
+        return await self._look(lambda: self._cell.picture(camera))
 
     def close(self) -> None:
         """Let the worker end; what runs is stopped."""
-        self._ctx.cancel()
+        self._cell.ctx.cancel()
         self._worker.shutdown(wait=True, cancel_futures=True)
 
     def _perform(self, call: SkillCall, hear: Callable[[AgentEvent], None], stop: threading.Event) -> SkillResult:
-        self._agent.listeners.append(hear)
+        agent = self._cell.agent
+        agent.listeners.append(hear)
         try:
-            with self._ctx.goal(self._timeout):
+            with self._cell.ctx.goal(self._timeout):
                 # A goal forgets what was cancelled before it began; this one may have been while it waited its turn.
                 if stop.is_set():
                     raise CancelledError("cancelled before it began", phase=Phase.CHECK)
-                return self._agent.perform(call)
+                return agent.perform(call)
         finally:
-            self._agent.listeners.remove(hear)
+            agent.listeners.remove(hear)
 
     async def _look(self, look: Callable[[], ValueT]) -> ValueT:
+        if not self._here:
+            return await asyncio.to_thread(look)
         answer: Future[ValueT] = Future()
         self._looks.append((look, answer))
         # Between ticks if a goal runs, else now; a look that the ticks have answered is no longer in the queue.

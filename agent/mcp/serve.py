@@ -2,18 +2,47 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import sys
+from collections.abc import Callable
 from typing import Any
 
 import uvicorn
 from mcp.server import Server
 from mcp.server.stdio import stdio_server
 
+from robosandbox.agent.mcp.robot import Cell, Robot, TickHooks
+from robosandbox.agent.mcp.server import build_server
 from robosandbox.errors import InputError
 
 HOST = "127.0.0.1"
 PATH = "/mcp"
+
+
+def serve(
+    cell: Cell,
+    state: Callable[[], dict[str, Any]],
+    *,
+    tick_hooks: TickHooks | None,
+    timeout: float,
+    port: int | None,
+) -> None:
+    """Serve a session until the client leaves or somebody interrupts.
+
+    Args:
+        cell: The session.
+        state: Returns joints, TCP and gripper as JSON data.
+        tick_hooks: Those of a world in this process; None for one in another.
+        timeout: Simulated seconds that a call may take.
+        port: Of 127.0.0.1; None is stdin and stdout.
+    """
+    robot = Robot(cell, state, tick_hooks=tick_hooks, timeout=timeout)
+    try:
+        server = build_server(robot)
+        asyncio.run(serve_stdio(server) if port is None else serve_http(server, port))
+    finally:
+        robot.close()
 
 
 async def serve_stdio(server: Server[Any]) -> None:

@@ -116,11 +116,11 @@ async def _ended(work: asyncio.Future[Any]) -> None:
 async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolResult:
     if arguments.camera is not None and arguments.camera not in robot.cameras:
         return tools.failed("invalid_argument", _no_camera(robot, arguments.camera))
-    data = {"scene": tools.seen(await robot.scene()), "state": tools.state_data(await robot.state())}
+    data = {"scene": tools.seen(await robot.scene()), "state": await robot.state()}
     result = tools.answer({**data, "cameras": list(robot.cameras)})
     if arguments.camera is not None:
         try:
-            picture = tools.png(await robot.picture(arguments.camera))
+            picture = tools.base64_text(await robot.picture(arguments.camera))
         except RenderingError as error:
             return tools.failed("rendering", str(error))
         result.content.append(types.ImageContent(type="image", data=picture, mime_type="image/png"))
@@ -154,7 +154,7 @@ def _resources(robot: Robot) -> list[types.Resource]:
 
 async def _read(robot: Robot, uri: str) -> types.TextResourceContents | types.BlobResourceContents:
     if uri in (SCENE, STATE):
-        data = tools.seen(await robot.scene()) if uri == SCENE else tools.state_data(await robot.state())
+        data = tools.seen(await robot.scene()) if uri == SCENE else await robot.state()
         return types.TextResourceContents(uri=uri, mime_type="application/json", text=json.dumps(data))
     name = unquote(uri.removeprefix(CAMERA))
     if not uri.startswith(CAMERA):
@@ -163,7 +163,7 @@ async def _read(robot: Robot, uri: str) -> types.TextResourceContents | types.Bl
     if name not in robot.cameras:
         raise MCPError(types.INVALID_PARAMS, _no_camera(robot, name))
     try:
-        picture = tools.png(await robot.picture(name))
+        picture = tools.base64_text(await robot.picture(name))
     except RenderingError as error:
         raise MCPError(types.INTERNAL_ERROR, str(error)) from None
     return types.BlobResourceContents(uri=uri, mime_type="image/png", blob=picture)

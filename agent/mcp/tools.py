@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import mcp_types as types
-from numpy.typing import NDArray
 from pydantic import Field, ValidationError
 
 from robosandbox.agent.llm.prompt import scene_data
@@ -64,7 +63,7 @@ _OWN: dict[str, type[StrictModel]] = {
 }
 
 
-def catalogue(skills: Sequence[Skill]) -> list[types.Tool]:
+def catalogue(skills: Sequence[Skill[Any]]) -> list[types.Tool]:
     """Return the tools: the skills under their own names and schemas, and four that move nothing.
 
     Raises:
@@ -138,7 +137,7 @@ def planned(planner_answer: Plan | Refusal) -> dict[str, Any]:
     return {"plan": dump["steps"], "refusal": None}
 
 
-def checked(arguments: CheckArguments, scene: ObservedScene, skills: Sequence[Skill]) -> dict[str, Any]:
+def checked(arguments: CheckArguments, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> dict[str, Any]:
     """Return what is wrong with a client's own plan."""
     wrong = problems(Plan(steps=arguments.steps), scene, skills)
     return {"ok": not wrong, "problems": list(wrong)}
@@ -163,9 +162,6 @@ def state_data(state: Observation) -> dict[str, Any]:
     }
 
 
-def png(picture: NDArray[Any]) -> str:
-    """Return an RGB picture as base64 of a PNG file."""
-    import cv2
-
-    _, data = cv2.imencode(".png", picture[:, :, ::-1])
-    return base64.b64encode(data.tobytes()).decode()
+def base64_text(data: bytes) -> str:
+    """Return bytes as the protocol carries them."""
+    return base64.b64encode(data).decode()
