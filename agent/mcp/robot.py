@@ -100,6 +100,11 @@ class Robot:
         if tick_hooks is not None:
             tick_hooks.append(self._answer_looks)
 
+    @property
+    def doing(self) -> str | None:
+        """The call that is under way here."""
+        return str(self._running) if self._running else None
+
     async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
         """Carry out a call, telling its phases in the caller's loop; cancelling the task stops the arm first.
 

@@ -117,7 +117,7 @@ async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolR
     if arguments.camera is not None and arguments.camera not in robot.cameras:
         return tools.failed("invalid_argument", _no_camera(robot, arguments.camera))
     data = {"scene": tools.seen(await robot.scene()), "state": await robot.state()}
-    result = tools.answer({**data, "cameras": list(robot.cameras)})
+    result = tools.answer({**data, "doing": robot.doing, "cameras": list(robot.cameras)})
     if arguments.camera is not None:
         try:
             picture = tools.base64_text(await robot.picture(arguments.camera))
