@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
 from robosandbox.agent.episode import (
@@ -59,6 +59,8 @@ class Agent(Generic[WorldT]):
 
     Attributes:
         listeners: Called with each event, in the thread of `run`.
+        permits: Called with each call before anything moves for it; one that raises a SkillError stops it.
+        approve: Asked about each plan before the first of its calls; None approves all.
     """
 
     def __init__(self, ctx: WorldT, skills: Sequence[Skill[WorldT]], planner: Planner, max_replans: int = 3) -> None:
@@ -71,6 +73,8 @@ class Agent(Generic[WorldT]):
         self.planner = planner
         self.max_replans = max_replans
         self.listeners: list[Listener] = []
+        self.permits: list[Callable[[SkillCall], None]] = []
+        self.approve: Callable[[Plan], bool] | None = None
 
     def plan(self, prompt: str) -> Plan | Refusal:
         """Return what the planner makes of the prompt and the scene; nothing moves.
@@ -111,6 +115,9 @@ class Agent(Generic[WorldT]):
                 break
             plan = answer
             self._emit(Planned(plan, replans))
+            if self.approve is not None and not self.approve(plan):
+                reason, detail = FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
+                break
             failure = self._execute(plan, steps)
             if failure is None:
                 reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
@@ -173,6 +180,8 @@ class Agent(Generic[WorldT]):
 
         self.ctx.listeners.append(tell)
         try:
+            for permit in self.permits:
+                permit(call)
             return skill(self.ctx, call.arguments)
         except RoboSandboxError:
             raise

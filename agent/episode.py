@@ -16,6 +16,7 @@ class FinalReason(StrEnum):
 
     PLAN_COMPLETE = "plan_complete"
     REFUSED = "refused"
+    DECLINED = "declined"
     GAVE_UP = "gave_up"
     REPLANS_EXHAUSTED = "replans_exhausted"
     CANCELLED = "cancelled"

@@ -214,8 +214,10 @@ def open_session(
         grasp=AnalyticTopDown(),
         motion=DLSMotionPlanner(),
         what_if=what_if,
+        workspace=chosen.limits.workspace if chosen.limits else None,
     )
     agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
+    agent.permits.append(ctx.permit)
     try:
         sim.load(chosen.scene)
         _check_start_q(chosen, sim)

@@ -86,7 +86,7 @@ class _Reaction:
         if repair:
             return repair
         match self.error.code:
-            case ErrorCode.UNREACHABLE | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
+            case ErrorCode.UNREACHABLE | ErrorCode.LIMIT | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
                 return self._other() or self._stop()
             case ErrorCode.COLLISION:
                 return self._other() or self._from_home() or self._stop()

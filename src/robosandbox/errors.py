@@ -12,6 +12,7 @@ RoboSandboxError
     ├── ObjectNotFoundError      nothing seen has this id
     ├── AmbiguousObjectError     several things seen fit
     ├── UnreachableError         no joint configuration puts the TCP there
+    ├── LimitError               the task forbids the arm to go there
     ├── CollisionError           the only ways there touch something
     ├── TrackingError            the arm did not arrive where it was sent
     ├── GraspError               none found, missed, or slipped
@@ -78,6 +79,7 @@ class ErrorCode(StrEnum):
     OBJECT_NOT_FOUND = "object_not_found"
     AMBIGUOUS_OBJECT = "ambiguous_object"
     UNREACHABLE = "unreachable"
+    LIMIT = "limit"
     COLLISION = "collision"
     TRACKING = "tracking"
     GRASP = "grasp"
@@ -136,6 +138,22 @@ class UnreachableEvidence(Evidence):
     orientation_error: float
     joints_at_limits: tuple[str, ...] = ()
     nearest: Pose
+
+
+class LimitEvidence(Evidence):
+    """Which quantity would leave its limits.
+
+    Attributes:
+        quantity: What is limited, in words.
+        value: What it is or would be, SI units.
+        low: The least allowed.
+        high: The most allowed.
+    """
+
+    quantity: str
+    value: float
+    low: float
+    high: float
 
 
 class CollisionEvidence(Evidence):
@@ -289,6 +307,7 @@ class ConnectionEvidence(Evidence):
 
 AnyEvidence: TypeAlias = (
     UnreachableEvidence
+    | LimitEvidence
     | CollisionEvidence
     | GraspEvidence
     | ObjectNotFoundEvidence
@@ -412,6 +431,13 @@ class UnreachableError(SkillError):
 
     code = ErrorCode.UNREACHABLE
     evidence_type = UnreachableEvidence
+
+
+class LimitError(SkillError):
+    """The task forbids the arm to go there."""
+
+    code = ErrorCode.LIMIT
+    evidence_type = LimitEvidence
 
 
 class CollisionError(SkillError):
@@ -539,6 +565,7 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         ObjectNotFoundError,
         AmbiguousObjectError,
         UnreachableError,
+        LimitError,
         CollisionError,
         TrackingError,
         GraspError,

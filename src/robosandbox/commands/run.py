@@ -33,6 +33,10 @@ WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repair
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
 
+Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
+
+
 def run(
     prompt: Prompt = None,
     task: TaskName = None,
@@ -46,12 +50,21 @@ def run(
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
     what_if: WhatIf = True,
+    confirm: Confirm = False,
+    dry_run: DryRun = False,
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
     options = {"base_url": base_url, "model": model, "cassette": cassette}
     with _open(prompt, task, robot, planner, options, camera, perception, seed, max_replans, what_if) as session:
-        return _carry_out(session, session.task.prompt if prompt is None else read_prompt(prompt), json)
+        from robosandbox.commands import trying
+
+        if confirm:
+            trying.ask_before(session, prompt)
+        said = session.task.prompt if prompt is None else read_prompt(prompt)
+        if dry_run:
+            return trying.dry_run(session, said, json)
+        return _carry_out(session, said, json)
 
 
 def agent(
