@@ -3,6 +3,8 @@
 import json
 import logging
 import socket
+import subprocess
+import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -558,3 +560,27 @@ def test_a_planner_that_fails_in_mid_episode_keeps_what_was_done() -> None:
         episode = session.run("go home and pick up a cube")
     assert episode.final_reason is FinalReason.PLANNER_UNAVAILABLE and not episode.success
     assert [step.call.skill for step in episode.steps] == ["home"] and episode.error is not None
+
+
+def test_the_bench_takes_a_model(capsys: pytest.CaptureFixture[str]) -> None:
+    from robosandbox.commands import bench
+
+    with ScriptedServer(PICK) as server:
+        options = ["--planner", "openai", "--base-url", server.url, "--model", "scripted"]
+        assert run_app(bench.app, "robo-sandbox-bench", ["--tasks", "pick_cube_franka", *options]) == EXIT_DONE
+    assert "SUMMARY: 1/1 successful" in capsys.readouterr().out
+
+
+def test_the_language_benchmark_takes_a_model() -> None:
+    root = Path(__file__).parent.parent
+    prompts = root / "tests" / "prompts" / "single.yaml"
+    with ScriptedServer(*[refuse("unsupported", "no")] * 500) as server:
+        options = ["--planner", "openai", "--base-url", server.url, "--model", "m", "--prompts", str(prompts), "--json"]
+        done = subprocess.run(
+            [sys.executable, str(root / "benchmarks" / "language.py"), *options],
+            check=True,
+            capture_output=True,
+            text=True,
+        )
+    report = json.loads(done.stdout)
+    assert report["sentences"] == len(server.requests) > 20 and report["wrong_motion"] == 0
