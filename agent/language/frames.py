@@ -362,6 +362,15 @@ def _tidy(frame: Frame) -> list[Command]:
     return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
 
 
+def _load(frame: Frame) -> list[Command]:
+    """As in "load the tray with the blocks": the container is named first."""
+    if len(frame.objects) != 1 or len(frame.objects[0]) != 1 or frame.places or not frame.only("material", "particle"):
+        return []
+    if "material" not in frame.rest or frame.particle not in (None, "up"):
+        return []
+    return [Command("put", frame.one("material"), Relation("in", frame.objects[0]))]
+
+
 def _line_up(frame: Frame) -> list[Command]:
     if (
         not frame.only("particle")
@@ -410,6 +419,9 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "line_up": _line_up,
     "unstack": _unstack,
     "tidy": _tidy,
+    # Without an object it would be everything, which nobody means by it.
+    "discard": lambda frame: _tidy(frame) if frame.objects else [],
+    "load": _load,
     "empty": _simple("tidy", "out", "off"),
     "go": _go,
 }

@@ -37,6 +37,11 @@ class Phrasing(Chart):
             for k, ref in self._head(j, base):
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
+        if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
+            # "whatever is closest to the bin"
+            thing = Ref(text="", determiner="the", nouns=("thing",))
+            for j, ref in self._modifier(i + 1, thing):
+                found.append((j, replace(ref, text=self.said(i, j))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
         if self.text(i) == "not":
@@ -46,7 +51,10 @@ class Phrasing(Chart):
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
-                found += [(end, ref) for end, _ in self.np(m)]
+                for end, other in self.np(m):
+                    # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
+                    chosen = ref.determiner in ("a", "all") or ref.plural
+                    found.append((end, replace(ref, without=(*ref.without, other)) if chosen else ref))
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
@@ -86,6 +94,8 @@ class Phrasing(Chart):
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
         k = j
+        if self.text(k) == "first" and self.text(k + 1) in (",", "then"):
+            k += 1
         if self.text(k) == ",":
             k += 1
         if self.text(k) in ("and", "plus"):
@@ -156,6 +166,11 @@ class Phrasing(Chart):
                 add(k, "all", count=2, plural=True, other=True)
         for j, number in self._count(i):
             add(j, "bare", count=number, plural=number > 1)
+            if self.text(j) == "of":
+                # "two of the balls": any two.
+                for k in self.optional(j + 1, "THE"):
+                    if k > j + 1:
+                        add(k, "a", count=number, plural=number > 1)
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):

@@ -14,6 +14,7 @@ from robosandbox.agent.language.lexicon import (
     END_FILLERS,
     FILLERS,
     JOINABLE,
+    LEXICON,
     REAL_WORDS,
     START_FILLERS,
     WORDS,
@@ -233,6 +234,12 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
+        opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i
+        if opening > i + max(length, 1):
+            # "your task is to": what would be a filler by itself belongs to the opening.
+            kept += tokens[i:opening]
+            i = opening
+            continue
         if length:
             i += length
         else:

@@ -11,9 +11,15 @@ NOUNS: dict[str, str] = {
     "cube": "cube, dice, die",
     "block": "block, brick, building block, wooden block, cuboid, lego",
     "box": "box",
-    "ball": "ball, sphere, orb, marble, globe",
+    "ball": (
+        "ball, sphere, orb, marble, globe, round one, round thing, round object, round item, spherical one, spherical thing, "
+        "spherical object, spherical item"
+    ),
     "can": "can, tin, tin can, soda can, coke can, beer can, drink can, soda, coke",
-    "cylinder": "cylinder, tube, barrel, drum, pillar, column",
+    "cylinder": (
+        "cylinder, tube, barrel, drum, pillar, column, cylindrical one, cylindrical thing, cylindrical object, "
+        "cylindrical item"
+    ),
     "bottle": "bottle, flask",
     "mug": "mug, cup, teacup, beaker, glass, tumbler, coffee cup, coffee mug",
     "capsule": "capsule, pill",
@@ -172,7 +178,7 @@ NUMBERS: dict[str, float] = {
     "zero": 0, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
     "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14, "fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18,
     "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
-    "hundred": 100, "half": 0.5, "half a": 0.5, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
+    "hundred": 100, "half": 0.5, "half a": 0.5, "half an": 0.5, "a quarter": 0.25, "quarter": 0.25, "three quarters": 0.75, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
     "a couple of": 2, "a couple": 2, "couple of": 2, "a few": 3, "several": 3, "one and a half": 1.5, "two and a half": 2.5,
     "twenty five": 25, "a hundred": 100, "one hundred": 100, "a dozen": 12,
     "a single": 1, "half of a": 0.5, "three quarters of a": 0.75, "a third of a": 1 / 3,
@@ -368,7 +374,13 @@ PREAMBLES = (
     "i was wondering if you could, i wonder if you could, i was hoping you could, "
     "i was wondering if you would, i would like for you to, i wanna see you, i would like to see you, "
     "you should, you can, you could, you must, you need to, you have to, you may, you are to, you will, "
-    "your task is to, your job is to, the task is to, your goal is to, "
+    "your task is to, your job is to, the task is to, your goal is to, your mission is to, your assignment is to, "
+    "what i need is for you to, what i want is for you to, what i would like is for you to, what i need you to do is, "
+    "what i want you to do is, what i would like you to do is, what you need to do is, what you have to do is, "
+    "what you should do is, all i want is for you to, all you need to do is, all you have to do is, "
+    "so what i need is for you to, so what i want is for you to, so what i want you to do is, "
+    "so what i need you to do is, so what i would like you to do is, the thing to do is, the plan is to, "
+    "the idea is to, we are going to, you are going to, let us go and, "
     "go ahead and, go ahead, try to, try and, try, attempt to, make sure to, make sure you, "
     "make sure that you, be sure to, be sure you, remember to, "
     "do not forget to, let us, how about you, how about, why do not you, why not, what about you, proceed to, "
@@ -688,7 +700,7 @@ CONTENTS = (
     "the drink in, what is inside, whatever is inside, the coffee from, the coffee in, the rice from, "
     "the rice in, the balls from, the balls in"
 )
-START_FILLERS = "sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
+START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
 CORRECTION = (
     "no, no wait, wait no, wait, wait a second, wait a minute, hang on, hold on, sorry, i mean, i meant, "
     "actually, actually no, no actually, or rather, rather, make that, scratch that, correction, oops, oh no, "
@@ -724,6 +736,7 @@ MIDDLES = "in the middle, in between, middle, in the centre, in the center, betw
 END_FILLERS = (
     "instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
+    "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
     "that is all, ok robot"
 )
