@@ -340,6 +340,9 @@ def _sort(frame: Frame) -> list[Command]:
         return [Command("put", objects, Matching())] if not frame.places else []
     if "colour" not in frame.rest and not (frame.objects and len(frame.places) < 2):
         return []
+    if "colour" not in frame.rest and len(frame.places) == 1 and _one_container(frame.places[0]):
+        # "sort the pens into the left box": they all go there.
+        return _placed("put", frame.objects[0], frame.places)
     if not frame.places:
         return [Command("sort", objects)]
     place = frame.places[0]
@@ -348,6 +351,15 @@ def _sort(frame: Frame) -> list[Command]:
     if len(frame.places) == 1 and isinstance(place, Table):
         return [Command("sort", objects)]
     return []
+
+
+def _one_container(place: Place) -> bool:
+    return (
+        isinstance(place, Relation)
+        and place.kind == "in"
+        and len(place.refs) == 1
+        and not (place.refs[0].plural or place.refs[0].determiner == "all")
+    )
 
 
 def _tidy(frame: Frame) -> list[Command]:

@@ -267,7 +267,9 @@ class Phrasing(Chart):
             parts.append(_singular(self.tokens[j].text, self.words.parts))
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
-            found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
+            # In "push it to the left" nobody names left_box.
+            if not all(part in _SIDES for part in parts):
+                found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
             for k, (_, phrase, many) in self.tag(j, "NOUN"):
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
         if self._is_strange(i):
@@ -514,6 +516,7 @@ _NOT_NAMES = word_set(
     REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT
     """
 )
+_SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 _REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")

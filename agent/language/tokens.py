@@ -20,7 +20,8 @@ from robosandbox.agent.language.lexicon import (
     WORDS,
 )
 from robosandbox.agent.language.spelling import nearest_word
-from robosandbox.agent.language.words import UNITS
+from robosandbox.agent.language.wordlist import phrase_list
+from robosandbox.agent.language.words import TABLE, UNITS
 
 MAX_CHARACTERS = 2_000
 MAX_TOKENS = 120
@@ -116,13 +117,16 @@ class SceneWords:
         ids: Ids by their lower-case form.
         parts: Words that occur in ids.
         pattern: Finds ids in text.
-        spoken: Ids of several words that end in a number or letter, as words.
+        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), as words.
     """
 
     ids: dict[str, str]
     parts: frozenset[str]
     pattern: re.Pattern[str] | None
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
+
+
+_TABLES = frozenset(phrase_list(TABLE))
 
 
 @lru_cache(maxsize=64)
@@ -136,6 +140,7 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         for name in ids
         if len(id_parts(name)) > 2
         or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
+        or (len(id_parts(name)) == 2 and id_parts(name)[0] in _TABLES)
     )
     return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
 

@@ -216,7 +216,7 @@ DIRECTIONS: dict[str, str] = {
         "further from you, farther from you, out in front, further forward, along x, along +x, in front of you"
     ),
     "back": (
-        "back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
+        "to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
         "towards the robot, toward the robot, towards your base, toward your base, to the back, "
         "in the backward direction, "
         "towards the arm, toward the arm, closer to you, closer to yourself, closer to the robot, nearer to you, "
@@ -664,7 +664,7 @@ TOPS = (
     "last, on the very top, at the very top"
 )
 BOTTOMS = (
-    "at the bottom, on the bottom, bottom, on bottom, as the base, as a base, as the bottom, "
+    "below, beneath, at the bottom, on the bottom, bottom, on bottom, as the base, as a base, as the bottom, "
     "as the bottom one, as the foundation, at the base, at bottom, as its base, first, at the very bottom, "
     "on the very bottom, underneath, lowest"
 )
@@ -746,7 +746,7 @@ ASIDE_FILLERS = (
     "cheers, wow, hang on, hold on"
 )
 EDGE_FILLERS = (
-    "yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
+    "all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
     "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
     "dear, man, love, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
     "panda, franka, robo, hal, robby"

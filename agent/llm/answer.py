@@ -153,7 +153,7 @@ def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
     wrong = problems(plan, scene, skills)
     if wrong:
-        raise MisuseError(f"The plan cannot be carried out: {'; '.join(wrong[:5])}.")
+        raise MisuseError(f"The plan cannot be carried out: {'; '.join(wrong[:5])}")
     return plan
 
 
