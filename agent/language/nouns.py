@@ -390,6 +390,9 @@ class Phrasing(Chart):
                     (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
                     for j, kind in self.np(k)
                 ]
+            if self.tag(k, "THE"):
+                # "a ball that is not the tennis ball"
+                found += [(j, replace(ref, without=(*ref.without, other))) for j, other in self.np(k)]
             for j, colour in self.tag(k, "COLOUR"):
                 negated = replace(ref, not_colours=(*ref.not_colours, colour))
                 found.append((j, negated))

@@ -219,7 +219,8 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         return (Token(raw, raw, "word"),)
     for k in range(2, len(raw) - 1):
         first, second = raw[:k], raw[k:]
-        if first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]:
+        joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
+        if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
     return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
