@@ -584,3 +584,49 @@ def test_the_language_benchmark_takes_a_model() -> None:
         )
     report = json.loads(done.stdout)
     assert report["sentences"] == len(server.requests) > 20 and report["wrong_motion"] == 0
+
+
+# Anthropic's protocol.
+
+
+def tool_use(name: str, **arguments: Any) -> Answer:
+    body = {
+        "id": "msg_1",
+        "type": "message",
+        "role": "assistant",
+        "model": "claude",
+        "content": [{"type": "tool_use", "id": "toolu_1", "name": name, "input": arguments}],
+        "stop_reason": "tool_use",
+        "stop_sequence": None,
+        "usage": {"input_tokens": 10, "output_tokens": 5},
+    }
+    return Answer(body=json.dumps(body).encode())
+
+
+def test_anthropics_models_plan_refuse_and_are_corrected(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("ANTHROPIC_API_KEY", KEY)
+    step = {"skill": "pick", "arguments": {"object": "red_cube"}}
+    wrong = {"skill": "pick", "arguments": {"object": "elephant"}}
+    script = [
+        tool_use("plan", steps=[wrong]),
+        tool_use("plan", steps=[step]),
+        tool_use("refuse", code="unsupported", message="I have no wings."),
+        Answer(status=529, body=b'{"type": "error", "error": {"type": "overloaded_error", "message": "overloaded"}}'),
+        tool_use("plan", steps=[step]),
+    ]
+    with ScriptedServer(*script) as server:
+        options = {"model": "claude", "base_url": server.url.removesuffix("/v1")}
+        claude = make_planner("anthropic", SKILLS, options)
+        assert picks(claude.plan("pick up the red cube", SCENE))
+        assert "no object 'elephant'" in messages(server.requests[1])
+        refused = claude.plan("fly", SCENE)
+        assert isinstance(refused, Refusal) and refused.code == "unsupported"
+        assert picks(claude.plan("pick up the red cube", SCENE))
+    assert len(server.requests) == 5 and server.headers[0]["authorization"] == f"Bearer {KEY}"
+    assert {tool["name"] for tool in server.requests[0]["tools"]} == {"plan", "refuse"}
+
+
+def test_anthropics_own_endpoint_needs_its_own_key(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
+    with pytest.raises(InputError, match="ANTHROPIC_API_KEY: is not set"):
+        make_planner("auto", SKILLS, {"model": "claude-sonnet"})
