@@ -7,9 +7,9 @@ from typing import Any
 
 from robosandbox.agent.language.chart import Chart, Found, distinct, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, Region, Relation
+from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.agent.language.words import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 
 HELD = Relation("held")
 

@@ -19,9 +19,10 @@ from robosandbox.agent.language.lexicon import (
     START_FILLERS,
     WORDS,
 )
+from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.spelling import nearest_word
+from robosandbox.agent.language.things import UNITS
 from robosandbox.agent.language.wordlist import phrase_list
-from robosandbox.agent.language.words import TABLE, UNITS
 
 MAX_CHARACTERS = 2_000
 MAX_TOKENS = 120
