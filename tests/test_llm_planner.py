@@ -14,6 +14,8 @@ import pytest
 
 from robosandbox.agent.episode import FailedAttempt, FinalReason
 from robosandbox.agent.llm.auto import AutoPlanner
+from robosandbox.agent.llm.planner import LLMPlanner
+from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.cli import app
@@ -66,7 +68,8 @@ SCENE = ObservedScene(
 
 
 def planner(server: ScriptedServer, **options: Any) -> Planner:
-    return make_planner("openai", SKILLS, {"model": "scripted", "base_url": server.url, **options})
+    settings = LLMSettings(service="openai", model="scripted", base_url=server.url, back_off=0.01, **options)
+    return LLMPlanner(SKILLS, settings)
 
 
 def ask(server: ScriptedServer, prompt: str = "pick up the red cube", **options: Any) -> Plan | Refusal:
@@ -291,7 +294,7 @@ def test_no_server_is_unavailable() -> None:
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         url = f"http://127.0.0.1:{free.getsockname()[1]}/v1"
-        lost = make_planner("openai", SKILLS, {"model": "m", "base_url": url})
+        lost = LLMPlanner(SKILLS, LLMSettings(service="openai", model="m", base_url=url, back_off=0.01))
         with pytest.raises(PlannerUnavailableError, match="4 attempts"):
             lost.plan("pick up the red cube", SCENE)
 

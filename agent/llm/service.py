@@ -28,7 +28,6 @@ _log = logging.getLogger(__name__)
 OFFICIAL = {"openai": "https://api.openai.com/v1", "anthropic": "https://api.anthropic.com"}
 _ANSWER_TOKENS = 8_000
 _CONNECT_SECONDS = 5.0
-_FIRST_WAIT = 0.5
 _TRANSIENT = (
     failures.ModelRateLimitError,
     failures.ModelUnavailableError,
@@ -99,7 +98,7 @@ class Service:
                     f"{self._where}: no answer in {attempt} attempts: {self._said(fault)}; try again later, "
                     "or use --planner stub"
                 )
-            pause = _FIRST_WAIT * 2.0 ** (attempt - 1) if asked is None else max(asked, 0.0)
+            pause = self._settings.back_off * 2.0 ** (attempt - 1) if asked is None else max(asked, 0.0)
             if pause > self._left and not self._replayed:
                 raise PlannerUnavailableError(
                     f"{self._where}: {self._said(fault)}; it asks to wait {pause:.0f} s and {self._left:.0f} s are left; "

@@ -32,6 +32,7 @@ class LLMSettings:
         max_tokens: Of all answers and questions together.
         time_limit: Seconds for all of it, waiting and retries included.
         attempts: Requests per answer when the transport fails.
+        back_off: Seconds to wait before the second request; doubled each time.
         max_answer_bytes: Of one answer as it arrives.
     """
 
@@ -44,6 +45,7 @@ class LLMSettings:
     max_tokens: int = 60_000
     time_limit: float = 60.0
     attempts: int = 4
+    back_off: float = 0.5
     max_answer_bytes: int = 1_000_000
 
     def __post_init__(self) -> None:
@@ -51,7 +53,7 @@ class LLMSettings:
             raise InputError("--model: is missing; name the model, as in --model gpt-5 or --model qwen3:14b")
         if self.base_url is not None:
             _check_url(self.base_url)
-        for name in ("max_turns", "max_tokens", "time_limit", "attempts", "max_answer_bytes"):
+        for name in ("max_turns", "max_tokens", "time_limit", "attempts", "back_off", "max_answer_bytes"):
             if not getattr(self, name) > 0:
                 raise InputError(f"{name}: {getattr(self, name)}; give more than 0")
 

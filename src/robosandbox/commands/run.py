@@ -123,7 +123,7 @@ def plan(
     refused = isinstance(answer, Refusal)
     if json:
         dump = answer.model_dump(mode="json")
-        print_json({"prompt": said, "plan": None if refused else dump["steps"], "refusal": dump if refused else None})
+        print_json({"plan": None if refused else dump["steps"], "refusal": dump if refused else None})
     elif isinstance(answer, Refusal):
         print(f"refused ({answer.code}): {answer.message}")
     else:
