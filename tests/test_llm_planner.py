@@ -117,6 +117,12 @@ def test_the_picture_is_sent_when_there_is_one() -> None:
     assert parts[1]["image_url"]["url"].startswith("data:image/png;base64,")
 
 
+def test_ten_megabytes_of_prompt_are_not_sent() -> None:
+    with ScriptedServer(PICK) as server, pytest.raises(InputError, match="10,000,000 characters"):
+        ask(server, "x" * 10_000_000)
+    assert not server.requests
+
+
 # What may come back.
 
 

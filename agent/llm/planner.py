@@ -19,6 +19,7 @@ from pydantic_ai.messages import (
     UserPromptPart,
 )
 
+from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import MisuseError, read_answer, tools
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.prompt import INSTRUCTIONS, question
@@ -66,9 +67,10 @@ class LLMPlanner:
         Raises:
             PlannerUnavailableError: The service does not answer.
             PlannerAnswerError: It answers with nothing usable.
-            InputError: It does not know the model or the key.
+            InputError: The prompt is too long, or the service does not know the model or the key.
             RenderingError: The picture cannot be taken.
         """
+        check_prompt(prompt)
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=_png(self._settings.picture), media_type="image/png"))
