@@ -342,7 +342,7 @@ def _sort(frame: Frame) -> list[Command]:
         return []
     if "colour" not in frame.rest and len(frame.places) == 1 and _one_container(frame.places[0]):
         # "sort the pens into the left box": they all go there.
-        return _placed("put", frame.objects[0], frame.places)
+        return _placed("put", objects, frame.places)
     if not frame.places:
         return [Command("sort", objects)]
     place = frame.places[0]

@@ -10,10 +10,12 @@ from robosandbox.agent.language.wordlist import word_set
 class Positions(Chart):
     """The rules for positions relative to things and for parts of the table."""
 
+    @rule
     def np(self, i: int) -> Found[Ref]:
         """One noun phrase; `Phrasing` knows how."""
         raise NotImplementedError
 
+    @rule
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"; `Phrasing` knows how."""
         raise NotImplementedError
