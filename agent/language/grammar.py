@@ -8,7 +8,7 @@ from dataclasses import replace
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 Part = Command | tuple[Ref, ...] | str
@@ -134,6 +134,12 @@ class Grammar(Clauses):
         if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
             return []
         found: Found[tuple[Part, ...]] = []
+        places = last.place.refs if isinstance(last.place, Relation) else ()
+        for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
+            same = [bool(ref.nouns) and ref.nouns == refs[0].nouns for ref in (*last.objects, *places)]
+            if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
+                # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
+                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
@@ -234,7 +240,17 @@ class Grammar(Clauses):
         for k, _ in self.tag(i, "SAME"):
             found += [(j, (Command("nothing", refs, negated="same"),)) for j, refs in self.np_list(k)]
         for start in self.optional(i, "PREAMBLE"):
-            for j, _ in self.tag(start, "NEGATION"):
+            negated = [j for j, _ in self.tag(start, "NEGATION")]
+            if self.text(start) == "no" and self.text(start + 1).endswith("ing"):
+                negated.append(start + 1)
+                # Touching stands for whatever would move it.
+                found += [
+                    (end, (refs,))
+                    for j, verb in self.tag(start + 1, "VERB")
+                    if verb in ("tap", "move", "put")
+                    for end, refs in self.np_list(j)
+                ]
+            for j in negated:
                 for end, command in self.clause(j):
                     if command.verb != "tap" and not command.bare:
                         found.append((end, (replace(command, verb="nothing", negated=command.verb),)))

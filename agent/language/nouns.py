@@ -82,6 +82,8 @@ class Phrasing(Modifiers):
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
         ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
+        # "..., no picking up the can" forbids; it corrects nothing.
+        ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
         for _ in range(3):
             ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
             further = [n for m in ends for n, _ in self.tag(m, "CORRECTION")]

@@ -233,6 +233,9 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
+        if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
+            # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
+            length = 0
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
