@@ -524,6 +524,15 @@ def test_run_with_a_model_moves_the_arm(tmp_path: Path, capsys: pytest.CaptureFi
     assert capsys.readouterr().out == "1. pick(object=red_cube)\n"
 
 
+@pytest.mark.gl
+def test_camera_sends_the_picture_of_a_camera_with_the_scene() -> None:
+    with ScriptedServer(PICK) as server:
+        options = ["--planner", "openai", "--base-url", server.url, "--model", "scripted", "--camera", "top"]
+        assert sandbox("plan", "--task", "pick_cube_franka", *options) == EXIT_DONE
+    (picture,) = [part for part in server.requests[0]["messages"][-1]["content"] if part["type"] == "image_url"]
+    assert len(picture["image_url"]["url"]) > 5_000
+
+
 def test_unavailable_is_exit_3_and_the_arm_has_not_moved(capsys: pytest.CaptureFixture[str]) -> None:
     with ScriptedServer() as server:
         options = ["--planner", "openai", "--base-url", server.url, "--model", "scripted"]
