@@ -167,7 +167,7 @@ class Client:
         with self._changed:
             if not self._changed.wait_for(lambda: robot_id in self._present, timeout):
                 raise ServiceUnavailableError(
-                    f"the sim of {robot_id!r} went away and did not come back within {timeout:g} s"
+                    f"the sim of {robot_id!r} went away and did not come back within {round(timeout, 1):g} s"
                 )
 
     def is_present(self, robot_id: str) -> bool:

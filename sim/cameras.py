@@ -117,9 +117,10 @@ class Studio:
         while True:
             with self._changed:
                 while not self._stopping and not self._requests:
-                    if self._streams and (wait := due - time.monotonic()) <= 0.0:
+                    wait = due - time.monotonic() if self._streams else None
+                    if wait is not None and wait <= 0.0:
                         break
-                    self._changed.wait(wait if self._streams else None)
+                    self._changed.wait(wait)
                 if self._stopping:
                     break
                 asked, self._requests = self._requests, []

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
@@ -20,6 +21,21 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene, frozen_array
 from robosandbox.validation import validate
 from robosandbox.wire import TrueState
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RemoteCheckpoint:
+    """A world that a sim keeps.
+
+    Attributes:
+        name: What the sim calls it.
+        seed: The last reset's.
+        start: The state after that reset, which success is judged against.
+    """
+
+    name: str
+    seed: int
+    start: Truth | None
 
 
 class RemoteSession:
@@ -40,6 +56,7 @@ class RemoteSession:
         planner: str = "stub",
         planner_options: Mapping[str, Any] | None = None,
         camera: str | None = None,
+        dialogue: bool = False,
         max_replans: int = 3,
     ) -> None:
         """Act on a robot.
@@ -49,6 +66,7 @@ class RemoteSession:
             planner: Name of an installed planner.
             planner_options: What it takes besides the skills, such as `model`; None counts as not given.
             camera: The camera whose picture the planner is to see.
+            dialogue: Whether prompts may refer to those before them, where the planner can do that.
             max_replans: How often a failure may be answered with a new plan.
 
         Raises:
@@ -56,6 +74,7 @@ class RemoteSession:
         """
         self.robot = robot
         self._planner = planner
+        self._dialogue = dialogue
         self._options = dict(planner_options or {})
         if camera is not None:
             if camera not in robot.cameras:
@@ -69,9 +88,12 @@ class RemoteSession:
         info = self.robot.info()
         self.task = validate(info.task, Task, source="the sim's task")
         self.seed = info.seed
-        mind = make_planner(self._planner, self.robot.skills, self._options)
+        mind = make_planner(self._planner, self.robot.skills, self._options, dialogue=self._dialogue)
         self.agent: Agent[RemoteContext] = Agent(
-            ctx=self.robot.ctx, skills=self.robot.skills, planner=mind, max_replans=self._max_replans
+            ctx=self.robot.ctx,
+            skills=self.robot.skills,
+            planner=mind,
+            max_replans=self._max_replans,
         )
         self.start = truth_of(self.robot.truth()) if info.truth else None
 
@@ -121,17 +143,18 @@ class RemoteSession:
         self.start = truth_of(state) if self.start is not None else None
         self.seed = seed
 
-    def checkpoint(self) -> str:
-        """Return a name for the world as it is, for `restore`; the sim keeps the last 64."""
-        return self.robot.checkpoint()
+    def checkpoint(self) -> RemoteCheckpoint:
+        """Return the world as it is, for `restore`; the sim keeps the last 64."""
+        return RemoteCheckpoint(name=self.robot.checkpoint(), seed=self.seed, start=self.start)
 
-    def restore(self, checkpoint: Any) -> None:
+    def restore(self, checkpoint: RemoteCheckpoint) -> None:
         """Go back to a checkpoint; the arm holds.
 
         Raises:
             InputError: The sim does not have it any more.
         """
-        self.robot.reset(checkpoint=str(checkpoint))
+        self.robot.reset(checkpoint=checkpoint.name)
+        self.seed, self.start = checkpoint.seed, checkpoint.start
 
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""

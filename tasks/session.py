@@ -174,6 +174,7 @@ def open_session(
     planner: str = "stub",
     planner_options: Mapping[str, Any] | None = None,
     camera: str | None = None,
+    dialogue: bool = False,
     perception: str = "ground_truth",
     seed: int = 0,
     max_replans: int = 3,
@@ -189,6 +190,7 @@ def open_session(
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills, such as `model`; None counts as not given.
         camera: The camera whose picture the planner is to see.
+        dialogue: Whether prompts may refer to those before them, where the planner can do that.
         perception: Name of an installed perception.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
@@ -207,7 +209,7 @@ def open_session(
     options = dict(planner_options or {})
     if camera is not None:
         options["picture"] = lambda: sim.observe([camera]).images[camera]
-    mind = make_planner(planner, skills, options)
+    mind = make_planner(planner, skills, options, dialogue=dialogue)
     ctx = AgentContext(
         sim=sim,
         perception=load_plugin("perceptions", perception)(),

@@ -1,8 +1,11 @@
+import itertools
+
 import numpy as np
 import pytest
 
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import spline, time_path
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -98,3 +101,21 @@ def test_spline_runs_through_its_knots():
     samples = spline(knots, 2001)
     for knot in knots:
         assert np.linalg.norm(samples - knot, axis=1).min() < 2e-3
+
+
+def test_sampling_finds_the_gap_in_a_wall_and_the_same_way_again():
+    def free(q):
+        return abs(q[0]) > 0.1 or abs(q[1] - 0.8) < 0.1
+
+    low, high = -np.ones(2), np.ones(2)
+    first, second = (find_knots(free, np.array([-0.8, -0.8]), np.array([0.8, -0.8]), low, high) for _ in range(2))
+    assert first is not None and np.array_equal(first, second)
+    assert all(free(a + t * (b - a)) for a, b in itertools.pairwise(first) for t in np.linspace(0.0, 1.0, 50))
+    assert find_knots(lambda q: abs(q[0]) > 0.1, low, high, low, high, checks=2000) is None
+
+
+def test_nothing_is_stepped_over_between_two_waypoints(sim, planner):
+    # Two configurations left and right of the post, and nothing said about the way between them.
+    path = np.array([planner.ik(down(0.15, -0.2, 0.3)), planner.ik(down(0.15, 0.2, 0.3))])
+    assert not planner.touch(path[0]) and not planner.touch(path[1])
+    assert planner._collision(path) is not None

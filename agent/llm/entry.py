@@ -57,17 +57,18 @@ def auto(
     cassette: Path | None = None,
     picture: Picture | None = None,
     time_limit: float = 60.0,
+    dialogue: bool = False,
 ) -> Planner:
     """Return a planner that asks a model only about what the grammar does not understand; arguments as for `openai`.
 
-    A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
+    With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
     """
     from robosandbox.agent.llm.auto import AutoPlanner
     from robosandbox.agent.planner import StubPlanner
 
     service: Service = "anthropic" if model.startswith("claude") and base_url is None else "openai"
     thinker = _planner(skills, service, model, base_url, cassette, picture, time_limit)
-    return AutoPlanner(StubPlanner(skills), thinker)
+    return AutoPlanner(StubPlanner(skills, dialogue=dialogue), thinker)
 
 
 def _planner(

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, mcp, run, sim, tasks
+from robosandbox.commands import bench, mcp, repl, run, sim, tasks
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -15,6 +15,7 @@ app = typer.Typer(
 )
 app.command("run")(run.run)
 app.command("plan")(run.plan)
+app.command("repl")(repl.repl)
 app.command("sim")(sim.sim)
 app.command("agent")(run.agent)
 app.command("mcp")(mcp.mcp)

@@ -23,8 +23,9 @@ if TYPE_CHECKING:
 class LiveView:
     """A listener for agents that prints to stderr; on a terminal the running phase moves, else phases are listed."""
 
-    def __init__(self) -> None:
-        self._console = Console(stderr=True, highlight=False)
+    def __init__(self, *, plain: bool = False) -> None:
+        """Show what comes; `plain` as where there is no terminal."""
+        self._console = Console(stderr=True, highlight=False, force_terminal=False if plain else None)
         self._status: Status | None = None
         self._phases: list[str] = []
 
@@ -36,10 +37,10 @@ class LiveView:
                 self._print("new plan" if replan else "plan", steps, "cyan")
             case events.SkillStarted(call, index, total):
                 self._phases = []
-                self._show(f"{index + 1}/{total} {call}")
+                self.show(f"{index + 1}/{total} {call}")
             case events.PhaseEntered(call, phase):
                 self._phases.append(phase)
-                self._show(f"{call}: {phase}")
+                self.show(f"{call}: {phase}")
             case events.SkillEnded(call, result):
                 self._hide()
                 self._print("done", f"{call} [{' > '.join(self._phases)}]", "green")
@@ -50,13 +51,13 @@ class LiveView:
                 self._print("failed", f"{call} at {error.phase}: {error.message}", "red")
                 for repair in error.repairs:
                     self._print("could", f"{', '.join(map(str, repair.calls))}: {repair.why}", "yellow")
-            case events.Replanning() | events.Ended():
+            case events.Replanning():
+                self.show("planning anew")
+            case events.Ended():
                 self._hide()
 
-    def _print(self, head: str, text: str, style: str) -> None:
-        self._console.print(Text.assemble((f"{head:>8}", style), "  ", text), soft_wrap=True)
-
-    def _show(self, text: str) -> None:
+    def show(self, text: str) -> None:
+        """Have the moving line, where there is one, say something."""
         if not self._console.is_terminal:
             return
         if self._status is None:
@@ -64,6 +65,13 @@ class LiveView:
             status.start()
         else:
             self._status.update(Text(text))
+
+    def close(self) -> None:
+        """Take the moving line away, whatever it shows."""
+        self._hide()
+
+    def _print(self, head: str, text: str, style: str) -> None:
+        self._console.print(Text.assemble((f"{head:>8}", style), "  ", text), soft_wrap=True)
 
     def _hide(self) -> None:
         if self._status is not None:

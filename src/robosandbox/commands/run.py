@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
     from robosandbox.tasks.session import Session
     from robosandbox.tasks.workcell import Workcell
+    from robosandbox.types import Plan, Refusal
 
 Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
 TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
@@ -124,12 +125,18 @@ def plan(
     if json:
         dump = answer.model_dump(mode="json")
         print_json({"plan": None if refused else dump["steps"], "refusal": dump if refused else None})
-    elif isinstance(answer, Refusal):
-        print(f"refused ({answer.code}): {answer.message}")
     else:
-        for number, call in enumerate(answer.steps, start=1):
-            print(f"{number}. {call}")
+        print(planned(answer))
     return EXIT_FAILED if refused else EXIT_DONE
+
+
+def planned(answer: Plan | Refusal) -> str:
+    """Return a planner's answer for reading: a line per step, or the refusal."""
+    from robosandbox.types import Refusal
+
+    if isinstance(answer, Refusal):
+        return f"refused ({answer.code}): {answer.message}"
+    return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or "nothing to do"
 
 
 def _open(
@@ -178,7 +185,7 @@ def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
     if json:
         print_json(document)
     else:
-        print(_sentence(episode, judged))
+        print(sentence(episode, judged))
     if episode.final_reason == "planner_unavailable":
         return EXIT_UNAVAILABLE
     return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
@@ -205,7 +212,8 @@ def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
     return document
 
 
-def _sentence(episode: Episode, judged: dict[str, Any] | None) -> str:
+def sentence(episode: Episode, judged: dict[str, Any] | None = None) -> str:
+    """Return what was done, or why not, in a line."""
     if not episode.success:
         return f"{episode.final_reason}: {episode.final_detail}"
     if judged is None:

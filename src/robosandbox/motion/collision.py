@@ -16,7 +16,7 @@ from robosandbox.types import Array, Pose
 # robot-obstacle and robot-robot pairs and spends nothing on objects that stand on the table.
 _BIT = 1 << 30
 # How far MuJoCo looks for obstacles, and the longest step of a walk along a path; metres.
-_SIGHT = 0.05
+_SIGHT = 0.02
 _STRIDE = 0.10
 _LEAST_STRIDE = 0.001
 

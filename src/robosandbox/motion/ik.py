@@ -116,9 +116,9 @@ class DLSMotionPlanner:
         if error is None:
             return self._timed(path, speed)
         for knots in self._detours(q_start, q_goal):
-            path = self._joint_path(knots)
-            if self._collision(path) is None:
-                return self._timed(path, speed)
+            trajectory = self._timed(self._joint_path(knots), speed)
+            if self._collision(trajectory.q) is None:
+                return trajectory
         sampled = self._sampled(q_start, q_goal, speed)
         if sampled is None:
             raise error
@@ -143,9 +143,9 @@ class DLSMotionPlanner:
     def _smoothed(self, knots: Array, speed: float) -> Trajectory:
         """Return a trajectory along a free polyline, round at the corners where there is room."""
         for _ in range(_SMOOTHINGS):
-            path = self._joint_path(knots)
-            if self._collision(path) is None:
-                return self._timed(path, speed)
+            trajectory = self._timed(self._joint_path(knots), speed)
+            if self._collision(trajectory.q) is None:
+                return trajectory
             # With more knots the curve keeps closer to the free polyline.
             middles = 0.5 * (knots[1:] + knots[:-1])
             knots = np.insert(knots, range(1, len(knots)), middles, axis=0)

@@ -59,13 +59,14 @@ def find_knots(
     def valid(state: Any) -> bool:
         nonlocal examined
         examined += 1
-        return free(np.array([state[index] for index in range(count)]))
+        return bool(free(np.array([state[index] for index in range(count)])))
 
     information.setStateValidityChecker(valid)
     information.setStateValidityCheckingResolution(resolution / space.getMaximumExtent())
     information.setup()
     problem = base.ProblemDefinition(information)
-    start, goal = information.allocState(), information.allocState()
+    start: Any = information.allocState()
+    goal: Any = information.allocState()
     for index in range(count):
         start[index], goal[index] = float(q_start[index]), float(q_goal[index])
     problem.setStartAndGoalStates(start, goal, 1e-6)
@@ -76,7 +77,7 @@ def find_knots(
     planner.solve(base.PlannerTerminationCondition(lambda: examined >= checks))
     if not problem.hasExactSolution():
         return None
-    path = problem.getSolutionPath()
+    path: Any = problem.getSolutionPath()
     simplifier = geometric.PathSimplifier(information)
     simplifier.reduceVertices(path)
     simplifier.partialShortcutPath(path, _SHORTCUTS, _SHORTCUTS)

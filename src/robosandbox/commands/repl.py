@@ -1,0 +1,92 @@
+"""`repl`: a conversation with a robot, in an embedded world or in a sim process."""
+
+from __future__ import annotations
+
+import sys
+from io import TextIOWrapper
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
+from robosandbox.commands.run import MaxReplans, PlannerName, RobotName, TaskName
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.commands.shell.link import Link
+    from robosandbox.tasks.workcell import Workcell
+
+_PICTURE_SIZE = (480, 640)
+
+
+def repl(
+    connect: Connect = None,
+    robot_id: RobotId = None,
+    zenoh_config: ZenohConfig = None,
+    task: TaskName = None,
+    robot: RobotName = None,
+    planner: PlannerName = "stub",
+    perception: Annotated[
+        str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")
+    ] = None,
+    seed: Annotated[int | None, typer.Option("--seed", help="The layout; 0 is the task as written.")] = None,
+    max_replans: MaxReplans = 3,
+    reconnect: Annotated[
+        float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
+    ] = 30.0,
+) -> int:
+    """Talk to a robot, line by line; without --connect in a world of this process."""
+    if max_replans < 0:
+        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
+    if not 0.0 <= reconnect <= 86400.0:
+        raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
+    remote = bool(connect or robot_id or zenoh_config)
+    own = {"--task": task, "--robot": robot, "--perception": perception, "--seed": seed}
+    for option, value in own.items():
+        if remote and value is not None:
+            raise InputError(
+                f"{option}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
+            )
+    if seed is not None and seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+
+    if not remote:
+        from robosandbox.tasks.session import open_session
+
+        with open_session(
+            task,
+            robot=robot,
+            planner=planner,
+            dialogue=True,
+            perception=perception or "ground_truth",
+            seed=seed or 0,
+            max_replans=max_replans,
+            render_size=_PICTURE_SIZE,
+        ) as session:
+            return _talk(session)
+
+    from robosandbox.agent.client import connect as connect_to
+    from robosandbox.commands.shell.link import Link
+    from robosandbox.tasks.remote import RemoteSession
+
+    with connect_to(*(connect or []), zenoh_config=zenoh_config, reconnect=reconnect) as client:
+        there = client.robot(robot_id)
+        far = RemoteSession(there, planner=planner, dialogue=True, max_replans=max_replans)
+        return _talk(far, Link(client, there))
+
+
+def _talk(workcell: Workcell, link: Link | None = None) -> int:
+    from robosandbox.commands.shell.shell import Shell
+
+    shell = Shell(workcell, link)
+    if not (sys.stdin.isatty() and sys.stdout.isatty()):
+        from robosandbox.commands.shell.piped import run_lines
+
+        if isinstance(sys.stdin, TextIOWrapper):
+            # A byte that is no UTF-8 spoils its own line only.
+            sys.stdin.reconfigure(errors="replace")
+        return run_lines(shell, sys.stdin)
+
+    from robosandbox.commands.shell.terminal import Terminal
+
+    return Terminal(shell).run()

@@ -1,0 +1,37 @@
+"""What Tab offers: verbs, the names of what is seen, /commands, files and cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+
+from robosandbox.agent.language.verbs import VERBS
+
+_MOST_PER_VERB = 12
+_CALLED = {"place": "put"}
+_COMPOSED = ("swap", "sort", "line_up", "unstack", "tidy")
+
+
+def verbs_for(skills: Iterable[str]) -> tuple[str, ...]:
+    """Return what people say to a robot with these skills, as in "pick up"; the plainest words of each verb."""
+    names = list(skills)
+    canonical = [_CALLED.get(part, part) for part in (name.partition("_")[0] for name in names)]
+    if "pick" in canonical and "put" in canonical:
+        canonical += _COMPOSED
+    found: list[str] = []
+    for name, verb in zip([*names, *_COMPOSED], canonical, strict=False):
+        found += VERBS[verb].split(", ")[:_MOST_PER_VERB] if verb in VERBS else [name.replace("_", " ")]
+    return tuple(dict.fromkeys(word.strip() for word in found))
+
+
+def endings(text: str, phrases: Sequence[str]) -> Iterator[tuple[str, int]]:
+    """Yield the phrases that go on where the text ends, each with how many characters of it are there already.
+
+    "put it on the red c" goes on with "red cube", of which 5 characters are there.
+    """
+    lowered = text.lower()
+    starts = [0] + [index + 1 for index, character in enumerate(lowered) if character in " ,"]
+    for phrase in phrases:
+        for start in starts:
+            if phrase.lower().startswith(lowered[start:]):
+                yield phrase, len(text) - start
+                break
