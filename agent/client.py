@@ -1,8 +1,8 @@
 """Sims from another process: found by their liveliness, called through the same skills, waited for when they restart.
 
 with connect("tcp/127.0.0.1:7447") as client:
-robot = client.robot()
-robot.send("pick", {"object": "red_cube"}).wait()
+    robot = client.robot()
+    robot.send("pick", {"object": "red_cube"}).wait()
 """
 
 from __future__ import annotations
@@ -25,15 +25,18 @@ from robosandbox.errors import (
     ConnectionEvidence,
     ConnectionLostError,
     ErrorRecord,
+    ForbiddenError,
     InputError,
     InvalidArgumentError,
+    InvalidMessageError,
     ServiceUnavailableError,
     UnknownGoalError,
 )
 from robosandbox.transport import open_connector
-from robosandbox.types import ObservedScene, SkillResult
-from robosandbox.validation import did_you_mean
+from robosandbox.types import IDENTIFIER, ObservedScene, SkillResult
+from robosandbox.validation import did_you_mean, explain
 from robosandbox.wire import (
+    DEFAULT_ENDPOINT,
     Ask,
     Clock,
     Feedback,
@@ -62,6 +65,7 @@ _LOAD_SECONDS = 120.0
 _DISCOVERY_SECONDS = 0.3
 _POLL_SECONDS = 0.02
 _CHECK_SECONDS = 2.0
+_DENIED_SECONDS = 1.5
 _SLICE_SECONDS = 0.02
 
 OnPresence = Callable[[str, bool], None]
@@ -83,11 +87,11 @@ def connect(
 
     Raises:
         InputError: An endpoint or the file is wrong.
-        ServiceUnavailableError: No sim is there.
+        ServiceUnavailableError: No sim is there, or it does not let this client in.
     """
     client = Client(open_connector(endpoints, config_file=zenoh_config), reconnect=reconnect)
     try:
-        client.wait_for_robot(timeout, endpoints)
+        client.wait_for_robot(timeout, endpoints, zenoh_config)
     except BaseException:
         client.close()
         raise
@@ -143,7 +147,7 @@ class Client:
                 self._robots[robot_id] = RemoteRobot(self, robot_id)
             return self._robots[robot_id]
 
-    def wait_for_robot(self, timeout: float, endpoints: Sequence[str] = ()) -> None:
+    def wait_for_robot(self, timeout: float, endpoints: Sequence[str] = (), zenoh_config: Path | None = None) -> None:
         """Wait until a sim is seen, and a moment more for others.
 
         Raises:
@@ -151,12 +155,21 @@ class Client:
         """
         with self._changed:
             if not self._changed.wait_for(lambda: bool(self._present), timeout):
-                where = ", ".join(endpoints) or "tcp/127.0.0.1:7447"
-                raise ServiceUnavailableError(
-                    f"no sim at {where}; start one with `robo-sandbox sim`, or give its endpoint with --connect"
-                )
+                raise ServiceUnavailableError(self._why_none(endpoints, zenoh_config))
             if len(endpoints) > 1:
                 self._changed.wait_for(lambda: len(self._present) >= len(endpoints), timeout)
+
+    def _why_none(self, endpoints: Sequence[str], zenoh_config: Path | None) -> str:
+        linked = bool(self.session.info.peers_zid() or self.session.info.routers_zid())
+        where = ", ".join(endpoints) or (f"the endpoints of {zenoh_config.name}" if zenoh_config else DEFAULT_ENDPOINT)
+        if linked:
+            return f"{where} answers, but shows this client no sim; start one, or ask who keeps its access control"
+        # A listener that asks who comes refuses without a word.
+        credentials = f"the credentials in {zenoh_config.name}" if zenoh_config else "a client without credentials"
+        return (
+            f"no sim at {where}, or it refuses {credentials}; start one with `robo-sandbox sim`, or give its endpoint "
+            "with --connect and credentials with --zenoh-config"
+        )
 
     def wait_for(self, robot_id: str, timeout: float) -> None:
         """Wait until a robot is there.
@@ -376,8 +389,10 @@ class RemoteRobot:
             depth: Distances in place of colours.
             format: jpeg, png or raw; JPEG for colours and raw for depth when left out.
         """
-        parameters = f"?format={format}" if format else ""
-        sample = self._get(f"obs/camera/{camera}/{'depth' if depth else 'rgb'}{parameters}", None, _ANSWER_SECONDS)
+        parameters = f"?format={_plain('format', format)}" if format else ""
+        sample = self._get(
+            f"obs/camera/{_plain('camera', camera)}/{'depth' if depth else 'rgb'}{parameters}", None, _ANSWER_SECONDS
+        )
         attachment = sample.attachment
         return sample.payload.to_bytes(), Picture.read(attachment.to_bytes() if attachment else b"")
 
@@ -410,7 +425,8 @@ class RemoteRobot:
         Raises:
             SkillError: The sim refuses it.
         """
-        message = SendGoal(
+        message = _message(
+            SendGoal,
             goal_id=goal_id or str(uuid.uuid4()),
             arguments=dict(arguments or {}),
             timeout=timeout,
@@ -423,7 +439,7 @@ class RemoteRobot:
         goal = RemoteGoal(self, pending)
         self._goals.setdefault(message.goal_id, set()).add(goal)
         try:
-            goal.hear(self.ask(f"skill/{_plain(skill)}/send_goal", message, Goal))
+            goal.hear(self.ask(f"skill/{_plain('skill', skill)}/send_goal", message, Goal))
         except BaseException:
             self.forget(goal)
             raise
@@ -431,7 +447,7 @@ class RemoteRobot:
 
     def cancel(self, goal: RemoteGoal) -> None:
         """Ask the sim to stop a goal."""
-        goal.hear(self.ask(f"skill/{_plain(goal.skill)}/cancel_goal", GoalRef(goal_id=goal.id), Goal))
+        goal.hear(self.ask(f"skill/{_plain('skill', goal.skill)}/cancel_goal", GoalRef(goal_id=goal.id), Goal))
 
     def result(self, skill: str, goal_id: str) -> Goal:
         """Return a goal as the sim has it, whoever sent it.
@@ -439,7 +455,7 @@ class RemoteRobot:
         Raises:
             UnknownGoalError: There is none of that id, or it ended too long ago.
         """
-        return self.ask(f"skill/{_plain(skill)}/get_result", GoalRef(goal_id=goal_id), Goal)
+        return self.ask(f"skill/{_plain('skill', skill)}/get_result", _message(GoalRef, goal_id=goal_id), Goal)
 
     def forget(self, goal: RemoteGoal) -> None:
         """Listen no longer to a goal's news."""
@@ -455,8 +471,8 @@ class RemoteRobot:
             BusyError: A goal runs.
             InputError: The seed or checkpoint is wrong.
         """
-        message = Reset(seed=0 if seed is None and checkpoint is None else seed, checkpoint=checkpoint)
-        return self._change("reset", message, TrueState)
+        fields = {"seed": 0 if seed is None and checkpoint is None else seed, "checkpoint": checkpoint}
+        return self._change("reset", Reset, fields, TrueState)
 
     def checkpoint(self) -> str:
         """Keep the world as it is, in the sim; return the name for `reset`."""
@@ -476,18 +492,18 @@ class RemoteRobot:
             BusyError: A goal runs.
             InputError: The task is wrong.
         """
-        message = Load(task=task, document=None if document is None else dict(document), robot=robot)
-        state = self._change("load", message, TrueState)
+        fields = {"task": task, "document": None if document is None else dict(document), "robot": robot}
+        state = self._change("load", Load, fields, TrueState)
         self._skills = [RemoteSkill(self, item) for item in self.info().skills]
         return state
 
     def step(self, seconds: float) -> TrueState:
         """Let simulated time pass, the arm holding."""
-        return self._change("clock", Clock(step=seconds, client_id=self._client.id), TrueState)
+        return self._change("clock", Clock, {"step": seconds, "client_id": self._client.id}, TrueState)
 
     def set_pace(self, pace: str) -> None:
         """Let simulated time pass at `realtime` or `fast` for as long as this client lives."""
-        self._change("clock", Clock.model_validate({"pace": pace, "client_id": self._client.id}), TrueState)
+        self._change("clock", Clock, {"pace": pace, "client_id": self._client.id}, TrueState)
 
     # Presence.
 
@@ -516,31 +532,44 @@ class RemoteRobot:
         """Send a request that may be sent twice, and return its answer; waits for a sim that is away.
 
         Raises:
-            SkillError: The sim refuses.
+            SkillError: The sim refuses; a ForbiddenError when access control keeps the request from it.
             ServiceUnavailableError: No sim answered.
         """
         return decode(self._get(suffix, message, timeout).payload.to_bytes(), answer)
 
-    def _change(self, suffix: str, message: Message, answer: type[MessageT]) -> MessageT:
+    def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any], answer: type[MessageT]) -> MessageT:
         try:
-            return self.ask(suffix, message, answer, _LOAD_SECONDS)
-        except InvalidArgumentError as error:
+            return self.ask(suffix, _message(model, **fields), answer, _LOAD_SECONDS)
+        except (InvalidArgumentError, InvalidMessageError) as error:
             raise InputError(error.message) from None
 
     def _get(self, suffix: str, message: Message | None, timeout: float) -> zenoh.Sample:
         payload = message.encode() if message is not None else None
         give_up = time.monotonic() + self._client.reconnect
+        denied_since: float | None = None
         while True:
             for reply in self._session.get(key(self.id, suffix), payload=payload, timeout=timeout):
                 if reply.ok is not None:
                     return reply.ok
                 raise _error(reply.err.payload.to_bytes() if reply.err else b"", self.id)
-            # No answer at all: nobody is there, or a connection in the making has not brought the key yet.
-            left = give_up - time.monotonic()
+            # No answer at all: nobody is there, a connection in the making has not brought the key yet, or access
+            # control hides it, which a sim that goes on answering `info` tells.
+            now = time.monotonic()
+            denied_since = (denied_since or now) if self._answers_info() else None
+            if denied_since is not None and now - denied_since > _DENIED_SECONDS:
+                raise ForbiddenError(
+                    f"{suffix.partition('?')[0]}: the sim of {self.id!r} is there and does not let this client ask it; "
+                    "its access control wants other credentials, such as an operator's"
+                )
+            left = give_up - now
             if left <= 0.0:
                 raise ServiceUnavailableError(f"the sim of {self.id!r} does not answer on {suffix}")
             self._client.wait_for(self.id, left)
             time.sleep(_POLL_SECONDS)
+
+    def _answers_info(self) -> bool:
+        replies = self._session.get(key(self.id, "info"), timeout=_ANSWER_SECONDS)
+        return any(reply.ok is not None for reply in replies)
 
     def _on_news(self, sample: zenoh.Sample) -> None:
         *_, goal_id, kind = str(sample.key_expr).split("/")
@@ -566,8 +595,16 @@ def _error(payload: bytes, robot_id: str) -> Exception:
         return ServiceUnavailableError(f"the sim of {robot_id!r} answered {payload[:80]!r}, which is no message")
 
 
-def _plain(part: str) -> str:
+def _message(model: type[MessageT], **fields: Any) -> MessageT:
+    """Return a message, or raise what the sim would answer to a wrong one."""
+    try:
+        return model.model_validate(fields)
+    except ValidationError as error:
+        raise InvalidArgumentError(explain(error, model)) from None
+
+
+def _plain(field: str, name: str) -> str:
     """Return a key part, or raise where it would name something else."""
-    if not part or any(c in part for c in "/*$#?"):
-        raise InvalidArgumentError(f"skill: {part[:60]!r} is no name")
-    return part
+    if not IDENTIFIER.fullmatch(name):
+        raise InvalidArgumentError(f"{field}: {name[:60]!r} is no name; names are of letters, digits, '_', '-' and '.'")
+    return name

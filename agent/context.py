@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
-from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, TimeoutEvidence
-from robosandbox.protocols import GraspPlanner, MotionPlanner, Perception, Sim
+from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
+from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
 from robosandbox.types import ObservedScene, SkillCall, Workspace
 
 _log = logging.getLogger(__name__)
@@ -60,6 +60,32 @@ class AgentContext:
         """
         if self.workspace is not None:
             check_call(call, self.look(), self.workspace)
+
+    def fork(self) -> AgentContext:
+        """Return a context in a copy of the world, for trying things out; nothing there touches this one.
+
+        Raises:
+            TypeError: This world cannot be copied.
+        """
+        if not isinstance(self.sim, ForkableSim):
+            raise TypeError(f"{type(self.sim).__name__} cannot be copied; use what_if=False")
+        return AgentContext(
+            sim=self.sim.fork(),
+            perception=self.perception,
+            grasp=self.grasp,
+            motion=self.motion,
+            what_if=False,
+            workspace=self.workspace,
+        )
+
+    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+        """Return what would do in place of a failed call, tried on copies of the world; nothing with `what_if` off."""
+        if not self.what_if or not isinstance(self.sim, ForkableSim):
+            return ()
+        # Repairs call skills, which are called with this context.
+        from robosandbox.agent.repairs import find_repairs
+
+        return find_repairs(self, call, error)
 
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins.

@@ -21,6 +21,7 @@ from robosandbox.errors import (
     ConnectionLostError,
     ErrorRecord,
     ForbiddenError,
+    InputError,
     InternalError,
     InvalidArgumentError,
     InvalidMessageError,
@@ -289,7 +290,7 @@ class SimServer:
     def _checkpoint(self, name: str) -> Checkpoint:
         found = self._checkpoints.get(name)
         if found is None:
-            raise _wrong("checkpoint", f"{name!r} is none of the last {KEPT_CHECKPOINTS}; ask checkpoint for one")
+            raise InputError(f"checkpoint: {name!r} is none of the last {KEPT_CHECKPOINTS}; ask checkpoint for one")
         return found
 
     def _on_load(self, request: Request) -> None:

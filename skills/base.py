@@ -10,9 +10,9 @@ from typing import Any, ClassVar, get_type_hints
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from robosandbox.errors import InvalidArgumentError, Phase
+from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.protocols import SkillContext
-from robosandbox.types import SkillResult
+from robosandbox.types import SkillCall, SkillResult
 
 _ARGUMENT = re.compile(r"^\s+(\w+): (.+)$")
 
@@ -44,7 +44,12 @@ class Skill:
             SkillError: The arguments are wrong, or the post-condition was not reached.
         """
         checked = self.check(arguments)
-        result: SkillResult = self.run(ctx, **checked)
+        try:
+            result: SkillResult = self.run(ctx, **checked)
+        except SkillError as error:
+            if not error.repairs:
+                error.repairs = ctx.repairs_for(SkillCall(skill=self.name, arguments=checked), error)
+            raise
         return result
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:

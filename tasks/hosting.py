@@ -22,17 +22,26 @@ class TaskHouse:
 
     Args:
         perception: Name of an installed perception.
+        what_if: Whether skills may try repairs on copies of the world.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
             objects only.
     """
 
-    def __init__(self, *, perception: str = "ground_truth", allowed: Sequence[Path] = ()) -> None:
+    def __init__(self, *, perception: str = "ground_truth", what_if: bool = True, allowed: Sequence[Path] = ()) -> None:
         self._perception = perception
+        self._what_if = what_if
         self._allowed = tuple(folder.resolve() for folder in allowed)
 
     def open(self, task: Task | Path | str | None, robot: str | None = None, seed: int = 0) -> Session:
         """Open a task that the person at this machine named."""
-        return open_session(task, robot=robot, perception=self._perception, seed=seed, render_size=_PICTURE_SIZE)
+        return open_session(
+            task,
+            robot=robot,
+            perception=self._perception,
+            seed=seed,
+            what_if=self._what_if,
+            render_size=_PICTURE_SIZE,
+        )
 
     def resume(self, world: SavedWorld) -> Session:
         """Open the task of a state file as it was left.

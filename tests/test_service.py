@@ -123,7 +123,7 @@ def test_checkpoint_brings_the_world_back(robot: RemoteRobot) -> None:
     back = robot.reset(checkpoint=name)
     assert back.held is None
     assert [item.pose for item in back.objects] == [item.pose for item in before.objects]
-    with pytest.raises(InvalidMessageError, match="checkpoint"):
+    with pytest.raises(InputError, match="checkpoint"):
         robot.reset(checkpoint="nothing")
 
 

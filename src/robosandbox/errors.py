@@ -28,7 +28,7 @@ RoboSandboxError
         ├── BusyError                another goal runs
         ├── InvalidMessageError      the message is not of the protocol
         ├── UnknownGoalError         no goal of this id, or no longer
-        ├── ForbiddenError           switched off at this sim
+        ├── ForbiddenError           switched off at this sim, or not allowed to this client
         └── ConnectionLostError      the sim went away while it worked
 """
 
@@ -195,21 +195,36 @@ class GraspEvidence(Evidence):
 
 
 class ObjectNotFoundEvidence(Evidence):
-    """What was asked for and what is there."""
+    """What was asked for and what is there.
+
+    Attributes:
+        query: As it was asked.
+        seen: Ids of all that is seen.
+    """
 
     query: str
     seen: tuple[str, ...]
 
 
 class AmbiguousEvidence(Evidence):
-    """What was asked for and all that fits."""
+    """What was asked for and all that fits.
+
+    Attributes:
+        query: As it was asked.
+        candidates: Ids that fit.
+    """
 
     query: str
     candidates: tuple[str, ...]
 
 
 class HoldingEvidence(Evidence):
-    """What the gripper holds, if anything."""
+    """What the gripper holds, if anything.
+
+    Attributes:
+        held: Id of the held object.
+        aperture: The gap between the fingers, metres.
+    """
 
     held: str | None
     aperture: float
@@ -266,7 +281,12 @@ class TrackingEvidence(Evidence):
 
 
 class TimeoutEvidence(Evidence):
-    """The deadline and the time spent, simulated seconds."""
+    """The deadline and the time spent.
+
+    Attributes:
+        deadline: Simulated seconds allowed.
+        elapsed: Simulated seconds spent.
+    """
 
     deadline: float
     elapsed: float
@@ -287,7 +307,12 @@ class BusyEvidence(Evidence):
 
 
 class MessageEvidence(Evidence):
-    """Which field of a message is wrong."""
+    """Which field of a message is wrong.
+
+    Attributes:
+        field: Its path; empty for the whole message.
+        problem: What is wrong with it.
+    """
 
     field: str
     problem: str
@@ -382,7 +407,15 @@ class SkillError(RoboSandboxError):
 
 
 class ErrorRecord(StrictModel):
-    """A SkillError as a value: what results, logs and the wire carry."""
+    """A SkillError as a value: what results, logs and the wire carry.
+
+    Attributes:
+        code: Its kind.
+        phase: What the skill was doing.
+        message: What, which value, which limit, what to do.
+        evidence: Measurements, of the kind that the code has.
+        repairs: Skill calls that were tried on a copy of the world, cheapest first.
+    """
 
     code: ErrorCode
     phase: Phase
@@ -546,7 +579,7 @@ class UnknownGoalError(ServiceError):
 
 
 class ForbiddenError(ServiceError):
-    """This sim was started without it."""
+    """This sim was started without it, or its access control does not allow it to this client."""
 
     code = ErrorCode.FORBIDDEN
 

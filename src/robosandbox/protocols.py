@@ -10,7 +10,7 @@ from typing_extensions import TypeVar
 if TYPE_CHECKING:
     import mujoco
 
-    from robosandbox.errors import SkillError
+    from robosandbox.errors import Repair, SkillError
     from robosandbox.robots.robot import Robot
     from robosandbox.sim.truth import Truth
     from robosandbox.types import (
@@ -90,6 +90,15 @@ class Sim(Protocol):
 
 
 @runtime_checkable
+class ForkableSim(Sim, Protocol):
+    """A world that can be copied, for trying things out."""
+
+    def fork(self) -> Sim:
+        """Return a copy that shares nothing that moves."""
+        ...
+
+
+@runtime_checkable
 class Perception(Protocol):
     """What is where."""
 
@@ -160,6 +169,10 @@ class SkillContext(AgentWorld, Protocol):
     def motion(self) -> MotionPlanner: ...
     @property
     def what_if(self) -> bool: ...
+    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+        """Return what would do in place of a failed call, tried on copies of the world."""
+        ...
+
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins."""
         ...

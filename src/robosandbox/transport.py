@@ -52,7 +52,8 @@ def open_listener(
     outside = [item for item in endpoints if not is_loopback(item)]
     if outside and not insecure:
         _require_protection(config, outside)
-    return _open(config, f"cannot listen on {', '.join(endpoints)}"), endpoints
+    where = f"listen on {', '.join(endpoints)}" if endpoints else "reach the routers of the Zenoh config"
+    return _open(config, f"cannot {where}"), endpoints
 
 
 def open_connector(
@@ -67,6 +68,7 @@ def open_connector(
 
     Raises:
         InputError: An endpoint or the file is wrong.
+        ServiceUnavailableError: The config says mode "client", and its routers do not let it in.
     """
     config = _base_config(config_file)
     mode = _set_default(config, "mode", "peer")
@@ -82,7 +84,7 @@ def open_connector(
     _set_default(config, "connect/exit_on_failure", False)
     # Without multicast there is nothing to wait for when a session opens.
     _set_default(config, "scouting/delay", 0)
-    return _open(config, "cannot connect")
+    return _open(config, "cannot connect: nobody listens there or the credentials are refused")
 
 
 def is_loopback(endpoint: str) -> bool:

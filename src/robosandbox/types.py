@@ -64,7 +64,12 @@ QuatXyzw = Annotated[tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit
 
 
 class Pose(StrictModel):
-    """A position in metres and an orientation as a unit quaternion in x, y, z, w order."""
+    """A position and an orientation.
+
+    Attributes:
+        xyz: Metres.
+        quat_xyzw: A unit quaternion in x, y, z, w order.
+    """
 
     xyz: Vec3
     quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
@@ -426,7 +431,12 @@ class Grasp:
 
 
 class SkillCall(StrictModel):
-    """A skill's name and its arguments."""
+    """A call of a skill.
+
+    Attributes:
+        skill: Its name.
+        arguments: As its schema says.
+    """
 
     skill: str
     arguments: dict[str, Any] = Field(default_factory=dict)

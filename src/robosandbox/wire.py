@@ -127,7 +127,11 @@ class SendGoal(Message):
 
 
 class GoalRef(Message):
-    """The goal that `cancel_goal` or `get_result` is about."""
+    """The goal that `cancel_goal` or `get_result` is about.
+
+    Attributes:
+        goal_id: As it was sent.
+    """
 
     goal_id: GoalId
 
@@ -176,7 +180,14 @@ class Clock(Message):
 
 
 class Joint(StrictModel):
-    """An arm joint: position limits in rad or m, speed limit per second."""
+    """An arm joint.
+
+    Attributes:
+        name: In the robot's model.
+        lower: The least position, rad or m.
+        upper: The greatest position, rad or m.
+        velocity: The greatest speed, rad/s or m/s.
+    """
 
     name: str
     lower: Finite
@@ -185,14 +196,25 @@ class Joint(StrictModel):
 
 
 class GripperInfo(StrictModel):
-    """How far the fingers come apart and together, metres."""
+    """How far the fingers come together and apart.
+
+    Attributes:
+        min_aperture: Metres between them when closed.
+        max_aperture: Metres between them when open.
+    """
 
     min_aperture: Finite
     max_aperture: Finite
 
 
 class Camera(StrictModel):
-    """A camera's name and picture size, pixels."""
+    """A camera.
+
+    Attributes:
+        name: In keys.
+        width: Pixels.
+        height: Pixels.
+    """
 
     name: str
     width: Count
@@ -200,7 +222,13 @@ class Camera(StrictModel):
 
 
 class SkillInfo(StrictModel):
-    """A skill: its name, what it does, and the JSON schema of its arguments."""
+    """A skill of the catalogue.
+
+    Attributes:
+        name: In keys.
+        description: What it does, in a line.
+        arguments: JSON schema of what `send_goal` takes as arguments.
+    """
 
     name: str
     description: str
@@ -317,7 +345,14 @@ class Feedback(Message):
 
 
 class Gripper(StrictModel):
-    """The gripper's readings: joint value, gap in metres, 0 open to 1 closed, what it presses with (N or N m)."""
+    """The gripper's readings.
+
+    Attributes:
+        joint: The primary joint's value, rad or m.
+        width: The gap between the finger pads, metres.
+        closed: 0 open to 1 closed.
+        force: What the actuator presses with, N or N m.
+    """
 
     joint: Finite
     width: Finite
@@ -360,14 +395,30 @@ class State(Message):
 
 
 class Objects(Message):
-    """What perception sees: on `obs/objects`, and the answer to it."""
+    """What perception sees: on `obs/objects`, and the answer to it.
+
+    Attributes:
+        boot_id: The sim process; put it into `send_goal` to be refused when another one has taken its place.
+        scene: What planners see.
+    """
 
     boot_id: str
     scene: ObservedScene
 
 
 class TrueObject(StrictModel):
-    """An object of the simulated state; speeds in m/s and rad/s in the world, contacts by name."""
+    """An object of the simulated state.
+
+    Attributes:
+        id: Its name.
+        kind: Its shape.
+        size: Metres, as in the task.
+        rgba: Colour, channels 0..1.
+        pose: The object in the world.
+        linear_velocity: m/s in the world.
+        angular_velocity: rad/s in the world.
+        contacts: Names of what touches it.
+    """
 
     id: str
     kind: ObjectKind
@@ -404,7 +455,12 @@ class TrueState(Message):
 
 
 class Saved(Message):
-    """The answer to `checkpoint`: its id, for `reset`."""
+    """The answer to `checkpoint`.
+
+    Attributes:
+        checkpoint: Its name, for `reset`.
+        time: Simulated seconds of it.
+    """
 
     checkpoint: str
     time: Finite
@@ -421,9 +477,10 @@ class Picture(Message):
         width: Pixels.
         height: Pixels.
         format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
-        fx: Focal length, pixels; the same for fy.
-        cx: Principal point, pixels.
-        cy: Principal point, pixels.
+        fx: Focal length along x, pixels.
+        fy: Focal length along y, pixels.
+        cx: Principal point from the left, pixels.
+        cy: Principal point from the top, pixels.
         pose_camera_in_world: x right, y down, z into the scene.
     """
 

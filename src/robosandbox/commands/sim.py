@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from robosandbox.tasks.hosting import TaskHouse
     from robosandbox.tasks.session import Session
 
+_WAKE_SECONDS = 0.2
+
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
 ]
@@ -47,6 +49,7 @@ def sim(
     ground_truth: Annotated[
         bool, typer.Option("--ground-truth/--no-ground-truth", help="Answer truth with the simulated state.")
     ] = True,
+    what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Listen beyond this machine without asking who comes.")
     ] = False,
@@ -66,7 +69,7 @@ def sim(
     from robosandbox.transport import open_listener
 
     load_plugin("perceptions", perception)
-    house = TaskHouse(perception=perception, allowed=allow_files or [])
+    house = TaskHouse(perception=perception, what_if=what_if, allowed=allow_files or [])
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
@@ -86,7 +89,9 @@ def sim(
         with server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
             print(f"listening on {where} as {robot_id!r}: {host.task.name} with {host.sim.robot.name}", flush=True)
-            stopped.wait()
+            # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
+            while not stopped.wait(_WAKE_SECONDS):
+                pass
             print("stopping", file=sys.stderr, flush=True)
         server.host.close()
     finally:

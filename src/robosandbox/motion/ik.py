@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import mujoco
 import numpy as np
 
 from robosandbox.errors import CollisionError, CollisionEvidence, Phase, UnreachableError, UnreachableEvidence
@@ -38,7 +39,7 @@ class DLSMotionPlanner:
         self.n_waypoints = n_waypoints
         self.dt = dt
         self.clearance = clearance
-        self._sim: Sim | None = None
+        self._model: mujoco.MjModel | None = None
         self._key: tuple[int, int] | None = None
         self._solver: DlsSolver | None = None
         self._checker: CollisionChecker | None = None
@@ -51,8 +52,9 @@ class DLSMotionPlanner:
             scene: Objects as perceived; those that `sim` has no body for are not avoided.
             held: Id of the object that moves with the TCP.
         """
-        if self._key != (id(sim.model), sim.epoch) or self._sim is not sim:
-            self._sim, self._key = sim, (id(sim.model), sim.epoch)
+        # Copies of a world share its model, and so what was learned of it.
+        if self._key != (id(sim.model), sim.epoch):
+            self._model, self._key = sim.model, (id(sim.model), sim.epoch)
             self._solver = DlsSolver(sim.model, sim.robot)
             self._checker = CollisionChecker(sim.model, sim.robot, sim.body_names, clearance=self.clearance)
         checker, observation = self._collisions, sim.observe()

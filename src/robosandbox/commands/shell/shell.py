@@ -18,7 +18,6 @@ from robosandbox.commands.shell.slash import find
 from robosandbox.errors import (
     InputError,
     InternalError,
-    InvalidMessageError,
     RenderingError,
     ServiceUnavailableError,
     SkillError,
@@ -117,7 +116,7 @@ class Shell:
         way = self._ways[-1]
         try:
             self.workcell.restore(way.checkpoint)
-        except (InputError, InvalidMessageError):
+        except InputError:
             # What lies further back is older still.
             self._ways.clear()
             raise InputError(

@@ -2,7 +2,7 @@
 
 Without a key a scripted server on this machine stands in for the model. With one:
 
-    OPENAI_API_KEY=... uv run examples/03_language_model.py MODEL
+    OPENAI_API_KEY=... uv run examples/05_language_model.py MODEL
 """
 
 import sys

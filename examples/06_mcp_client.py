@@ -21,7 +21,7 @@ async def main() -> None:
         look = await client.call_tool("look")
         cube = look.structured_content["scene"]["objects"][0]["id"]
         result = await client.call_tool("pick", {"object": cube}, progress_callback=hear)
-        print(f"picked: {result.structured_content['detail']}")
+        print(f"success={not result.is_error}  {result.structured_content['detail']}")
 
 
 asyncio.run(main())
