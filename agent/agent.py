@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
 from robosandbox.agent.episode import (
@@ -27,6 +27,8 @@ from robosandbox.errors import (
     InputError,
     InternalError,
     InvalidArgumentError,
+    PlannerError,
+    PlannerUnavailableError,
     RoboSandboxError,
     SkillError,
 )
@@ -57,6 +59,8 @@ class Agent(Generic[WorldT]):
 
     Attributes:
         listeners: Called with each event, in the thread of `run`.
+        permits: Called with each call before anything moves for it; one that raises a SkillError stops it.
+        approve: Asked about each plan before the first of its calls; None approves all.
     """
 
     def __init__(self, ctx: WorldT, skills: Sequence[Skill[WorldT]], planner: Planner, max_replans: int = 3) -> None:
@@ -69,12 +73,15 @@ class Agent(Generic[WorldT]):
         self.planner = planner
         self.max_replans = max_replans
         self.listeners: list[Listener] = []
+        self.permits: list[Callable[[SkillCall], None]] = []
+        self.approve: Callable[[Plan], bool] | None = None
 
     def plan(self, prompt: str) -> Plan | Refusal:
         """Return what the planner makes of the prompt and the scene; nothing moves.
 
         Raises:
             InputError: The prompt is too long.
+            PlannerError: The planner has no answer.
         """
         check_prompt(prompt)
         return self.planner.plan(prompt, self._look(), ())
@@ -83,7 +90,7 @@ class Agent(Generic[WorldT]):
         """Carry out a prompt.
 
         Returns:
-            What came of it; failures of skills are in there and not raised.
+            What came of it; failures of skills and of the planner are in there and not raised.
 
         Raises:
             InputError: The prompt is too long.
@@ -93,14 +100,24 @@ class Agent(Generic[WorldT]):
         attempts: list[FailedAttempt] = []
         plan: Plan | None = None
         replans = 0
+        answer: Plan | Refusal | None = None
         while True:
-            answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+            try:
+                answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+            except PlannerError as error:
+                unavailable = isinstance(error, PlannerUnavailableError)
+                reason = FinalReason.PLANNER_UNAVAILABLE if unavailable else FinalReason.PLANNER_FAILED
+                detail = str(error)
+                break
             if isinstance(answer, Refusal):
                 reason = FinalReason.GAVE_UP if attempts else FinalReason.REFUSED
                 detail = answer.message
                 break
             plan = answer
             self._emit(Planned(plan, replans))
+            if self.approve is not None and not self.approve(plan):
+                reason, detail = FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
+                break
             failure = self._execute(plan, steps)
             if failure is None:
                 reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
@@ -137,15 +154,22 @@ class Agent(Generic[WorldT]):
         for index, call in enumerate(plan.steps):
             self._emit(SkillStarted(call, index, len(plan.steps)))
             try:
-                result = self._call(call)
+                result = self.perform(call)
             except SkillError as error:
                 self._emit(SkillFailed(call, error.record()))
-                return FailedAttempt(completed=plan.steps[:index], failed=call, error=error)
+                return FailedAttempt(
+                    completed=plan.steps[:index], failed=call, error=error, remaining=plan.steps[index + 1 :]
+                )
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
         return None
 
-    def _call(self, call: SkillCall) -> SkillResult:
+    def perform(self, call: SkillCall) -> SkillResult:
+        """Carry out one skill call; listeners hear of its phases.
+
+        Raises:
+            SkillError: It did not reach its post-condition; a fault of the code is an InternalError with an id in the log.
+        """
         skill = self.skills.get(call.skill)
         if skill is None:
             hint = did_you_mean(call.skill, self.skills)
@@ -156,6 +180,8 @@ class Agent(Generic[WorldT]):
 
         self.ctx.listeners.append(tell)
         try:
+            for permit in self.permits:
+                permit(call)
             return skill(self.ctx, call.arguments)
         except RoboSandboxError:
             raise

@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
-from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.types import ObservedScene, SkillCall, Workspace
 
 _log = logging.getLogger(__name__)
 
@@ -25,6 +26,7 @@ class AgentContext:
         grasp: Ways to hold things.
         motion: Configurations and paths.
         what_if: Whether skills may try repairs on copies of the world.
+        workspace: Where the arm may work; None is anywhere.
         listeners: Called with each phase that begins.
         phase: The phase that began last.
     """
@@ -34,6 +36,7 @@ class AgentContext:
     grasp: GraspPlanner
     motion: MotionPlanner
     what_if: bool = True
+    workspace: Workspace | None = None
     listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
@@ -42,10 +45,21 @@ class AgentContext:
 
     def __post_init__(self) -> None:
         self.sim.tick_hooks.append(self._check)
+        if self.workspace is not None:
+            self.sim.tick_hooks.append(WorkspaceGuard(self.sim, self.workspace))
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
         return self.perception.perceive(self.sim)
+
+    def permit(self, call: SkillCall) -> None:
+        """Check a call against the workspace before anything moves.
+
+        Raises:
+            LimitError: It leads outside.
+        """
+        if self.workspace is not None:
+            check_call(call, self.look(), self.workspace)
 
     def fork(self) -> AgentContext:
         """Return a context in a copy of the world, for trying things out; nothing there touches this one.
@@ -56,7 +70,12 @@ class AgentContext:
         if not isinstance(self.sim, ForkableSim):
             raise TypeError(f"{type(self.sim).__name__} cannot be copied; use what_if=False")
         return AgentContext(
-            sim=self.sim.fork(), perception=self.perception, grasp=self.grasp, motion=self.motion, what_if=False
+            sim=self.sim.fork(),
+            perception=self.perception,
+            grasp=self.grasp,
+            motion=self.motion,
+            what_if=False,
+            workspace=self.workspace,
         )
 
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:

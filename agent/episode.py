@@ -16,11 +16,14 @@ class FinalReason(StrEnum):
 
     PLAN_COMPLETE = "plan_complete"
     REFUSED = "refused"
+    DECLINED = "declined"
     GAVE_UP = "gave_up"
     REPLANS_EXHAUSTED = "replans_exhausted"
     CANCELLED = "cancelled"
     TIMED_OUT = "timed_out"
     INTERNAL_ERROR = "internal_error"
+    PLANNER_UNAVAILABLE = "planner_unavailable"
+    PLANNER_FAILED = "planner_failed"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,11 +36,12 @@ class Step:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FailedAttempt:
-    """A plan that ended early: what was done, what failed, and why."""
+    """A plan that ended early: what was done, what failed and why, and what was not begun."""
 
     completed: tuple[SkillCall, ...]
     failed: SkillCall
     error: SkillError
+    remaining: tuple[SkillCall, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -85,6 +89,7 @@ class Episode:
                 {
                     "completed": [call.model_dump(mode="json") for call in attempt.completed],
                     "failed": attempt.failed.model_dump(mode="json"),
+                    "remaining": [call.model_dump(mode="json") for call in attempt.remaining],
                     "error": attempt.error.record().model_dump(mode="json"),
                 }
                 for attempt in self.attempts

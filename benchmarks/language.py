@@ -1,6 +1,7 @@
 """How well sentences are understood: right, rightly refused, wrong motion, missed; by category, with timing.
 
-    uv run benchmarks/language.py [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+    uv run benchmarks/language.py [--planner NAME --base-url URL --model NAME --cassette FILE]
+                                  [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
 
 A prompts file holds a scene and sentences by category, each with every acceptable plan: `pick(can); place_in(bin_a)`, with `|`
 between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal.
@@ -9,6 +10,7 @@ between alternatives, `*` for anything, `low..high` for a range, `any order [...
 from __future__ import annotations
 
 import argparse
+import inspect
 import itertools
 import json
 import random
@@ -24,9 +26,13 @@ from typing import Any
 
 import yaml
 
-from robosandbox.agent.planner import StubPlanner
+from robosandbox.agent.planners import make_planner
+from robosandbox.errors import InputError, PlannerError, UnsupportedError
 from robosandbox.perception.colour import colour_name
-from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, Scene, SkillCall
+from robosandbox.protocols import Planner, Skill, SkillContext
+from robosandbox.skills.base import Skill as BaseSkill
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, Scene, SkillCall, SkillResult
 
 CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
 PARAMETERS: dict[str, tuple[str, ...]] = {
@@ -44,13 +50,6 @@ PARAMETERS: dict[str, tuple[str, ...]] = {
     "home": (),
 }
 NUMBER_TOLERANCE = 0.011
-
-
-@dataclass(frozen=True)
-class NamedSkill:
-    """Enough of a skill for a planner to plan with it."""
-
-    name: str
 
 
 @dataclass(frozen=True)
@@ -121,9 +120,22 @@ def accepts(expected: str, answer: Plan | Refusal) -> bool:
         if alternative.startswith("!"):
             if isinstance(answer, Refusal) and answer.code == alternative[1:]:
                 return True
-        elif isinstance(answer, Plan) and any(_same(steps, answer.steps) for steps in _orders(alternative)):
-            return True
+        elif isinstance(answer, Plan):
+            calls = [part for step in answer.steps for part in _unstacked(step)]
+            for steps in _orders(re.sub(r"stack\(([\w/]+|\*), ([\w/]+|\*)\)", r"pick(\1); place_on(\2)", alternative)):
+                if _same(steps, calls):
+                    return True
     return False
+
+
+def _unstacked(call: SkillCall) -> list[SkillCall]:
+    """Return the two calls that `stack` is: the same motion however it is planned."""
+    if call.skill != "stack":
+        return [call]
+    return [
+        SkillCall(skill="pick", arguments={"object": call.arguments["object"]}),
+        SkillCall(skill="place_on", arguments={"target": call.arguments["target"]}),
+    ]
 
 
 def _orders(expected: str) -> Iterator[list[str]]:
@@ -162,7 +174,27 @@ def _value_fits(wanted: str, value: Any) -> bool:
     return str(value) in wanted.split("/")
 
 
-def run(prompts: Sequence[Prompt], planner: StubPlanner) -> list[Outcome]:
+def catalogue() -> list[Skill]:
+    """Return the installed skills, and for verbs that have none yet a stand-in that plans can name."""
+    installed = {skill.name: skill for skill in load_skills()}
+    return [installed.get(name) or _stand_in(name) for name in PARAMETERS]
+
+
+def _stand_in(name: str) -> Skill:
+    def run(self: BaseSkill, ctx: SkillContext, **arguments: Any) -> SkillResult:
+        raise UnsupportedError(f"{name} is not installed")
+
+    # A skill's schema comes from the signature of its run.
+    parameters = [
+        inspect.Parameter(argument, inspect.Parameter.KEYWORD_ONLY, annotation=str) for argument in PARAMETERS[name]
+    ]
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    run.__annotations__ = dict.fromkeys(PARAMETERS[name], str)
+    run.__doc__ = f"{name.replace('_', ' ').capitalize()}."
+    return type(name, (BaseSkill,), {"name": name, "run": run})()
+
+
+def run(prompts: Sequence[Prompt], planner: Planner) -> list[Outcome]:
     """Plan every prompt and judge the answers."""
     outcomes = []
     for prompt in prompts:
@@ -262,13 +294,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     parser.add_argument("--scene", type=Path, help="use this file's scene instead of each file's own")
     parser.add_argument("--paraphrase", type=int, default=0, metavar="N", help="add N seeded rewordings")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--planner", default="stub", help="name of an installed planner")
+    parser.add_argument("--base-url", help="where its model is served")
+    parser.add_argument("--model", help="the model's name there")
+    parser.add_argument("--cassette", type=Path, help="record what is said with the model, or replay it")
     parser.add_argument("--json", action="store_true")
     options = parser.parse_args(argv)
     scene = load_scene(options.scene) if options.scene else None
     prompts = [p for path in options.prompts or sorted(CORPUS.glob("*.yaml")) for p in load_prompts(path, scene)]
     prompts += paraphrases(prompts, options.paraphrase, options.seed)
-    planner = StubPlanner([NamedSkill(name) for name in PARAMETERS])  # type: ignore[misc]
-    outcomes = run(prompts, planner)
+    chosen = {"base_url": options.base_url, "model": options.model, "cassette": options.cassette}
+    try:
+        outcomes = run(prompts, make_planner(options.planner, catalogue(), chosen))
+    except (InputError, PlannerError) as error:
+        parser.error(str(error))
     report = summary(outcomes)
     bad = [outcome for outcome in outcomes if outcome.verdict in ("wrong_motion", "missed")]
     if options.json:

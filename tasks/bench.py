@@ -7,9 +7,9 @@ import logging
 import multiprocessing
 import platform
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from functools import partial
 from typing import Any
 
@@ -30,12 +30,14 @@ class BenchSettings:
 
     Attributes:
         planner: Name of an installed planner.
+        planner_options: What it takes besides the skills.
         perception: Name of an installed perception.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
     """
 
     planner: str = "stub"
+    planner_options: Mapping[str, Any] = field(default_factory=dict)
     perception: str = "ground_truth"
     max_replans: int = 3
     what_if: bool = True
@@ -230,6 +232,7 @@ class _Worker:
         return open_session(
             task,
             planner=settings.planner,
+            planner_options=settings.planner_options,
             perception=settings.perception,
             max_replans=settings.max_replans,
             what_if=settings.what_if,

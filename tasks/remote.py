@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.client import RemoteRobot
 from robosandbox.agent.episode import Episode
+from robosandbox.agent.planners import make_planner
 from robosandbox.agent.remote import RemoteContext
-from robosandbox.plugins import load_planner
+from robosandbox.errors import InputError
 from robosandbox.sim.truth import ObjectTruth, Truth
 from robosandbox.tasks.judge import Verdict, judge
 from robosandbox.tasks.task import Task
@@ -45,15 +50,36 @@ class RemoteSession:
     """
 
     def __init__(
-        self, robot: RemoteRobot, *, planner: str = "stub", dialogue: bool = False, max_replans: int = 3
+        self,
+        robot: RemoteRobot,
+        *,
+        planner: str = "stub",
+        planner_options: Mapping[str, Any] | None = None,
+        camera: str | None = None,
+        dialogue: bool = False,
+        max_replans: int = 3,
     ) -> None:
-        """Act on a robot; with `dialogue` prompts may refer to those before them.
+        """Act on a robot.
+
+        Args:
+            robot: The connection.
+            planner: Name of an installed planner.
+            planner_options: What it takes besides the skills, such as `model`; None counts as not given.
+            camera: The camera whose picture the planner is to see.
+            dialogue: Whether prompts may refer to those before them, where the planner can do that.
+            max_replans: How often a failure may be answered with a new plan.
 
         Raises:
-            InputError: No such planner is installed.
+            InputError: No such planner is installed, or it takes no such option.
         """
         self.robot = robot
-        self._make_planner = load_planner(planner, dialogue=dialogue)
+        self._planner = planner
+        self._dialogue = dialogue
+        self._options = dict(planner_options or {})
+        if camera is not None:
+            if camera not in robot.cameras:
+                raise InputError(f"camera {camera!r} is not one of {', '.join(robot.cameras)}")
+            self._options["picture"] = lambda: self._pixels(camera)
         self._max_replans = max_replans
         self._adopt()
 
@@ -62,10 +88,11 @@ class RemoteSession:
         info = self.robot.info()
         self.task = validate(info.task, Task, source="the sim's task")
         self.seed = info.seed
+        mind = make_planner(self._planner, self.robot.skills, self._options, dialogue=self._dialogue)
         self.agent: Agent[RemoteContext] = Agent(
             ctx=self.robot.ctx,
             skills=self.robot.skills,
-            planner=self._make_planner(self.robot.skills),
+            planner=mind,
             max_replans=self._max_replans,
         )
         self.start = truth_of(self.robot.truth()) if info.truth else None
@@ -136,6 +163,13 @@ class RemoteSession:
     def picture(self, camera: str, format: str = "png") -> bytes:
         """Return a camera's picture as a PNG or JPEG file's bytes."""
         return self.robot.picture(camera, format=format)[0]
+
+    def _pixels(self, camera: str) -> NDArray[Any]:
+        import cv2
+
+        # OpenCV's order of channels is blue, green, red.
+        decoded = cv2.imdecode(np.frombuffer(self.picture(camera), np.uint8), cv2.IMREAD_COLOR)
+        return np.asarray(decoded)[:, :, ::-1]
 
     def judge(self) -> Verdict | None:
         """Tell whether the task has succeeded since the last reset; None where the sim keeps its truth to itself."""

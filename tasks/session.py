@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode
+from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.relations import centre
-from robosandbox.plugins import load_planner, load_plugin
+from robosandbox.plugins import load_plugin
 from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -170,6 +172,8 @@ def open_session(
     *,
     robot: Path | str | None = None,
     planner: str = "stub",
+    planner_options: Mapping[str, Any] | None = None,
+    camera: str | None = None,
     dialogue: bool = False,
     perception: str = "ground_truth",
     seed: int = 0,
@@ -184,6 +188,8 @@ def open_session(
             three cubes when left out.
         robot: A model file or a bundled robot's name, in place of the task's robot.
         planner: Name of an installed planner.
+        planner_options: What it takes besides the skills, such as `model`; None counts as not given.
+        camera: The camera whose picture the planner is to see.
         dialogue: Whether prompts may refer to those before them, where the planner can do that.
         perception: Name of an installed perception.
         seed: The layout; 0 is the task as written.
@@ -199,19 +205,26 @@ def open_session(
         scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
         chosen = chosen.model_copy(update={"scene": scene})
     skills = load_skills()
-    make_planner = load_planner(planner, dialogue=dialogue)
     sim = MuJoCoBackend(render_size=render_size)
+    options = dict(planner_options or {})
+    if camera is not None:
+        options["picture"] = lambda: sim.observe([camera]).images[camera]
+    mind = make_planner(planner, skills, options, dialogue=dialogue)
     ctx = AgentContext(
         sim=sim,
         perception=load_plugin("perceptions", perception)(),
         grasp=AnalyticTopDown(),
         motion=DLSMotionPlanner(),
         what_if=what_if,
+        workspace=chosen.limits.workspace if chosen.limits else None,
     )
-    agent = Agent(ctx=ctx, skills=skills, planner=make_planner(skills), max_replans=max_replans)
+    agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
+    agent.permits.append(ctx.permit)
     try:
         sim.load(chosen.scene)
         _check_start_q(chosen, sim)
+        if camera is not None and camera not in sim.cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(sim.cameras)}")
     except InputError as error:
         sim.close()
         # With a robot of the caller's own the task is not to blame.

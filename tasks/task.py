@@ -9,7 +9,7 @@ from typing import Annotated, Self
 from pydantic import Field, field_validator, model_validator
 
 from robosandbox.tasks.success import TABLE, Check, Criterion, On
-from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Randomize, Scene, StrictModel
+from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
 DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
@@ -27,6 +27,7 @@ class Task(StrictModel):
         randomize: How far other seeds may differ. Left out, objects move by up to 2 cm and turn by up to 10 degrees (and
             a scene without objects starts with the arm up to 0.1 rad off per joint), so that seeds are never the same.
         start_q: Where the arm starts, one value per arm joint; at home when left out.
+        limits: What no planner can pass.
     """
 
     name: str
@@ -35,6 +36,7 @@ class Task(StrictModel):
     success: Criterion
     randomize: Randomize | None = None
     start_q: tuple[Finite, ...] | None = None
+    limits: Limits | None = None
 
     @property
     def randomization(self) -> Randomize:

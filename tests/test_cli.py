@@ -126,6 +126,15 @@ def test_plan_prints_calls_and_moves_nothing(capsys: pytest.CaptureFixture[str])
     assert document["plan"] is None and document["refusal"]["code"] == "object_not_found"
 
 
+def test_plan_as_json_has_a_plan_or_a_refusal_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sandbox("plan", "pick up the red cube", "--task", "pick_cube_franka", "--json") == EXIT_DONE
+    steps = [{"skill": "pick", "arguments": {"object": "red_cube"}}]
+    assert json.loads(capsys.readouterr().out) == {"plan": steps, "refusal": None}
+    assert sandbox("plan", "pick up the elephant", "--task", "pick_cube_franka", "--json") == EXIT_FAILED
+    document = json.loads(capsys.readouterr().out)
+    assert document.keys() == {"plan", "refusal"} and document["refusal"].keys() == {"code", "message", "candidates"}
+
+
 def test_tasks_list_names_all_thirteen(capsys: pytest.CaptureFixture[str]) -> None:
     assert sandbox("tasks", "list", "--json") == EXIT_DONE
     assert [item["name"] for item in json.loads(capsys.readouterr().out)] == list(bundled_tasks())

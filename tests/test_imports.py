@@ -28,7 +28,8 @@ LAYERS = (
     {"cli"},
 )
 RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
-HEAVY = ("yourdfpy", "cv2", "mujoco", "pydantic_ai")
+LLM = ("pydantic_ai", "openai", "anthropic", "mcp", "httpx2", "jsonschema")
+HEAVY = ("yourdfpy", "cv2", "mujoco", *LLM)
 
 
 def _files() -> list[Path]:
@@ -102,3 +103,13 @@ def test_importing_the_package_loads_nothing_heavy() -> None:
 
 def test_importing_the_command_line_loads_no_physics() -> None:
     assert _loaded_after("import robosandbox.cli").isdisjoint(HEAVY)
+
+
+def test_the_stub_path_loads_no_language_model_library() -> None:
+    plan = "from robosandbox.tasks.session import open_session; open_session().agent.plan('pick up the red cube')"
+    loaded = _loaded_after(plan)
+    assert "mujoco" in loaded and loaded.isdisjoint(LLM)
+
+
+def test_the_names_of_the_model_backed_planners_load_no_language_model_library() -> None:
+    assert _loaded_after("import robosandbox.agent.llm.entry, robosandbox.agent.llm.auto").isdisjoint(LLM)

@@ -36,6 +36,7 @@ class Failed:
     completed: Sequence[SkillCall]
     failed: SkillCall
     error: SkillError
+    remaining: Sequence[SkillCall] = ()
 
 
 def block(name: str, x: float, y: float, colour: str = "red") -> DetectedObject:
@@ -73,7 +74,7 @@ class Talk:
     def fail(self, error: SkillError, step: int = 0, scene: ObservedScene = SCENE) -> list[str] | Refusal:
         assert isinstance(self.answer, Plan)
         steps = self.answer.steps
-        self.history.append(Failed(steps[:step], steps[step], error))
+        self.history.append(Failed(steps[:step], steps[step], error, steps[step + 1 :]))
         self.answer = self.planner.plan(self.prompt, scene, tuple(self.history))
         return [str(call) for call in self.answer.steps] if isinstance(self.answer, Plan) else self.answer
 
@@ -129,9 +130,21 @@ def test_a_planner_that_did_not_make_the_plan_goes_on_from_the_history() -> None
     prompt = "push the green block 5 cm forward, then tap it and go home"
     first = stub().plan(prompt, SCENE)
     assert isinstance(first, Plan)
-    history = (Failed(first.steps[:1], first.steps[1], CollisionError("elbow and table")),)
+    history = (Failed(first.steps[:1], first.steps[1], CollisionError("elbow and table"), first.steps[2:]),)
     answer = stub().plan(prompt, SCENE, history)
     assert isinstance(answer, Plan) and [c.skill for c in answer.steps] == ["home", "tap", "home"]
+
+
+def test_what_was_not_begun_is_not_looked_up_anew() -> None:
+    """The leftmost block is another one when the first has gone into the bin."""
+    prompt = "put the leftmost block in the bin, then tap the green block"
+    first = stub().plan(prompt, SCENE)
+    assert isinstance(first, Plan) and str(first.steps[0]) == "pick(object=red_2)"
+    moved = replace(BIN, id="red_2", kind="box", size=(0.02,) * 3, colour="red")
+    after = replace(SCENE, objects=tuple(moved if item.id == "red_2" else item for item in SCENE.objects))
+    history = (Failed(first.steps[:2], first.steps[2], CollisionError("elbow and table")),)
+    answer = stub().plan(prompt, after, history)
+    assert isinstance(answer, Plan) and [str(c) for c in answer.steps] == ["home()", "tap(object=green)"]
 
 
 def test_first_repair_replaces_the_failed_call() -> None:

@@ -163,6 +163,10 @@ class Arranging(Placing):
             self._empty(names[0])
             return
         bins = [item.id for item in objects.values() if item.kind == "bin"]
+        everything = any(ref.determiner == "all" and not ref.nouns and not ref.colours for ref in command.objects)
+        if len(bins) == 1 and everything:
+            # With bowls about as well, one bin is no longer the place for all there is.
+            bins += [item.id for item in objects.values() if item.kind == "bowl"]
         if len(bins) != 1:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
         left = [name for name in names if name not in self.world.inside(bins[0])]

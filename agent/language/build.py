@@ -271,9 +271,12 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
             and before.verb == "pick"
             and (len(before.objects) > 1 or any(ref.plural or ref.determiner == "all" for ref in before.objects))
         )
+        # What goes into a drawer must not be in the hand when the drawer is opened.
+        into = isinstance(command.place, Relation) and command.place.kind == "in"
         if (
             before
-            and several
+            and before.verb == "pick"
+            and (several or into)
             and command.verb in ("put", "stack")
             and len(command.objects) == 1
             and command.objects[0].determiner == "it"

@@ -340,6 +340,9 @@ def _sort(frame: Frame) -> list[Command]:
         return [Command("put", objects, Matching())] if not frame.places else []
     if "colour" not in frame.rest and not (frame.objects and len(frame.places) < 2):
         return []
+    if "colour" not in frame.rest and len(frame.places) == 1 and _one_container(frame.places[0]):
+        # "sort the pens into the left box": they all go there.
+        return _placed("put", objects, frame.places)
     if not frame.places:
         return [Command("sort", objects)]
     place = frame.places[0]
@@ -348,6 +351,15 @@ def _sort(frame: Frame) -> list[Command]:
     if len(frame.places) == 1 and isinstance(place, Table):
         return [Command("sort", objects)]
     return []
+
+
+def _one_container(place: Place) -> bool:
+    return (
+        isinstance(place, Relation)
+        and place.kind == "in"
+        and len(place.refs) == 1
+        and not (place.refs[0].plural or place.refs[0].determiner == "all")
+    )
 
 
 def _tidy(frame: Frame) -> list[Command]:
@@ -360,6 +372,15 @@ def _tidy(frame: Frame) -> list[Command]:
     if frame.objects:
         return [Command("tidy", frame.objects[0])] if frame.particle in (None, "up", "away", "off", "out") else []
     return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
+
+
+def _load(frame: Frame) -> list[Command]:
+    """As in "load the tray with the blocks": the container is named first."""
+    if len(frame.objects) != 1 or len(frame.objects[0]) != 1 or frame.places or not frame.only("material", "particle"):
+        return []
+    if "material" not in frame.rest or frame.particle not in (None, "up"):
+        return []
+    return [Command("put", frame.one("material"), Relation("in", frame.objects[0]))]
 
 
 def _line_up(frame: Frame) -> list[Command]:
@@ -410,6 +431,9 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "line_up": _line_up,
     "unstack": _unstack,
     "tidy": _tidy,
+    # Without an object it would be everything, which nobody means by it.
+    "discard": lambda frame: _tidy(frame) if frame.objects else [],
+    "load": _load,
     "empty": _simple("tidy", "out", "off"),
     "go": _go,
 }

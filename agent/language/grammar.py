@@ -8,7 +8,7 @@ from dataclasses import replace
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 Part = Command | tuple[Ref, ...] | str
@@ -83,6 +83,9 @@ def _ref_strain(ref: Ref) -> float:
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
 
+_STAYS = frozenset({"stay", "stays", "remain", "remains"})
+
+
 class Grammar(Clauses):
     """The rules for sentences."""
 
@@ -115,6 +118,9 @@ class Grammar(Clauses):
                         if first.objects and first.objects[0].determiner == "it":
                             first = replace(first, objects=last.objects)
                         found.append((end, (*part[:-1], first, *rest[1:])))
+            for k in self._corrected(j):
+                # "put it in the bowl - no, in the tray", "push it left, I mean right": the verb stays.
+                found += self._corrected_place(part, k)
             for k in self._joints(j):
                 # "anywhere but the bin" is no second command.
                 found += self._gapped(part, k) if self.text(k - 1) != "but" else []
@@ -122,6 +128,30 @@ class Grammar(Clauses):
                 for end, rest in self._parts(k):
                     found.append((end, (*rest, *part)))
         return found[:20]
+
+    def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
+        last = part[-1]
+        if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
+            return []
+        found: Found[tuple[Part, ...]] = []
+        places = last.place.refs if isinstance(last.place, Relation) else ()
+        for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
+            same = [bool(ref.nouns) and ref.nouns == refs[0].nouns for ref in (*last.objects, *places)]
+            if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
+                # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
+                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
+        for j, elements in self.elements(k):
+            if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
+                continue
+            for command in frame_command(last.verb, (_objects(last.objects), *elements)):
+                better = replace(command, distance=command.distance or last.distance, times=last.times)
+                if command.verb == "push" and not command.direction and not command.place:
+                    better = replace(better, direction=last.direction, place=last.place)
+                if self._skip(j) >= len(self.tokens):
+                    found.append((len(self.tokens), (*part[:-1], better)))
+                for m in self._joints(j):
+                    found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
+        return found
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
@@ -210,7 +240,17 @@ class Grammar(Clauses):
         for k, _ in self.tag(i, "SAME"):
             found += [(j, (Command("nothing", refs, negated="same"),)) for j, refs in self.np_list(k)]
         for start in self.optional(i, "PREAMBLE"):
-            for j, _ in self.tag(start, "NEGATION"):
+            negated = [j for j, _ in self.tag(start, "NEGATION")]
+            if self.text(start) == "no" and self.text(start + 1).endswith("ing"):
+                negated.append(start + 1)
+                # Touching stands for whatever would move it.
+                found += [
+                    (end, (refs,))
+                    for j, verb in self.tag(start + 1, "VERB")
+                    if verb in ("tap", "move", "put")
+                    for end, refs in self.np_list(j)
+                ]
+            for j in negated:
                 for end, command in self.clause(j):
                     if command.verb != "tap" and not command.bare:
                         found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
@@ -218,6 +258,11 @@ class Grammar(Clauses):
 
     def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:
         found: Found[tuple[Ref, ...]] = []
+        for j, refs in self.np_list(i):
+            # "the batteries stay where they are"
+            k = j + 1 if self.text(j) in ("should", "must", "shall", "can", "will", "to") else j
+            if self.text(k) in _STAYS:
+                found += [(end, refs) for end in self.optional(k + 1, "AVOID_TAIL")]
         for start in self.optional(i, "PREAMBLE"):
             for j, _ in self.tag(start, "AVOID"):
                 for k, refs in self.np_list(j):
@@ -312,6 +357,9 @@ class Grammar(Clauses):
     def _fronted(self, i: int) -> Found[Command]:
         """As in "In the bin, put the red cube"; "the red cube, put it in the bin"."""
         found: Found[Command] = []
+        if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
+            # "start with the marble: put it in the tray"
+            i += 2
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
             if element.kind == "objects" and comma > j:
@@ -331,7 +379,9 @@ class Grammar(Clauses):
         """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
         for j, refs in self.np_list(i):
-            for end, elements in self.elements(j):
+            # "the marble and the block, both into the crate"
+            both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
+            for end, elements in self.elements(both):
                 if elements and any(e.kind in ("place", "matching") for e in elements):
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (_objects(refs), *elements))]
         return found

@@ -12,9 +12,9 @@ from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
-from robosandbox.agent.language.words import CONDITIONS, QUESTIONS
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5

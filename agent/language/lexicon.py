@@ -1,11 +1,11 @@
-"""The tables of `words` and `verbs` as one lexicon: phrase -> tags, and the vocabulary for typos."""
+"""The tables of `things`, `places`, `speech` and `verbs` as one lexicon: phrase -> tags, and the vocabulary for typos."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from robosandbox.agent.language import verbs, words
+from robosandbox.agent.language import places, speech, things, verbs
 from robosandbox.agent.language.real_words import REAL_WORDS
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 
@@ -81,51 +81,51 @@ def _build() -> Phrases:
         for phrase in phrase_list(phrases):
             for form in verbs.forms(phrase):
                 lexicon.add(form, "VERB", verb)
-    for noun, phrases in words.NOUNS.items():
+    for noun, phrases in things.NOUNS.items():
         for phrase in phrase_list(phrases):
-            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in words.MASS_NOUNS))
-            if phrase not in words.MASS_NOUNS:
+            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.MASS_NOUNS))
+            if phrase not in things.MASS_NOUNS:
                 lexicon.add(words_plural(phrase), "NOUN", (noun, phrase, True))
-    for noun in words.ABSENT_NOUNS:
+    for noun in things.ABSENT_NOUNS:
         lexicon.add(noun, "ABSENT", (noun, False))
         lexicon.add(_plural(noun), "ABSENT", (noun, True))
     for tag, table in (
-        ("COLOUR", words.COLOURS), ("SHADE", words.SHADES), ("SIZE", words.SIZES), ("SUPER", words.SUPERLATIVES),
-        ("POS", words.POSITIONS), ("FROM", words.ORDER_FROM), ("DIR", words.DIRECTIONS), ("REL", words.RELATIONS),
-        ("TO", words.DIRECTIONAL), ("PRON", words.PRONOUNS), ("LIGHT_NOUN", words.LIGHT_NOUNS),
-        ("ITS_SIDE", words.ITS_SIDES),
+        ("COLOUR", things.COLOURS), ("SHADE", things.SHADES), ("SIZE", things.SIZES), ("SUPER", things.SUPERLATIVES),
+        ("POS", things.POSITIONS), ("FROM", things.ORDER_FROM), ("DIR", places.DIRECTIONS), ("REL", places.RELATIONS),
+        ("TO", places.DIRECTIONAL), ("PRON", things.PRONOUNS), ("LIGHT_NOUN", speech.LIGHT_NOUNS),
+        ("ITS_SIDE", places.ITS_SIDES),
     ):  # fmt: skip
         _table(lexicon, tag, table)
     for tag, numbers in (
-        ("ORDINAL", words.ORDINALS),
-        ("NUM", words.NUMBERS),
-        ("UNIT", words.UNITS),
-        ("AMOUNT", words.AMOUNTS),
-        ("TIMES", words.TIMES),
+        ("ORDINAL", things.ORDINALS),
+        ("NUM", things.NUMBERS),
+        ("UNIT", things.UNITS),
+        ("AMOUNT", things.AMOUNTS),
+        ("TIMES", speech.TIMES),
     ):
         for phrase, number in numbers.items():
             lexicon.add(phrase, tag, number if tag in ("ORDINAL", "TIMES") else float(number))
     for tag, phrases in (
-        ("SOURCE", words.SOURCES), ("TABLE", words.TABLE), ("FLOOR", words.FLOOR), ("ROBOT", words.ROBOT),
-        ("ABOUT", words.ABOUT), ("PREAMBLE", words.PREAMBLES), ("DESIRE", words.DESIRES), ("COPULA", words.COPULAS),
-        ("IS", words.IS), ("NOT_IS", words.NOT_IS), ("EXCEPT", words.EXCEPT), ("AVOID", words.AVOID),
-        ("AVOID_TAIL", words.AVOID_TAILS), ("THEN", words.CONNECTORS), ("FIRST", words.FIRST),
-        ("FIRST_BUT", words.FIRST_BUT), ("BEFORE", words.BEFORE), ("AFTER", words.AFTER), ("UP_ORDER", words.ORDER_UP),
-        ("DOWN_ORDER", words.ORDER_DOWN), ("BY_COLOUR", words.BY_COLOUR), ("BY_OTHER", words.BY_OTHER),
-        ("MATCHING", words.MATCHING), ("SAME_COLOUR", words.SAME_COLOUR), ("HOME", words.HOMES), ("ARM", words.ARM),
-        ("THE", words.DEFINITES), ("A", words.INDEFINITES), ("ALL", words.UNIVERSALS), ("BOTH", words.BOTHS), ("OTHER", words.OTHERS),
-        ("REST", words.RESTS), ("OF_THEM", words.OF_THEM), ("CALLED", words.CALLED), ("NON", words.NON), ("COLOURED", words.COLOURED),
-        ("ORIGINAL", words.ORIGINAL), ("EVERYTHING", words.EVERYTHING), ("EVERYTHING_ELSE", words.EVERYTHING_ELSE),
-        ("TOP", words.TOPS), ("BOTTOM", words.BOTTOMS), ("ONE_OF", words.ONE_OF), ("SOMETHING", words.SOMETHING),
-        ("STILL", words.STILL),
-        ("SO_THAT", words.SO_THAT),
-        ("SAME", words.SAME),
-        ("IS_NOW", words.IS_NOW),
-        ("NEGATION", words.NEGATIONS), ("LIGHT_ADJECTIVE", words.LIGHT_ADJECTIVES), ("MIDDLE", words.MIDDLES), ("CORRECTION", words.CORRECTION), ("INSTEAD", words.INSTEAD), ("HELD", words.HELD), ("HELD_THING", words.HELD_THING), ("MATERIAL", words.MATERIAL), ("SWAP_OF", words.SWAP_OF), ("NOR", words.NOR), ("FREE", words.FREE_SPOTS),
-        ("CONTENTS", words.CONTENTS),
+        ("SOURCE", places.SOURCES), ("TABLE", places.TABLE), ("FLOOR", places.FLOOR), ("ROBOT", places.ROBOT),
+        ("ABOUT", things.ABOUT), ("PREAMBLE", speech.PREAMBLES), ("DESIRE", speech.DESIRES), ("COPULA", speech.COPULAS),
+        ("IS", speech.IS), ("NOT_IS", speech.NOT_IS), ("EXCEPT", speech.EXCEPT), ("AVOID", speech.AVOID),
+        ("AVOID_TAIL", speech.AVOID_TAILS), ("THEN", speech.CONNECTORS), ("FIRST", speech.FIRST),
+        ("FIRST_BUT", speech.FIRST_BUT), ("BEFORE", speech.BEFORE), ("AFTER", speech.AFTER), ("UP_ORDER", places.ORDER_UP),
+        ("DOWN_ORDER", places.ORDER_DOWN), ("BY_COLOUR", places.BY_COLOUR), ("BY_OTHER", places.BY_OTHER),
+        ("MATCHING", places.MATCHING), ("SAME_COLOUR", places.SAME_COLOUR), ("HOME", places.HOMES), ("ARM", places.ARM),
+        ("THE", things.DEFINITES), ("A", things.INDEFINITES), ("ALL", things.UNIVERSALS), ("BOTH", things.BOTHS), ("OTHER", things.OTHERS),
+        ("REST", things.RESTS), ("OF_THEM", things.OF_THEM), ("CALLED", things.CALLED), ("NON", things.NON), ("COLOURED", things.COLOURED),
+        ("ORIGINAL", places.ORIGINAL), ("EVERYTHING", things.EVERYTHING), ("EVERYTHING_ELSE", things.EVERYTHING_ELSE),
+        ("TOP", places.TOPS), ("BOTTOM", places.BOTTOMS), ("ONE_OF", things.ONE_OF), ("SOMETHING", things.SOMETHING),
+        ("STILL", speech.STILL),
+        ("SO_THAT", places.SO_THAT),
+        ("SAME", speech.SAME),
+        ("IS_NOW", speech.IS_NOW),
+        ("NEGATION", speech.NEGATIONS), ("LIGHT_ADJECTIVE", speech.LIGHT_ADJECTIVES), ("MIDDLE", places.MIDDLES), ("CORRECTION", speech.CORRECTION), ("INSTEAD", speech.INSTEAD), ("HELD", things.HELD), ("HELD_THING", things.HELD_THING), ("MATERIAL", speech.MATERIAL), ("SWAP_OF", speech.SWAP_OF), ("NOR", speech.NOR), ("FREE", places.FREE_SPOTS),
+        ("CONTENTS", things.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
-    for phrase in phrase_list(words.PARTICLES):
+    for phrase in phrase_list(places.PARTICLES):
         lexicon.add(phrase, "PART", phrase)
     return lexicon
 
@@ -137,15 +137,15 @@ def words_plural(phrase: str) -> str:
 
 LEXICON = _build()
 FILLERS = Phrases()
-FILLERS.add_all(words.FILLERS, "FILLER")
+FILLERS.add_all(speech.FILLERS, "FILLER")
 EDGE_FILLERS = Phrases()
-EDGE_FILLERS.add_all(words.EDGE_FILLERS, "FILLER")
+EDGE_FILLERS.add_all(speech.EDGE_FILLERS, "FILLER")
 END_FILLERS = Phrases()
-END_FILLERS.add_all(words.END_FILLERS, "FILLER")
+END_FILLERS.add_all(speech.END_FILLERS, "FILLER")
 ASIDE_FILLERS = Phrases()
-ASIDE_FILLERS.add_all(words.ASIDE_FILLERS, "FILLER")
+ASIDE_FILLERS.add_all(speech.ASIDE_FILLERS, "FILLER")
 START_FILLERS = Phrases()
-START_FILLERS.add_all(words.START_FILLERS, "FILLER")
+START_FILLERS.add_all(speech.START_FILLERS, "FILLER")
 
 WORDS = frozenset(
     LEXICON.words()
@@ -155,16 +155,16 @@ WORDS = frozenset(
     | START_FILLERS.words()
     | ASIDE_FILLERS.words()
     | verbs.UNSUPPORTED_VERBS
-    | words.QUESTIONS
-    | words.CONDITIONS
-    | words.GRAMMAR_WORDS
+    | speech.QUESTIONS
+    | speech.CONDITIONS
+    | speech.GRAMMAR_WORDS
 )
 MEANING: dict[str, str] = {}
 for _name, _table_ in (
-    ("noun", words.NOUNS),
-    ("colour", words.COLOURS),
-    ("size", words.SIZES),
-    ("super", words.SUPERLATIVES),
+    ("noun", things.NOUNS),
+    ("colour", things.COLOURS),
+    ("size", things.SIZES),
+    ("super", things.SUPERLATIVES),
 ):
     for _value, _phrases in _table_.items():
         for _phrase in phrase_list(_phrases):
@@ -182,12 +182,12 @@ _CORE = word_set(
 )
 COMMON = (
     frozenset(w for phrase, meaning in MEANING.items() if not meaning.startswith("verb") for w in phrase.split())
-    | words.GRAMMAR_WORDS
-    | frozenset(w for w in words.UNITS if w.isalpha())
+    | speech.GRAMMAR_WORDS
+    | frozenset(w for w in things.UNITS if w.isalpha())
     | frozenset(
         w for verb in _CORE for form in verbs.inflections(verb) if form == verb or form.endswith("ing") for w in [form]
     )
-    | frozenset(w for n in words.NUMBERS for w in n.split())
+    | frozenset(w for n in things.NUMBERS for w in n.split())
     | {
         "please",
         "everything",
@@ -207,15 +207,15 @@ COMMON = (
 )
 """The words that a typo is likely to have been."""
 COMMON |= frozenset(
-    part for noun in words.NOUNS.values() for phrase in phrase_list(noun) for part in words_plural(phrase).split()
+    part for noun in things.NOUNS.values() for phrase in phrase_list(noun) for part in words_plural(phrase).split()
 )
 VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
 
 JOINABLE: dict[str, int] = {}
 """Words that are run together in this order: verb, article, colour, noun, particle."""
 for _rank, _words in enumerate((
-    {"pick", "put", "push", "grab", "stack", "place", "take", "lift"}, {"the", "a"}, {w for c in words.COLOURS.values() for w in phrase_list(c)},
-    {w for n in words.NOUNS.values() for w in phrase_list(n) if " " not in w}, {"up", "down", "in", "on", "into", "onto"},
+    {"pick", "put", "push", "grab", "stack", "place", "take", "lift"}, {"the", "a"}, {w for c in things.COLOURS.values() for w in phrase_list(c)},
+    {w for n in things.NOUNS.values() for w in phrase_list(n) if " " not in w}, {"up", "down", "in", "on", "into", "onto"},
 )):  # fmt: skip
     for _word in _words:
         JOINABLE.setdefault(_word, _rank)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
-from robosandbox.agent.language import words
+from robosandbox.agent.language import things
 from robosandbox.agent.language.lexicon import words_plural
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import DetectedObject
@@ -37,7 +37,7 @@ THING_KINDS: dict[str, frozenset[str]] = {
 
 def _classes() -> dict[str, str]:
     table: dict[str, str] = {}
-    for noun, phrases in words.NOUNS.items():
+    for noun, phrases in things.NOUNS.items():
         for phrase in phrases.split(","):
             table.setdefault(phrase.strip(), noun)
             table.setdefault(words_plural(phrase.strip()), noun)
@@ -46,7 +46,7 @@ def _classes() -> dict[str, str]:
 
 NOUN_CLASS = _classes()
 CANONICAL_COLOUR = {
-    phrase.strip(): colour for colour, phrases in words.COLOURS.items() for phrase in phrases.split(",")
+    phrase.strip(): colour for colour, phrases in things.COLOURS.items() for phrase in phrases.split(",")
 }
 
 

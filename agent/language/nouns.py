@@ -5,17 +5,16 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from robosandbox.agent.language.chart import Chart, Found, distinct, rule
-from robosandbox.agent.language.intent import Determiner, Rank, Ref, Region, Relation
+from robosandbox.agent.language.chart import Found, distinct, rule
+from robosandbox.agent.language.intent import Determiner, Rank, Ref
+from robosandbox.agent.language.modifiers import HELD, PLACE_RANKS, Modifiers
+from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.agent.language.words import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
-
-HELD = Relation("held")
 
 
-class Phrasing(Chart):
-    """The rules for noun phrases and positions."""
+class Phrasing(Modifiers):
+    """The rules for noun phrases."""
 
     # Noun phrases.
 
@@ -37,6 +36,11 @@ class Phrasing(Chart):
             for k, ref in self._head(j, base):
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
+        if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
+            # "whatever is closest to the bin"
+            thing = Ref(text="", determiner="the", nouns=("thing",))
+            for j, ref in self._modifier(i + 1, thing):
+                found.append((j, replace(ref, text=self.said(i, j))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
         if self.text(i) == "not":
@@ -46,7 +50,10 @@ class Phrasing(Chart):
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
-                found += [(end, ref) for end, _ in self.np(m)]
+                for end, other in self.np(m):
+                    # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
+                    chosen = ref.determiner in ("a", "all") or ref.plural
+                    found.append((end, replace(ref, without=(*ref.without, other)) if chosen else ref))
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
@@ -75,6 +82,8 @@ class Phrasing(Chart):
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
         ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
+        # "..., no picking up the can" forbids; it corrects nothing.
+        ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
         for _ in range(3):
             ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
             further = [n for m in ends for n, _ in self.tag(m, "CORRECTION")]
@@ -86,6 +95,8 @@ class Phrasing(Chart):
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
         k = j
+        if self.text(k) == "first" and self.text(k + 1) in (",", "then"):
+            k += 1
         if self.text(k) == ",":
             k += 1
         if self.text(k) in ("and", "plus"):
@@ -156,6 +167,11 @@ class Phrasing(Chart):
                 add(k, "all", count=2, plural=True, other=True)
         for j, number in self._count(i):
             add(j, "bare", count=number, plural=number > 1)
+            if self.text(j) == "of":
+                # "two of the balls": any two.
+                for k in self.optional(j + 1, "THE"):
+                    if k > j + 1:
+                        add(k, "a", count=number, plural=number > 1)
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
@@ -183,7 +199,7 @@ class Phrasing(Chart):
         for j, ref in self._adjectives(i, base, 0):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
-            ranked = any(rank.key not in _PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
+            ranked = any(rank.key not in PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
             bare = ranked or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
             if (j > i and bare) or (j == i and pointed and i > 0):
@@ -252,7 +268,9 @@ class Phrasing(Chart):
             parts.append(_singular(self.tokens[j].text, self.words.parts))
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
-            found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
+            # In "push it to the left" nobody names left_box.
+            if not all(part in _SIDES for part in parts):
+                found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
             for k, (_, phrase, many) in self.tag(j, "NOUN"):
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
         if self._is_strange(i):
@@ -299,218 +317,14 @@ class Phrasing(Chart):
                 found.append((m + 1, replace(ref, names=(*ref.names, self.text(m)))))
         return found
 
-    # What follows the noun.
-
-    def _modified(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
-        found: Found[Ref] = [(i, ref)]
-        if depth >= 3:
-            return found
-        for j, modified in self._modifier(i, ref):
-            found += self._modified(j, modified, depth + 1)
-        return found
-
-    def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
-        found: Found[Ref] = []
-        start = i + 1 if self.text(i) == "," else i
-        for j, _ in self.tag(i, "OF_THEM"):
-            found.append((j, ref))
-        for j, _ in self.tag(i, "HELD"):
-            found.append((j, replace(ref, relations=(*ref.relations, HELD))))
-        if self.text(i) == "of" and ref.one and ref.ranks:
-            # "the larger of the two red blocks"
-            for j, whole in self.np(i + 1):
-                if whole.plural and not whole.ranks:
-                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
-                    found.append((j, merged))
-        if ref.ranks:
-            found += self._anchored(i, ref)
-        for j, key in self.tag(i, "FROM"):
-            if ref.ranks and any(not rank.key for rank in ref.ranks):
-                # "the last one on the right" is the rightmost; "the last one from the right" is not.
-                index = {rank.index for rank in ref.ranks if not rank.key}.pop()
-                index = 1 if index == -1 and self.text(i) == "on" else index
-                ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
-                found.append((j, replace(ref, ranks=ranks)))
-        if ref.plural and not ref.ranks:
-            # "the cubes from left to right": no choice, an order.
-            found += [
-                (j, replace(ref, ranks=(Rank(key, 0),)))
-                for j, key in self.tag(i, "FROM")
-                if self.text(j - 2) in ("to", "the") and j > i + 2
-            ]
-        for j, excluded in self._exceptions(start, ref):
-            found.append((j, replace(ref, without=(*ref.without, *excluded))))
-        for k in self.optional(start, "IS"):
-            if k == start and start > i:
-                continue
-            if self.text(i) in ("is", "are") and ref.text == "whichever":
-                for m in self.optional(i + 1, "THE"):
-                    for j, key in self.tag(m, "SUPER"):
-                        whichever = replace(ref, determiner="the", ranks=(*ref.ranks, Rank(key)))
-                        found += [*self._anchored(j, whichever), (j, whichever)]
-            for j, relation in self.relation(k):
-                if not relation.directional and relation.distance is None:
-                    found.append((j, replace(ref, relations=(*ref.relations, relation))))
-            for j, rank in self._place_rank(k):
-                found.append((j, replace(ref, ranks=(*ref.ranks, rank))))
-            for j, colour in self.tag(k, "COLOUR"):
-                if k > i:
-                    colours = [colour]
-                    if self.text(j) == "or" and self.tag(j + 1, "COLOUR"):
-                        j, second = self.tag(j + 1, "COLOUR")[0]
-                        colours.append(second)
-                    found.append((j, replace(ref, colours=tuple(colours))))
-            for m in self.optional(k, "THE"):
-                for j, key in self.tag(m, "SUPER"):
-                    superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
-                    anchored = self._anchored(j, superlative)
-                    found += anchored
-                    if not anchored and (k > i or key in _PLACE_RANKS):
-                        found.append((j, superlative))
-        for k, _ in self.tag(start, "NOT_IS"):
-            if self.tag(k, "A"):
-                found += [
-                    (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
-                    for j, kind in self.np(k)
-                ]
-            for j, colour in self.tag(k, "COLOUR"):
-                negated = replace(ref, not_colours=(*ref.not_colours, colour))
-                found.append((j, negated))
-                for m, _ in self.tag(j, "NOR"):
-                    for end, second in self.tag(m, "COLOUR"):
-                        found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
-            for j, relation in self.relation(k):
-                if not relation.directional and relation.refs:
-                    elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
-                    found.append((j, replace(ref, without=(*ref.without, elsewhere))))
-        return found
-
-    def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
-        if not (ref.plural or ref.determiner in ("all", "a") or "not" in (self.text(i), self.text(i + 1))):
-            return []
-        return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
-
-    def _anchored(self, i: int, ref: Ref) -> Found[Ref]:
-        """As in "nearest to the bin", also "the nearest cube to the bin"."""
-        last = ref.ranks[-1]
-        if last.key not in ("near", "far") or last.anchor:
-            return []
-        starts = [i, i + 1] if self.text(i) in ("to", "from", "by", "away") else [i]
-        if self.text(i) == "away" and self.text(i + 1) == "from":
-            starts = [i + 2]
-        found: Found[Ref] = []
-        for start in starts:
-            for j, _ in self.tag(start, "ROBOT"):
-                found.append((j, ref))
-            for j, anchor in self.np(start):
-                if start > i or self.tag(start, "THE") or anchor.names:
-                    found.append((j, replace(ref, ranks=(*ref.ranks[:-1], replace(last, anchor=anchor)))))
-        return found
-
-    def _place_rank(self, i: int) -> Found[Rank]:
-        """As in "on the left", "in the middle", "at the back": a place that singles one of several out."""
-        found: Found[Rank] = []
-        for j, region in self.region(i):
-            if region.name == "middle":
-                found.append((j, Rank("middle")))
-            elif len(region.sides) == 1:
-                found.append((j, Rank(region.sides[0])))
-        for j, direction in self.tag(i, "DIR"):
-            side = {"left": "left", "right": "right"}.get(direction)
-            if side and j > i + 1:
-                found.append((j, Rank(side)))
-        if self.text(i) in ("on", "at", "to"):
-            for k in self.optional(i + 1, "THE"):
-                found += [(j, Rank(key)) for j, key in self.tag(k, "SUPER") if key in _PLACE_RANKS and k > i + 1]
-        if self.text(i) == "in" and self.text(i + 1) == "front":
-            found.append((i + 2, Rank("near")))
-        for key, tag in (("top", "TOP"), ("bottom", "BOTTOM")):
-            for j, _ in self.tag(i, tag):
-                if j > i + 1:
-                    found.append((j, Rank(key)))
-                    if self.text(j) == "of":
-                        for k in self.optional(j + 1, "THE"):
-                            found += [(end, Rank(key)) for end, (noun, _, _) in self.tag(k, "NOUN") if noun == "tower"]
-        return found
-
-    # Positions.
-
-    @rule
-    def relation(self, i: int) -> Found[Relation]:
-        """As in "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
-        found: Found[Relation] = []
-        for tag, directional in (("REL", False), ("TO", True), ("SOURCE", False)):
-            for j, kind in self.tag(i, tag):
-                kind = kind or "from"
-                for k in self.optional(j, "THE"):
-                    for m, _ in self.tag(k, "TABLE"):
-                        if kind in ("on", "from", "to"):
-                            found.append((m, Relation("on" if kind == "to" else kind, (), None, directional)))
-                for k, refs in self.np_list(j):
-                    single = len(refs) == 1
-                    if kind == "between":
-                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
-                            found.append((k, Relation(kind, refs)))
-                    elif single:
-                        found.append((k, Relation(kind, refs, None, directional)))
-        return found
-
-    @rule
-    def region(self, i: int) -> Found[Region]:
-        """As in "in the far left corner of the table", "on the right", "at the edge"."""
-        found: Found[Region] = []
-        if self.text(i) not in _REGION_PREPOSITIONS:
-            return found
-        start = i + 1
-        if self.text(start) in ("to", "in", "near", "by", "at", "on", "over"):
-            start += 1
-        for j in self.optional(start, "THE", "A"):
-            if self.text(start) in ("its", "their"):
-                continue
-            k, sides = j, list[str]()
-            while self.text(k) in _REGION_SIDES or (self.text(k) == "hand" and sides):
-                if self.text(k) != "hand":
-                    sides.append(_REGION_SIDES[self.text(k)])
-                k += 1
-                if self.text(k) == "most":
-                    k += 1
-            names = _REGION_NAMES.get(self.text(k))
-            if names:
-                region = Region(names, tuple(dict.fromkeys(sides)))
-                found += [(end, region) for end in self._of_table(k + 1)]
-            if (
-                sides
-                and j > start
-                and self.text(i) not in ("to", "towards", "toward", "into")
-                and self.text(k - 1) not in ("top", "bottom", "upper", "lower")
-            ):
-                found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
-        return found
-
-    def _of_table(self, i: int) -> list[int]:
-        ends = [i]
-        if self.text(i) in ("of", "on", "in"):
-            ends = [end for j in self.optional(i + 1, "THE") for end, _ in self.tag(j, "TABLE")] + ends
-        return ends
-
 
 _NOT_NAMES = word_set(
     """
     REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT
     """
 )
-_PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
+_SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
-_REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
-_REGION_SIDES = {
-    "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",
-    "lower": "near", "back": "far", "far": "far", "rear": "far", "top": "far", "upper": "far", "farthest": "far",
-    "furthest": "far", "leftmost": "left", "rightmost": "right", "lefthand": "left", "righthand": "right",
-}  # fmt: skip
-_REGION_NAMES = {
-    "corner": "corner", "edge": "edge", "border": "edge", "rim": "edge", "side": "side", "half": "side", "end": "side", "part": "side",
-    "area": "side", "section": "side", "middle": "middle", "center": "middle", "centre": "middle", "midpoint": "middle",
-}  # fmt: skip
 
 
 def _singular(word: str, parts: frozenset[str]) -> str:

@@ -13,6 +13,7 @@ from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
 
 Fits = Callable[[str], bool]
+_NO_ROW = 0.7
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,10 +165,14 @@ class Orders:
         if rank.key == "medium":
             order = sorted(names, key=lambda name: volume(self.world.objects[name]))
         else:
-            ys = [self.world.at[name][1] for name in names]
-            xs = [self.world.at[name][0] for name in names]
-            axis = 1 if max(ys) - min(ys) >= max(xs) - min(xs) else 0
+            spread = [max(at) - min(at) for at in zip(*(self.world.at[name] for name in names), strict=True)]
+            axis = 1 if spread[1] >= spread[0] else 0
             order = sorted(names, key=lambda name: self.world.at[name][axis])
+            across = sorted(names, key=lambda name: self.world.at[name][1 - axis])
+            half = len(names) // 2
+            if order[half] != across[half] and min(spread) > _NO_ROW * max(spread):
+                # Neither a row nor a column: there is no middle that everybody would see.
+                raise self._ambiguous(ref, order)
         if len(order) % 2 == 0:
             raise self._ambiguous(ref, order)
         return [order[len(order) // 2]]

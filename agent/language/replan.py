@@ -28,25 +28,26 @@ def replan(
         scene: What perception sees now.
         skills: Names of the skills at hand.
         history: All attempts, oldest first.
-        before: The draft that the last attempt ran; None plans what remains afresh.
+        before: The draft that the last attempt ran; None takes it from the attempt itself.
     """
     last = history[-1]
     if before is None:
-        fresh = interpret(prompt, scene, skills)
-        if isinstance(fresh, Refusal):
-            return fresh
-        before = _without(fresh, [call for attempt in history for call in attempt.completed])
+        before = _draft_of(last, interpret(prompt, scene, skills))
     rest = _after_failure(before, last)
     return _Reaction(scene, skills, history, before, rest).react()
 
 
-def _without(draft: Draft, completed: Sequence[SkillCall]) -> Draft:
-    """Drop the leading steps that are done already."""
-    done = list(completed)
-    steps = list(draft.steps)
-    while steps and steps[0].call in done:
-        done.remove(steps.pop(0).call)
-    return Draft(tuple(steps), draft.substitutes)
+def _draft_of(attempt: Attempt, fresh: Draft | Refusal) -> Draft:
+    """Return the draft of a plan that somebody else made, with the choices that the sentence leaves free.
+
+    The plan itself is not made again: "the leftmost cube" is another one when the first has been moved.
+    """
+    known = fresh.steps if isinstance(fresh, Draft) else ()
+    steps = [
+        next((step for step in known if step.call == call), Step(call))
+        for call in (*attempt.completed, attempt.failed, *attempt.remaining)
+    ]
+    return Draft(tuple(steps), fresh.substitutes if isinstance(fresh, Draft) else {})
 
 
 def _after_failure(before: Draft, last: Attempt) -> tuple[Step, ...]:
@@ -86,7 +87,7 @@ class _Reaction:
         if repair:
             return repair
         match self.error.code:
-            case ErrorCode.UNREACHABLE | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
+            case ErrorCode.UNREACHABLE | ErrorCode.LIMIT | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
                 return self._other() or self._stop()
             case ErrorCode.COLLISION:
                 return self._other() or self._from_home() or self._stop()

@@ -14,12 +14,15 @@ from robosandbox.agent.language.lexicon import (
     END_FILLERS,
     FILLERS,
     JOINABLE,
+    LEXICON,
     REAL_WORDS,
     START_FILLERS,
     WORDS,
 )
+from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.spelling import nearest_word
-from robosandbox.agent.language.words import UNITS
+from robosandbox.agent.language.things import UNITS
+from robosandbox.agent.language.wordlist import phrase_list
 
 MAX_CHARACTERS = 2_000
 MAX_TOKENS = 120
@@ -115,13 +118,16 @@ class SceneWords:
         ids: Ids by their lower-case form.
         parts: Words that occur in ids.
         pattern: Finds ids in text.
-        spoken: Ids of several words that end in a number or letter, as words.
+        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), as words.
     """
 
     ids: dict[str, str]
     parts: frozenset[str]
     pattern: re.Pattern[str] | None
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
+
+
+_TABLES = frozenset(phrase_list(TABLE))
 
 
 @lru_cache(maxsize=64)
@@ -135,6 +141,7 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         for name in ids
         if len(id_parts(name)) > 2
         or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
+        or (len(id_parts(name)) == 2 and id_parts(name)[0] in _TABLES)
     )
     return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
 
@@ -213,7 +220,8 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         return (Token(raw, raw, "word"),)
     for k in range(2, len(raw) - 1):
         first, second = raw[:k], raw[k:]
-        if first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]:
+        joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
+        if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
     return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
@@ -225,6 +233,9 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         edge = not kept or kept[-1].kind == "mark"
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
+        if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
+            # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
+            length = 0
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
@@ -233,6 +244,12 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
+        opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i
+        if opening > i + max(length, 1):
+            # "your task is to": what would be a filler by itself belongs to the opening.
+            kept += tokens[i:opening]
+            i = opening
+            continue
         if length:
             i += length
         else:

@@ -24,7 +24,11 @@ VERBS: dict[str, str] = {
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
         "lay down, hang, "
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
-        "push down"
+        "push down, hide, stand, shelve, collect, gather, gather up, round up, heap"
+    ),
+    "load": "load, fill, load up, fill up, stock, pack",
+    "discard": (
+        "throw away, throw out, chuck out, chuck away, toss out, toss away, bin, trash, dispose of, discard, get rid of"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
     "throw": "throw, toss, chuck, lob, sling, fling, hurl, pitch",
@@ -60,7 +64,7 @@ VERBS: dict[str, str] = {
     ),
     "tidy": (
         "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
-        "pack away, throw away, throw out, chuck out, chuck away, toss out, toss away, bin, dispose of, discard, get rid of, clean out"
+        "pack away, clean out"
     ),
     "empty": "empty, empty out, clear out, unload, clear off",
     "go": (
@@ -87,7 +91,7 @@ UNSUPPORTED_VERBS = word_set(
     polish glue tape staple pin clip attach detach connect disconnect plug unplug switch start stop halt pause
     freeze wait sleep wake calibrate initialise initialize shutdown restart reboot record film photograph snap
     assemble repair fix build charge recharge learn teach train remember forget think imagine pretend guess
-    predict calculate compute solve translate hide seek chase follow catch bounce dribble shoot fire burn light
+    predict calculate compute solve translate seek chase follow catch bounce dribble shoot fire burn light
     ignite melt freeze heat cool warm water feed plant dig hang hook unhook lock unlock lever peel crack pierce
     stab poison kill attack fight hurt hit knock topple tip overturn invert straighten align orient reorient
     levitate teleport duplicate copy clone delete erase shrink grow enlarge resize open_gripper balance vacuum

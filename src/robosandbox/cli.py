@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, repl, run, sim, tasks
+from robosandbox.commands import bench, mcp, repl, run, sim, tasks
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -18,6 +18,7 @@ app.command("plan")(run.plan)
 app.command("repl")(repl.repl)
 app.command("sim")(sim.sim)
 app.command("agent")(run.agent)
+app.command("mcp")(mcp.mcp)
 app.add_typer(tasks.app, name="tasks")
 
 

@@ -4,11 +4,15 @@ RoboSandboxError
 ├── InputError               the user's file or argument is wrong
 ├── RenderingError           no OpenGL on this machine
 ├── ServiceUnavailableError  no sim answers
+├── PlannerError             a planner gave neither a plan nor a refusal
+│   ├── PlannerUnavailableError  its service does not answer, or will not for now
+│   └── PlannerAnswerError       it answered, but with nothing usable within its limits
 └── SkillError               a skill ended without its post-condition; the planner acts on it
     ├── InvalidArgumentError     an argument is of the wrong type or value
     ├── ObjectNotFoundError      nothing seen has this id
     ├── AmbiguousObjectError     several things seen fit
     ├── UnreachableError         no joint configuration puts the TCP there
+    ├── LimitError               the task forbids the arm to go there
     ├── CollisionError           the only ways there touch something
     ├── TrackingError            the arm did not arrive where it was sent
     ├── GraspError               none found, missed, or slipped
@@ -56,6 +60,18 @@ class ServiceUnavailableError(RoboSandboxError):
     """No sim answers where one was looked for."""
 
 
+class PlannerError(RoboSandboxError):
+    """A planner gave neither a plan nor a refusal, and nothing was moved for it."""
+
+
+class PlannerUnavailableError(PlannerError):
+    """The planner's service does not answer, or will not for now: try again later, or use another planner."""
+
+
+class PlannerAnswerError(PlannerError):
+    """The planner's answers are no valid plan and no refusal, and its limits are reached."""
+
+
 class ErrorCode(StrEnum):
     """A skill error's kind, in Python and on the wire."""
 
@@ -63,6 +79,7 @@ class ErrorCode(StrEnum):
     OBJECT_NOT_FOUND = "object_not_found"
     AMBIGUOUS_OBJECT = "ambiguous_object"
     UNREACHABLE = "unreachable"
+    LIMIT = "limit"
     COLLISION = "collision"
     TRACKING = "tracking"
     GRASP = "grasp"
@@ -121,6 +138,22 @@ class UnreachableEvidence(Evidence):
     orientation_error: float
     joints_at_limits: tuple[str, ...] = ()
     nearest: Pose
+
+
+class LimitEvidence(Evidence):
+    """Which quantity would leave its limits.
+
+    Attributes:
+        quantity: What is limited, in words.
+        value: What it is or would be, SI units.
+        low: The least allowed.
+        high: The most allowed.
+    """
+
+    quantity: str
+    value: float
+    low: float
+    high: float
 
 
 class CollisionEvidence(Evidence):
@@ -299,6 +332,7 @@ class ConnectionEvidence(Evidence):
 
 AnyEvidence: TypeAlias = (
     UnreachableEvidence
+    | LimitEvidence
     | CollisionEvidence
     | GraspEvidence
     | ObjectNotFoundEvidence
@@ -432,6 +466,13 @@ class UnreachableError(SkillError):
     evidence_type = UnreachableEvidence
 
 
+class LimitError(SkillError):
+    """The task forbids the arm to go there."""
+
+    code = ErrorCode.LIMIT
+    evidence_type = LimitEvidence
+
+
 class CollisionError(SkillError):
     """The only ways there touch something."""
 
@@ -557,6 +598,7 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         ObjectNotFoundError,
         AmbiguousObjectError,
         UnreachableError,
+        LimitError,
         CollisionError,
         TrackingError,
         GraspError,

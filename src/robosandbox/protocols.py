@@ -213,11 +213,16 @@ class Attempt(Protocol):
     @property
     def failed(self) -> SkillCall: ...
     @property
+    def remaining(self) -> Sequence[SkillCall]:
+        """The plan's calls after the failed one, which were not begun."""
+        ...
+
+    @property
     def error(self) -> SkillError: ...
 
 
 @runtime_checkable
 class Planner(Protocol):
-    """From a sentence to skill calls."""
+    """From a sentence to skill calls; a PlannerError where there is no answer."""
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal: ...

@@ -268,6 +268,38 @@ class Scene(StrictModel):
         return objects
 
 
+class Workspace(StrictModel):
+    """Where the arm may work, world frame, metres; an axis that is left out is free.
+
+    Attributes:
+        x: Least and most.
+        y: Least and most.
+        z: Least and most, for the tool centre point alone.
+    """
+
+    x: tuple[Finite, Finite] | None = None
+    y: tuple[Finite, Finite] | None = None
+    z: tuple[Finite, Finite] | None = None
+
+    @model_validator(mode="after")
+    def _bounds_are_in_order(self) -> Self:
+        for axis in ("x", "y", "z"):
+            bounds = getattr(self, axis)
+            if bounds is not None and not bounds[0] < bounds[1]:
+                raise ValueError(f"{axis}: {list(bounds)} is empty; give [least, most]")
+        return self
+
+
+class Limits(StrictModel):
+    """What no planner can pass.
+
+    Attributes:
+        workspace: Where the arm may work.
+    """
+
+    workspace: Workspace
+
+
 # What is sensed.
 
 

@@ -36,6 +36,8 @@ def bench(
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
     planner: Annotated[str, typer.Option("--planner", help="What turns prompts into plans.")] = "stub",
+    base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
+    model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
     max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
@@ -54,13 +56,23 @@ def bench(
     if connect and jobs > 1:
         raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
 
+    from robosandbox.agent.planners import make_planner
     from robosandbox.plugins import load_plugin
+    from robosandbox.skills.catalogue import load_skills
     from robosandbox.tasks.bench import BenchSettings, run_bench
 
     chosen = _choose(tasks or [], task_file or [])
-    load_plugin("planners", planner)
+    options = {"base_url": base_url, "model": model}
+    # A wrong name or option is told before the first world is built.
+    make_planner(planner, load_skills(), options)
     load_plugin("perceptions", perception)
-    settings = BenchSettings(planner=planner, perception=perception, max_replans=max_replans, what_if=what_if)
+    settings = BenchSettings(
+        planner=planner,
+        planner_options=options,
+        perception=perception,
+        max_replans=max_replans,
+        what_if=what_if,
+    )
 
     def show(*lines: str) -> None:
         # Looked up now, not earlier: a progress bar puts its own streams in place.
@@ -157,7 +169,12 @@ def _world(
     from robosandbox.commands.connecting import remote_session
 
     with remote_session(
-        connect, robot_id, zenoh_config, planner=settings.planner, max_replans=settings.max_replans
+        connect,
+        robot_id,
+        zenoh_config,
+        planner=settings.planner,
+        planner_options=settings.planner_options,
+        max_replans=settings.max_replans,
     ) as session:
         session.robot.set_pace("fast")
         yield session

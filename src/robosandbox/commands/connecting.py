@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,6 +28,8 @@ def remote_session(
     zenoh_config: Path | None,
     *,
     planner: str = "stub",
+    planner_options: Mapping[str, Any] | None = None,
+    camera: str | None = None,
     max_replans: int = 3,
 ) -> Iterator[RemoteSession]:
     """Connect to a sim and put an agent before it.
@@ -40,4 +42,10 @@ def remote_session(
     from robosandbox.tasks.remote import RemoteSession
 
     with connect(*endpoints, zenoh_config=zenoh_config) as client:
-        yield RemoteSession(client.robot(robot_id), planner=planner, max_replans=max_replans)
+        yield RemoteSession(
+            client.robot(robot_id),
+            planner=planner,
+            planner_options=planner_options,
+            camera=camera,
+            max_replans=max_replans,
+        )

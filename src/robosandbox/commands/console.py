@@ -10,7 +10,14 @@ from typing import Any
 
 import typer
 
-from robosandbox.errors import InputError, RenderingError, ServiceError, ServiceUnavailableError
+from robosandbox.errors import (
+    InputError,
+    PlannerError,
+    PlannerUnavailableError,
+    RenderingError,
+    ServiceError,
+    ServiceUnavailableError,
+)
 
 EXIT_DONE = 0
 EXIT_FAILED = 1
@@ -37,9 +44,12 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     except InputError as error:
         _complain(program, str(error))
         return EXIT_USAGE
-    except (RenderingError, ServiceError, ServiceUnavailableError) as error:
+    except (RenderingError, ServiceError, ServiceUnavailableError, PlannerUnavailableError) as error:
         _complain(program, str(error))
         return EXIT_UNAVAILABLE
+    except PlannerError as error:
+        _complain(program, str(error))
+        return EXIT_FAILED
     except (KeyboardInterrupt, typer.Abort):
         _complain(program, "interrupted")
         return _EXIT_INTERRUPTED

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json, read_prompt
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -20,6 +21,12 @@ Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it fro
 TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
 RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
 PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
+BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
+Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
+Cassette = Annotated[
+    Path | None, typer.Option("--cassette", help="Record what is said with the model; replay it if the file exists.")
+]
+Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
 PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.")]
@@ -27,20 +34,38 @@ WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repair
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
 
+Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
+
+
 def run(
     prompt: Prompt = None,
     task: TaskName = None,
     robot: RobotName = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
     what_if: WhatIf = True,
+    confirm: Confirm = False,
+    dry_run: DryRun = False,
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
-    with _open(prompt, task, robot, planner, perception, seed, max_replans, what_if) as session:
-        return _carry_out(session, session.task.prompt if prompt is None else read_prompt(prompt), json)
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with _open(prompt, task, robot, planner, options, camera, perception, seed, max_replans, what_if) as session:
+        from robosandbox.commands import trying
+
+        if confirm:
+            trying.ask_before(session, prompt)
+        said = session.task.prompt if prompt is None else read_prompt(prompt)
+        if dry_run:
+            return trying.dry_run(session, said, json)
+        return _carry_out(session, said, json)
 
 
 def agent(
@@ -49,6 +74,10 @@ def agent(
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     max_replans: MaxReplans = 3,
     json: Json = False,
 ) -> int:
@@ -59,7 +88,16 @@ def agent(
         prompt = read_prompt(prompt)
     if max_replans < 0:
         raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
-    with remote_session(connect or [], robot_id, zenoh_config, planner=planner, max_replans=max_replans) as session:
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with remote_session(
+        connect or [],
+        robot_id,
+        zenoh_config,
+        planner=planner,
+        planner_options=options,
+        camera=camera,
+        max_replans=max_replans,
+    ) as session:
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
@@ -68,6 +106,10 @@ def plan(
     task: TaskName = None,
     robot: RobotName = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     seed: Seed = 0,
     json: Json = False,
@@ -75,13 +117,14 @@ def plan(
     """Print the plan for a prompt; nothing moves."""
     from robosandbox.types import Refusal
 
-    with _open(prompt, task, robot, planner, perception, seed, 0, False) as session:
+    options = {"base_url": base_url, "model": model, "cassette": cassette}
+    with _open(prompt, task, robot, planner, options, camera, perception, seed, 0, False) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
     if json:
         dump = answer.model_dump(mode="json")
-        print_json({"prompt": said, "plan": None if refused else dump["steps"], "refusal": dump if refused else None})
+        print_json({"plan": None if refused else dump["steps"], "refusal": dump if refused else None})
     else:
         print(planned(answer))
     return EXIT_FAILED if refused else EXIT_DONE
@@ -101,6 +144,8 @@ def _open(
     task: str | None,
     robot: str | None,
     planner: str,
+    options: dict[str, Any],
+    camera: str | None,
     perception: str,
     seed: int,
     max_replans: int,
@@ -120,6 +165,8 @@ def _open(
         task,
         robot=robot,
         planner=planner,
+        planner_options=options,
+        camera=camera,
         perception=perception,
         seed=seed,
         max_replans=max_replans,
@@ -139,6 +186,8 @@ def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
         print_json(document)
     else:
         print(sentence(episode, judged))
+    if episode.final_reason == "planner_unavailable":
+        return EXIT_UNAVAILABLE
     return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
 
 

@@ -1,0 +1,151 @@
+"""What follows a noun: "... on the tray", "... that is not red", "... nearest to the bin", "... except the big one"."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosandbox.agent.language.chart import Found
+from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.positions import Positions
+
+HELD = Relation("held")
+PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
+
+
+class Modifiers(Positions):
+    """The rules for what follows a noun."""
+
+    def _modified(self, i: int, ref: Ref, depth: int) -> Found[Ref]:
+        found: Found[Ref] = [(i, ref)]
+        if depth >= 3:
+            return found
+        for j, modified in self._modifier(i, ref):
+            found += self._modified(j, modified, depth + 1)
+        return found
+
+    def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
+        found: Found[Ref] = []
+        start = i + 1 if self.text(i) == "," else i
+        for j, _ in self.tag(i, "OF_THEM"):
+            found.append((j, ref))
+        for j, _ in self.tag(i, "HELD"):
+            found.append((j, replace(ref, relations=(*ref.relations, HELD))))
+        if self.text(i) == "of" and ref.one and ref.ranks:
+            # "the larger of the two red blocks"
+            for j, whole in self.np(i + 1):
+                if whole.plural and not whole.ranks:
+                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
+                    found.append((j, merged))
+        if ref.ranks:
+            found += self._anchored(i, ref)
+        for j, key in self.tag(i, "FROM"):
+            if ref.ranks and any(not rank.key for rank in ref.ranks):
+                # "the last one on the right" is the rightmost; "the last one from the right" is not.
+                index = {rank.index for rank in ref.ranks if not rank.key}.pop()
+                index = 1 if index == -1 and self.text(i) == "on" else index
+                ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
+                found.append((j, replace(ref, ranks=ranks)))
+        if ref.plural and not ref.ranks:
+            # "the cubes from left to right": no choice, an order.
+            found += [
+                (j, replace(ref, ranks=(Rank(key, 0),)))
+                for j, key in self.tag(i, "FROM")
+                if self.text(j - 2) in ("to", "the") and j > i + 2
+            ]
+        for j, excluded in self._exceptions(start, ref):
+            found.append((j, replace(ref, without=(*ref.without, *excluded))))
+        for k in self.optional(start, "IS"):
+            if k == start and start > i:
+                continue
+            if self.text(i) in ("is", "are") and ref.text == "whichever":
+                for m in self.optional(i + 1, "THE"):
+                    for j, key in self.tag(m, "SUPER"):
+                        whichever = replace(ref, determiner="the", ranks=(*ref.ranks, Rank(key)))
+                        found += [*self._anchored(j, whichever), (j, whichever)]
+            for j, relation in self.relation(k):
+                if not relation.directional and relation.distance is None:
+                    found.append((j, replace(ref, relations=(*ref.relations, relation))))
+            for j, rank in self._place_rank(k):
+                found.append((j, replace(ref, ranks=(*ref.ranks, rank))))
+            for j, colour in self.tag(k, "COLOUR"):
+                if k > i:
+                    colours = [colour]
+                    if self.text(j) == "or" and self.tag(j + 1, "COLOUR"):
+                        j, second = self.tag(j + 1, "COLOUR")[0]
+                        colours.append(second)
+                    found.append((j, replace(ref, colours=tuple(colours))))
+            for m in self.optional(k, "THE"):
+                for j, key in self.tag(m, "SUPER"):
+                    superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
+                    anchored = self._anchored(j, superlative)
+                    found += anchored
+                    if not anchored and (k > i or key in PLACE_RANKS):
+                        found.append((j, superlative))
+        for k, _ in self.tag(start, "NOT_IS"):
+            if self.tag(k, "A"):
+                found += [
+                    (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
+                    for j, kind in self.np(k)
+                ]
+            if self.tag(k, "THE"):
+                # "a ball that is not the tennis ball"
+                found += [(j, replace(ref, without=(*ref.without, other))) for j, other in self.np(k)]
+            for j, colour in self.tag(k, "COLOUR"):
+                negated = replace(ref, not_colours=(*ref.not_colours, colour))
+                found.append((j, negated))
+                for m, _ in self.tag(j, "NOR"):
+                    for end, second in self.tag(m, "COLOUR"):
+                        found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
+            for j, relation in self.relation(k):
+                if not relation.directional and relation.refs:
+                    elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
+                    found.append((j, replace(ref, without=(*ref.without, elsewhere))))
+        return found
+
+    def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
+        if not (ref.plural or ref.determiner in ("all", "a") or "not" in (self.text(i), self.text(i + 1))):
+            return []
+        return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
+
+    def _anchored(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "nearest to the bin", also "the nearest cube to the bin"."""
+        last = ref.ranks[-1]
+        if last.key not in ("near", "far") or last.anchor:
+            return []
+        starts = [i, i + 1] if self.text(i) in ("to", "from", "by", "away") else [i]
+        if self.text(i) == "away" and self.text(i + 1) == "from":
+            starts = [i + 2]
+        found: Found[Ref] = []
+        for start in starts:
+            for j, _ in self.tag(start, "ROBOT"):
+                found.append((j, ref))
+            for j, anchor in self.np(start):
+                if start > i or self.tag(start, "THE") or anchor.names:
+                    found.append((j, replace(ref, ranks=(*ref.ranks[:-1], replace(last, anchor=anchor)))))
+        return found
+
+    def _place_rank(self, i: int) -> Found[Rank]:
+        """As in "on the left", "in the middle", "at the back": a place that singles one of several out."""
+        found: Found[Rank] = []
+        for j, region in self.region(i):
+            if region.name == "middle":
+                found.append((j, Rank("middle")))
+            elif len(region.sides) == 1:
+                found.append((j, Rank(region.sides[0])))
+        for j, direction in self.tag(i, "DIR"):
+            side = {"left": "left", "right": "right"}.get(direction)
+            if side and j > i + 1:
+                found.append((j, Rank(side)))
+        if self.text(i) in ("on", "at", "to"):
+            for k in self.optional(i + 1, "THE"):
+                found += [(j, Rank(key)) for j, key in self.tag(k, "SUPER") if key in PLACE_RANKS and k > i + 1]
+        if self.text(i) == "in" and self.text(i + 1) == "front":
+            found.append((i + 2, Rank("near")))
+        for key, tag in (("top", "TOP"), ("bottom", "BOTTOM")):
+            for j, _ in self.tag(i, tag):
+                if j > i + 1:
+                    found.append((j, Rank(key)))
+                    if self.text(j) == "of":
+                        for k in self.optional(j + 1, "THE"):
+                            found += [(end, Rank(key)) for end, (noun, _, _) in self.tag(k, "NOUN") if noun == "tower"]
+        return found

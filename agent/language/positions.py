@@ -1,0 +1,91 @@
+"""Positions: "to the left of the can", "in the far corner of the table", every way to read them."""
+
+from __future__ import annotations
+
+from robosandbox.agent.language.chart import Chart, Found, rule
+from robosandbox.agent.language.intent import Ref, Region, Relation
+from robosandbox.agent.language.wordlist import word_set
+
+
+class Positions(Chart):
+    """The rules for positions relative to things and for parts of the table."""
+
+    @rule
+    def np(self, i: int) -> Found[Ref]:
+        """One noun phrase; `Phrasing` knows how."""
+        raise NotImplementedError
+
+    @rule
+    def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
+        """Noun phrases joined by commas and "and"; `Phrasing` knows how."""
+        raise NotImplementedError
+
+    @rule
+    def relation(self, i: int) -> Found[Relation]:
+        """As in "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
+        found: Found[Relation] = []
+        for tag, directional in (("REL", False), ("TO", True), ("SOURCE", False)):
+            for j, kind in self.tag(i, tag):
+                kind = kind or "from"
+                for k in self.optional(j, "THE"):
+                    for m, _ in self.tag(k, "TABLE"):
+                        if kind in ("on", "from", "to"):
+                            found.append((m, Relation("on" if kind == "to" else kind, (), None, directional)))
+                for k, refs in self.np_list(j):
+                    single = len(refs) == 1
+                    if kind == "between":
+                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
+                            found.append((k, Relation(kind, refs)))
+                    elif single:
+                        found.append((k, Relation(kind, refs, None, directional)))
+        return found
+
+    @rule
+    def region(self, i: int) -> Found[Region]:
+        """As in "in the far left corner of the table", "on the right", "at the edge"."""
+        found: Found[Region] = []
+        if self.text(i) not in _REGION_PREPOSITIONS:
+            return found
+        start = i + 1
+        if self.text(start) in ("to", "in", "near", "by", "at", "on", "over"):
+            start += 1
+        for j in self.optional(start, "THE", "A"):
+            if self.text(start) in ("its", "their"):
+                continue
+            k, sides = j, list[str]()
+            while self.text(k) in _REGION_SIDES or (self.text(k) == "hand" and sides):
+                if self.text(k) != "hand":
+                    sides.append(_REGION_SIDES[self.text(k)])
+                k += 1
+                if self.text(k) == "most":
+                    k += 1
+            names = _REGION_NAMES.get(self.text(k))
+            if names:
+                region = Region(names, tuple(dict.fromkeys(sides)))
+                found += [(end, region) for end in self._of_table(k + 1)]
+            if (
+                sides
+                and j > start
+                and self.text(i) not in ("to", "towards", "toward", "into")
+                and self.text(k - 1) not in ("top", "bottom", "upper", "lower")
+            ):
+                found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
+        return found
+
+    def _of_table(self, i: int) -> list[int]:
+        ends = [i]
+        if self.text(i) in ("of", "on", "in"):
+            ends = [end for j in self.optional(i + 1, "THE") for end, _ in self.tag(j, "TABLE")] + ends
+        return ends
+
+
+_REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
+_REGION_SIDES = {
+    "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",
+    "lower": "near", "back": "far", "far": "far", "rear": "far", "top": "far", "upper": "far", "farthest": "far",
+    "furthest": "far", "leftmost": "left", "rightmost": "right", "lefthand": "left", "righthand": "right",
+}  # fmt: skip
+_REGION_NAMES = {
+    "corner": "corner", "edge": "edge", "border": "edge", "rim": "edge", "side": "side", "half": "side", "end": "side", "part": "side",
+    "area": "side", "section": "side", "middle": "middle", "center": "middle", "centre": "middle", "midpoint": "middle",
+}  # fmt: skip

@@ -1,0 +1,301 @@
+"""The words around a command: politeness, wishes, joints between steps, prohibitions, corrections.
+
+Each table maps what people say to one canonical value. Multi-word entries are matched whole.
+"""
+
+from __future__ import annotations
+
+from robosandbox.agent.language.wordlist import word_set
+
+FILLERS = (
+    "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, "
+    "okey, okie, hey, hi, hello, yo, "
+    "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
+    "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
+    "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
+    "now, just, simply, thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
+    "ta, much appreciated, "
+    "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
+    "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, "
+    "if you would be so kind, "
+    "when you get a chance, when you have a moment, when you have time, when you can, when you are ready, "
+    "whenever you are ready, when possible, "
+    "pretty please, again, one more time, once again, for me, for us, carefully, gently, slowly, quickly, fast, softly, smoothly, nicely, "
+    "neatly, properly, "
+    "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
+    "this minute, very carefully, very gently, very slowly, "
+    "once more, also, too, as well, alright, all right, basically, literally, honestly, perhaps, maybe, "
+    "quite, really, directly, simply, there is a good robot, there you go, "
+    "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
+    "using your arm, with your claw, using the arm, with the claw, "
+    "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
+    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, say, "
+    "right there, "
+    "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
+    "would be lovely, much obliged, "
+    "good robot, be a dear, be a dear and, be a darling and, be a love and, be an angel and, be a sweetheart and, be a good lad and, under any circumstances, whatever happens, be so kind as to, be so kind to, be so kind and, be kind enough to, be a good robot and, "
+    "do me a favor and, do me a favour and, do me a favor, do me a favour, "
+    "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
+    "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
+    "steady, one at a time, one by one, "
+    "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
+    "yeah, yep, yup, good job, well done, lol, haha"
+)
+PREAMBLES = (
+    "would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
+    "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
+    "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
+    "it would be great if you would, would you be able to, would you be so kind as to, i am asking you to, "
+    "what about, "
+    "can you, could you, would you, will you, can ya, could ya, can u, could u, can we, could we, shall we, "
+    "would you mind, do you mind, would u, will u, "
+    "i want you to, i would like you to, i need you to, i would love for you to, i would love you to, "
+    "i want to have you, i would like to have you, i ask you to, "
+    "i would appreciate it if you could, i would appreciate it if you would, i would be grateful if you could, "
+    "i would be happy if you could, "
+    "i was wondering if you could, i wonder if you could, i was hoping you could, "
+    "i was wondering if you would, i would like for you to, i wanna see you, i would like to see you, "
+    "you should, you can, you could, you must, you need to, you have to, you may, you are to, you will, "
+    "your task is to, your job is to, the task is to, your goal is to, your mission is to, your assignment is to, "
+    "what i need is for you to, what i want is for you to, what i would like is for you to, what i need you to do is, "
+    "what i want you to do is, what i would like you to do is, what you need to do is, what you have to do is, "
+    "what you should do is, all i want is for you to, all you need to do is, all you have to do is, "
+    "so what i need is for you to, so what i want is for you to, so what i want you to do is, "
+    "so what i need you to do is, so what i would like you to do is, the thing to do is, the plan is to, "
+    "the idea is to, we are going to, you are going to, let us go and, "
+    "go ahead and, go ahead, try to, try and, try, attempt to, make sure to, make sure you, "
+    "make sure that you, be sure to, be sure you, remember to, "
+    "do not forget to, let us, how about you, how about, why do not you, why not, what about you, proceed to, "
+    "start by, begin by, "
+    "start off by, begin with, start with, start, begin, continue by, finish by, end by, finish off by, "
+    "go on and, go and, go, feel free to, it is time to, time to, i say, i said, "
+    "please do, do, would it be possible to, would it be possible for you to, is it possible to, "
+    "is it possible for you to, are you able to, "
+    "may i ask you to, might you, can i ask you to, could i ask you to, can i get you to, could i get you to, "
+    "may i trouble you to, "
+    "i require you to, i request you to, i request that you, i ask that you, i want that you, "
+    "i hereby order you to, i command you to, i order you to, "
+    "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
+    "we want you to, we would like you to, "
+    "so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "all you have to do is, what i want you to do is, what i need you to do is, "
+    "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
+    "you got to, kindly do, do please, "
+    "i am going to need you to, i am gonna need you to, gonna need you to, help me, help me to, "
+    "help me out and, help by, help, could you help me, use the gripper to, use your gripper to, "
+    "use your arm to, use the arm to, "
+    "turn around and, manage to, quickly go, be a good sport and, want you to, need you to, would like you to, "
+    "would love you to, robot, arm"
+)
+DESIRES = (
+    "make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "i need to have, i want to see, "
+    "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
+    "we would like, "
+    "i would prefer, let us have, let us get, can i have, could i have, may i have, can we have, "
+    "could we have, can i get, could i get, have, get, i wish, "
+    "i expect, i would like it if, it would be nice if, let me have, see that, i wanna have, i wanna see, "
+    "i wanna, i like, the goal is to have, "
+    "the goal is for, the goal is to get, we would love, would like, need, want"
+)
+COPULAS = (
+    "to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
+    "need to go, goes, go, belongs, belong, to go, "
+    "ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
+    "have to go, have to be, gets, is to go, "
+    "sitting, resting, to come, comes, should come, should rest, to rest, ought to be, ought to go, will go, "
+    "can go, could go, would go, standing, lying, "
+    "to stand, should stand, is supposed to be, is supposed to go, are supposed to go, is meant to be, "
+    "is meant to go, wants to be, wants to go, has gotta be, gotta be, gotta go"
+)
+IS = (
+    "that is, which is, that are, which are, that sits, which sits, that lies, which lies, that stands, "
+    "which stands, who is, "
+    "sitting, lying, standing, placed, located, resting, positioned, situated, found, that is sitting, "
+    "that is lying, that is standing, "
+    "which is sitting, which is lying, which is standing, that is resting, which is resting, that is placed, "
+    "that is located, which is located, that is currently, which is currently, currently, "
+    "that you see, you see, that you can see, you can see, that we have, we have, that i see, i see, "
+    "that are currently, laying, that is laying, which is laying, stacked, stored, kept, "
+    "that are sitting, that are lying, that are standing, that are located, which are sitting, over, "
+    "that rests, that is found, that has been placed, "
+    "that is the, which is the, that are the, nearby, being, that lie, that sit, that stand, "
+    "that you will find, you will find, that you have, you have, that is positioned, "
+    "that is stacked, which is stacked, that are stacked, that is situated, that was placed, directly, right, "
+    "just, immediately"
+)
+NOT_IS = (
+    "that is not, which is not, that are not, which are not, that do not, is not, not, that is neither, "
+    "which are neither, that are neither"
+)
+EXCEPT = (
+    "except, except for, but, but not, other than, apart from, besides, excluding, save for, aside from, "
+    "with the exception of, minus, not counting, barring, and not, but skip, but leave out, bar, "
+    "not including, without"
+)
+AVOID = (
+    "without touching, without bumping, without bumping into, "
+    "without hitting, without knocking, "
+    "without picking up, without pushing, without using, without affecting, "
+    "without colliding with, "
+    "while avoiding, avoiding, avoid, avoid touching, while not touching, not touching, but do not touch, "
+    "but leave, and do not touch, do not touch, do not move, do not disturb, "
+    "do not bump, do not hit, "
+    ""
+    "do not knock over, do not bump into, "
+    "do not mess with, do not disturb, do not even touch, do not ever touch, do not go near, "
+    "never touch, never move, leave, stay away from, keep away from, "
+    "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, "
+    "avoid moving, avoid bumping, refrain from touching, refrain from moving, "
+    "stop touching, quit touching, ignore, skip, "
+    "forget, "
+    "you must not touch, you must not move, must not touch, must not move, you should not touch, "
+    "you should not move, should not touch, "
+    "i do not want you to touch, i do not want you to move, "
+    ""
+    "you are not allowed to touch, you are not allowed to move, you may not touch, you may not move, "
+    "you can not touch, "
+    "no touching, no moving, no need to touch, no need to move, "
+    "you do not need to touch, you do not need to move, "
+    "you do not have to touch, you do not have to move, make sure not to touch, "
+    "make sure you do not touch, make sure not to move, "
+    "be careful not to touch, be careful not to move, be careful not to bump, be careful not to bump into, "
+    "be careful not to knock over, be careful not to hit, try not to touch, try not to move, try not to bump, "
+    "be careful not to disturb, take care not to touch, take care not to disturb, take care not to bump, "
+    "keep off, let it be, keep clear from, mind, watch out for, careful with, be careful with, be careful of, "
+    "and leave, but never touch, "
+    "while leaving, leaving, without interfering with, with no contact with, not disturbing, not moving, "
+    "but avoid, and avoid, but ignore, but do not move, but do not disturb, but stay away from, "
+    "but keep away from"
+)
+AVOID_TAILS = (
+    "alone, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
+    "as is, there, undisturbed, in peace, out of it, out of this, still, at all, unmoved, where it was, "
+    "as they are, in their place, out, over, under any circumstances, whatever you do"
+)
+CONNECTORS = (
+    "and then, then, and, after that, and after that, afterwards, afterward, and afterwards, after which, "
+    "next, and next, finally, and finally, lastly, and lastly, "
+    "followed by, subsequently, and subsequently, later, and later, thereafter, and also, plus, "
+    "before you finish, once that is done, once done, when done, when that is done, "
+    "when you are done, once you are done, when you have done that, once you have done that, once finished, "
+    "when finished, after this, and once done, and when done, "
+    "and once that is done, to finish, and to finish, to end, second, secondly, third, thirdly, now, and now, "
+    "as well as, so that you can, "
+    "at the end, in the end, at last, after you are done, and after this, then next, next up, "
+    "and to finish off, to finish off, as a last step, as the last step, as a final step, lastly then, "
+    "followed up by, from there, and from there, "
+    "after doing that, after doing so, and after doing that, after you have done that, and last, last, "
+    "last of all, and last of all, when that is finished, once that is finished, with that done, that done, "
+    "having done that, in order to, straight after that, "
+    "immediately after that, right after that, once you have it, once you have got it, "
+    "once you are holding it, once it is in your gripper, once it is there, when it is there, once there, "
+    "when you have it, after it"
+)
+FIRST = (
+    "before you do anything else, before doing anything else, before anything, first things first, "
+    "the first thing to do is, as a first thing, start off with, first, firstly, first of all, to begin, "
+    "to begin with, to start, to start with, first off, before anything else, initially, first up, at first, "
+    "as a first step, step one, for starters, start off, first things first, before all else"
+)
+FIRST_BUT = (
+    "but first, but before that, but before you do that, but before doing that, before that, but first of all, "
+    "after first, but beforehand, beforehand, but prior to that, prior to that, but start by, only after, "
+    "but only after, only once"
+)
+BEFORE = (
+    "before, before you, prior to, but before, and before, before then, but before you, and before you, "
+    "ahead of, just before"
+)
+AFTER = (
+    "after, after you, once you have, when you have, after having, as soon as you have, once you, "
+    "after you have, and after, and once you have, when you, right after, immediately after, straight after, "
+    "having, after you are done, once you are done, when you are done, when done, once done, after finishing, "
+    "after you finish, once you finish, as soon as you, upon"
+)
+TIMES: dict[str, int] = {
+    "once": 1,
+    "twice": 2,
+    "thrice": 3,
+    "one time": 1,
+    "two times": 2,
+    "three times": 3,
+    "four times": 4,
+    "five times": 5,
+}
+QUESTIONS = word_set(
+    """
+    what where which who whom whose how when is are was were am does did has had why may might shall
+    """
+)
+CONDITIONS = frozenset(
+    {"if", "unless", "whether", "until", "while", "whenever", "every time", "otherwise", "else", "when"}
+)
+MATERIAL = (
+    "with, of, from, out of, using, made of, made up of, consisting of, made from, made out of, by stacking, containing"
+)
+SWAP_OF = (
+    "the positions of, positions of, the places of, places of, the locations of, the position of, "
+    "the spots of, the place of, places between, positions between, the order of, locations of, "
+    "the location of"
+)
+NOR = "nor, or, and, or is, nor is"
+START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
+CORRECTION = (
+    "no, no wait, wait no, wait, wait a second, wait a minute, hang on, hold on, sorry, i mean, i meant, "
+    "actually, actually no, no actually, or rather, rather, make that, scratch that, correction, oops, oh no, "
+    "no sorry, sorry i mean, sorry i meant, sorry no, not that, not that one, i meant to say, no i mean, "
+    "no i meant, no make that, oh wait, oh sorry, wait i mean, wait i meant, oops i mean, oops i meant, "
+    "strike that, on second thought, on second thoughts, no wait actually, wait actually, no not that one, "
+    "no not that, no hang on, my bad, my mistake, well actually, well no, better, er no, no no, or actually, "
+    "oops no, oops sorry"
+)
+INSTEAD = (
+    "instead of, rather than, and not, not, as opposed to, but not, instead of picking up, "
+    "rather than picking up, instead of using, in preference to"
+)
+LIGHT_ADJECTIVES = (
+    "gentle, little, small, quick, light, tiny, slight, good, nice, soft, bit of a, careful, firm, hard, big, short"
+)
+LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
+END_FILLERS = (
+    "instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
+    "and stay there, and stay put, and that is it, "
+    "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
+    "that is all, ok robot"
+)
+ASIDE_FILLERS = (
+    "right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
+    "you know what, guess what, alright, very good, brilliant, thanks, no rush, quick one, listen, listen up, "
+    "cheers, wow, hang on, hold on"
+)
+EDGE_FILLERS = (
+    "all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
+    "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
+    "dear, man, love, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
+    "panda, franka, robo, hal, robby"
+)
+GRAMMAR_WORDS = word_set(
+    """
+    the a an and or of to in on at by from with without then that which is are it them them one ones all both
+    every each not no put pick up down left right front back top bottom middle next beside between under over into
+    onto off out away corner edge side table robot me my your you number coordinates position x y z cm mm half end
+    area region spot place point location part portion colour color coloured but than
+    """
+)
+NEGATIONS = (
+    "do not, never, you must not, you should not, must not, should not, i do not want you to, you are not to, no need to, you do not need to, "
+    "you do not have to, refrain from, stop, you are not allowed to, you may not, make sure not to, make sure you do not, be careful not to, "
+    "try not to, do not even, do not ever, do not you dare, you can not, you shall not, i would rather you did not, i would prefer you did not, "
+    "can you not, could you not, would you not, please do not, better not, you better not, under no circumstances, i forbid you to, avoid, without, "
+    "and do not, but do not, and never, but never"
+)
+SAME = (
+    "do the same with, do the same for, do the same to, do the same thing with, do the same thing for, the same with, the same for, same for, same with, "
+    "do that with, do that for, do likewise with, likewise with, likewise for, repeat with, repeat for, repeat this with, repeat that with, repeat that for, "
+    "do it for, do so with, do this with, do it again with, do the same thing to, repeat the same with, repeat the process with, repeat this for"
+)
+IS_NOW = "is, are, is already, are already, is now"
+STILL = "without moving, without disturbing, without shifting, without displacing, without knocking over, without toppling, without disrupting"

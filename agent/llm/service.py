@@ -1,0 +1,236 @@
+"""A conversation with a model over HTTP: retries with back-off, one deadline, a budget of tokens, typed errors."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import os
+import time
+from collections.abc import Sequence
+from types import TracebackType
+from typing import Self
+
+import httpx2
+from pydantic_ai import exceptions as failures
+from pydantic_ai.direct import model_request
+from pydantic_ai.messages import ModelMessage, ModelResponse
+from pydantic_ai.models import Model, ModelRequestParameters
+from pydantic_ai.settings import ModelSettings
+from pydantic_ai.tools import ToolDefinition
+
+from robosandbox.agent.llm.cassette import Player, Recorder
+from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
+from robosandbox.agent.llm.transport import AnswerTooLargeError, live_transport
+from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
+
+_log = logging.getLogger(__name__)
+
+OFFICIAL = {"openai": "https://api.openai.com/v1", "anthropic": "https://api.anthropic.com"}
+_ANSWER_TOKENS = 8_000
+_CONNECT_SECONDS = 5.0
+_TRANSIENT = (
+    failures.ModelRateLimitError,
+    failures.ModelUnavailableError,
+    failures.ModelServerError,
+    failures.ModelConnectionError,
+)
+
+
+class Service:
+    """One plan's conversation; an asynchronous context manager.
+
+    Args:
+        settings: Model, endpoint and limits.
+        player: A cassette to answer from in place of the endpoint.
+
+    Raises:
+        InputError: A key is missing.
+    """
+
+    def __init__(self, settings: LLMSettings, player: Player | None) -> None:
+        self._settings = settings
+        self._replayed = player is not None
+        self._url = settings.base_url or os.environ.get("OPENAI_BASE_URL" if settings.service == "openai" else "") or ""
+        self._key = find_key(settings, self._url, needed=not self._replayed)
+        self._tokens = 0
+        self._deadline = time.monotonic() + settings.time_limit
+        transport: httpx2.AsyncBaseTransport
+        if player is not None:
+            transport = player
+        else:
+            transport = live_transport(self._url or OFFICIAL[settings.service], settings.max_answer_bytes)
+            if settings.cassette is not None:
+                transport = Recorder(transport, settings.cassette, [self._key] if self._key else [])
+        timeout = httpx2.Timeout(settings.time_limit, connect=min(_CONNECT_SECONDS, settings.time_limit))
+        self._client = httpx2.AsyncClient(transport=transport, timeout=timeout)
+        self._model = _model(settings, self._url, self._key or "no-key", self._client)
+
+    async def __aenter__(self) -> Self:
+        return self
+
+    async def __aexit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if not self._replayed:
+            await self._client.aclose()
+
+    async def ask(self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]) -> ModelResponse:
+        """Return the model's answer.
+
+        Raises:
+            PlannerUnavailableError: There is none within the time and the attempts.
+            PlannerAnswerError: It is too large, or the tokens are spent.
+            InputError: The service calls the request wrong: the model's name, the key.
+        """
+        if self._tokens >= self._settings.max_tokens:
+            raise PlannerAnswerError(
+                f"{self._where}: {self._tokens:,} tokens spent without a usable answer; at most {self._settings.max_tokens:,}"
+            )
+        for attempt in range(1, self._settings.attempts + 1):
+            answer = await self._attempt(messages, tools)
+            if isinstance(answer, ModelResponse):
+                self._tokens += answer.usage.total_tokens
+                return answer
+            fault, asked = answer
+            _log.info("attempt %d at %s: %s", attempt, self._where, self._said(fault))
+            if attempt == self._settings.attempts:
+                raise PlannerUnavailableError(
+                    f"{self._where}: no answer in {attempt} attempts: {self._said(fault)}; try again later, "
+                    "or use --planner stub"
+                )
+            pause = self._settings.back_off * 2.0 ** (attempt - 1) if asked is None else max(asked, 0.0)
+            if pause > self._left and not self._replayed:
+                raise PlannerUnavailableError(
+                    f"{self._where}: {self._said(fault)}; it asks to wait {pause:.0f} s and {self._left:.0f} s are left; "
+                    "try again later"
+                )
+            await asyncio.sleep(0.0 if self._replayed else pause)
+        raise AssertionError("the settings allow at least one attempt")
+
+    async def _attempt(
+        self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]
+    ) -> ModelResponse | tuple[Exception, float | None]:
+        """Return an answer, or what went wrong that may go right later, with the seconds that the service asks to wait."""
+        try:
+            return await self._request(messages, tools)
+        except failures.ModelAPIError as error:
+            self._raise_if_final(error)
+            return error, error.retry_after
+        except AnswerTooLargeError as error:
+            raise PlannerAnswerError(f"{self._where}: {error}; no plan needs that") from None
+        except failures.ContentFilterError as error:
+            raise PlannerAnswerError(f"{self._where}: the service filtered it: {self._said(error)}") from None
+        except (failures.UnexpectedModelBehavior, ValueError, RecursionError) as error:
+            self._raise_known_cause(error)
+            return error, None
+
+    @property
+    def _left(self) -> float:
+        return self._deadline - time.monotonic()
+
+    @property
+    def _where(self) -> str:
+        return f"{self._settings.model} at {self._url or OFFICIAL[self._settings.service]}"
+
+    async def _request(self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]) -> ModelResponse:
+        parameters = ModelRequestParameters(output_mode="tool", allow_text_output=True, output_tools=tools)
+        settings = ModelSettings(max_tokens=min(_ANSWER_TOKENS, self._settings.max_tokens - self._tokens))
+        if self._url:
+            # Local servers sample unless told not to; the vendors' reasoning models refuse to be told.
+            settings["temperature"] = 0.0
+        try:
+            async with asyncio.timeout(max(self._left, 0.001)):
+                return await model_request(
+                    self._model, list(messages), model_settings=settings, model_request_parameters=parameters
+                )
+        except TimeoutError:
+            raise PlannerUnavailableError(
+                f"{self._where}: no complete answer within {self._settings.time_limit:g} s; "
+                "try again, or use a faster model"
+            ) from None
+
+    def _raise_if_final(self, error: failures.ModelAPIError) -> None:
+        """Raise what waiting cannot help."""
+        self._raise_known_cause(error)
+        said = self._said(error)
+        if isinstance(error, failures.ModelAuthenticationError):
+            variable = KEY_VARIABLES[self._settings.service]
+            raise InputError(f"{variable}: {self._where} does not accept the key: {said}; set another") from None
+        if isinstance(error, failures.ModelNotFoundError):
+            raise InputError(f"--model: {self._where} is not there: {said}; check --model and --base-url") from None
+        if isinstance(error, failures.ModelRequestRejectedError):
+            raise PlannerAnswerError(f"{self._where} does not take the request: {said}") from None
+        if isinstance(error, failures.ModelQuotaExceededError):
+            raise PlannerUnavailableError(f"{self._where}: {said}; its quota is spent") from None
+        if isinstance(error, failures.ModelHTTPError) and not isinstance(error, _TRANSIENT):
+            raise PlannerUnavailableError(f"{self._where}: {said}") from None
+
+    def _raise_known_cause(self, error: BaseException) -> None:
+        """Raise what this package's own transports said below the libraries that wrap it."""
+        cause: BaseException | None = error
+        while cause is not None:
+            if isinstance(cause, InputError):
+                raise cause
+            if isinstance(cause, AnswerTooLargeError):
+                raise PlannerAnswerError(f"{self._where}: {cause}; no plan needs that") from None
+            cause = cause.__cause__ or cause.__context__
+
+    def _said(self, error: Exception) -> str:
+        """Return a failure in a line, without the key."""
+        if isinstance(error, failures.ModelHTTPError):
+            text = f"HTTP {error.status_code}: {_told(error.body)}"
+        elif isinstance(error, failures.ModelAPIError):
+            cause = error.__cause__
+            inner = cause.__cause__ if cause is not None and cause.__cause__ is not None else cause
+            text = f"{error.message} ({inner})" if inner is not None and str(inner) else error.message
+        else:
+            text = f"an answer that cannot be read ({' '.join(str(error).split())[:200]})"
+        return clean(text, self._key)
+
+
+def find_key(settings: LLMSettings, url: str, *, needed: bool) -> str | None:
+    """Return the key from the environment.
+
+    Raises:
+        InputError: There is none and the service's own endpoint needs one.
+    """
+    variable = KEY_VARIABLES[settings.service]
+    key = os.environ.get(variable, "").strip() or None
+    if key is None and needed and not url:
+        raise InputError(f"{variable}: is not set; set it to your key, or give --base-url for a server that needs none")
+    return key
+
+
+def clean(text: str, key: str | None) -> str:
+    """Return a text in one short line, without the key."""
+    line = " ".join(text.split())
+    return (line.replace(key, "***") if key else line)[:400]
+
+
+def _told(body: object) -> str:
+    """Return the message in an error's body."""
+    inner = body.get("error", body) if isinstance(body, dict) else body
+    message = inner.get("message", inner) if isinstance(inner, dict) else inner
+    return str(message) if message else "no reason given"
+
+
+def _model(settings: LLMSettings, url: str, key: str, client: httpx2.AsyncClient) -> Model:
+    # Retries are this module's, so that one deadline holds for all of them.
+    if settings.service == "anthropic":
+        from anthropic import AsyncAnthropic
+        from pydantic_ai.models.anthropic import AnthropicModel
+        from pydantic_ai.providers.anthropic import AnthropicProvider
+
+        speaker = AsyncAnthropic(api_key=key, base_url=url or None, max_retries=0, http_client=client)
+        return AnthropicModel(settings.model, provider=AnthropicProvider(anthropic_client=speaker))
+    from openai import AsyncOpenAI
+    from pydantic_ai.models.openai import OpenAIChatModel
+    from pydantic_ai.providers.openai import OpenAIProvider
+    from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
+
+    caller = AsyncOpenAI(api_key=key, base_url=url or OFFICIAL["openai"], max_retries=0, http_client=client)
+    if url:
+        return OpenAIChatModel(
+            settings.model, provider=OpenAICompatibleProvider("openai-compatible", openai_client=caller)
+        )
+    return OpenAIChatModel(settings.model, provider=OpenAIProvider(openai_client=caller))

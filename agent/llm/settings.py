@@ -1,0 +1,73 @@
+"""What a model-backed planner is told by the person who starts it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+from urllib.parse import urlsplit
+
+from numpy.typing import NDArray
+
+from robosandbox.errors import InputError
+
+Service = Literal["openai", "anthropic"]
+Picture = Callable[[], NDArray[Any]]
+
+KEY_VARIABLES: dict[Service, str] = {"openai": "OPENAI_API_KEY", "anthropic": "ANTHROPIC_API_KEY"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LLMSettings:
+    """A model, where it is served, and the limits of one plan.
+
+    Attributes:
+        service: The protocol that the endpoint speaks.
+        model: The model's name there.
+        base_url: The endpoint; None is the service's own.
+        cassette: A file that exchanges are recorded to, or replayed from when it exists.
+        picture: Takes an RGB picture (height, width, 3) uint8 for models that see; None sends the scene as text alone.
+        max_turns: Answers asked for, the first included.
+        max_tokens: Of all answers and questions together.
+        time_limit: Seconds for all of it, waiting and retries included.
+        attempts: Requests per answer when the transport fails.
+        back_off: Seconds to wait before the second request; doubled each time.
+        max_answer_bytes: Of one answer as it arrives.
+    """
+
+    service: Service
+    model: str
+    base_url: str | None = None
+    cassette: Path | None = None
+    picture: Picture | None = None
+    max_turns: int = 4
+    max_tokens: int = 60_000
+    time_limit: float = 60.0
+    attempts: int = 4
+    back_off: float = 0.5
+    max_answer_bytes: int = 1_000_000
+
+    def __post_init__(self) -> None:
+        if not self.model.strip():
+            raise InputError("--model: is missing; name the model, as in --model gpt-5 or --model qwen3:14b")
+        if self.base_url is not None:
+            _check_url(self.base_url)
+        for name in ("max_turns", "max_tokens", "time_limit", "attempts", "back_off", "max_answer_bytes"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"{name}: {getattr(self, name)}; give more than 0")
+
+
+def _check_url(base_url: str) -> None:
+    try:
+        url = urlsplit(base_url)
+        host, _ = url.hostname, url.port
+    except ValueError as error:
+        raise InputError(f"--base-url: {base_url[:100]!r}: {error}; give e.g. http://127.0.0.1:11434/v1") from None
+    if url.username or url.password:
+        raise InputError(
+            f"--base-url: holds a user or password, which would be logged; give the key in "
+            f"{' or '.join(KEY_VARIABLES.values())} instead"
+        )
+    if url.scheme not in ("http", "https") or not host:
+        raise InputError(f"--base-url: {base_url[:100]!r} is no web address; give e.g. http://127.0.0.1:11434/v1")

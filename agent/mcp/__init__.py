@@ -1,0 +1,1 @@
+"""The skills as tools for clients that speak the Model Context Protocol."""

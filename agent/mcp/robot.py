@@ -1,0 +1,202 @@
+"""What the server needs of a robot, provided by a session: a world in this process or in another one.
+
+A world in this process lives on one worker thread, physics and pictures alike; looks asked for while a goal runs are answered
+between its control ticks. A world in another process answers looks by itself at any time.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections import deque
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import AbstractContextManager
+from typing import Any, Protocol, TypeVar
+
+import anyio
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.episode import AgentEvent, PhaseEntered
+from robosandbox.errors import BusyError, BusyEvidence, CancelledError, Phase
+from robosandbox.protocols import Skill
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
+
+ValueT = TypeVar("ValueT")
+Tell = Callable[[str], None]
+TickHooks = list[Callable[[], None]]
+
+
+class Goals(Protocol):
+    """Starts and stops goals."""
+
+    def cancel(self) -> None:
+        """Stop what runs, from any thread."""
+        ...
+
+    def goal(self, timeout: float | None = None) -> AbstractContextManager[None]:
+        """Run one goal, within `timeout` simulated seconds."""
+        ...
+
+
+class Cell(Protocol):
+    """The part of a session that is used here."""
+
+    @property
+    def agent(self) -> Agent[Any]:
+        """Carries out calls."""
+        ...
+
+    @property
+    def ctx(self) -> Goals:
+        """Starts and stops goals."""
+        ...
+
+    @property
+    def cameras(self) -> Sequence[str]:
+        """Names that `picture` takes."""
+        ...
+
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now."""
+        ...
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a file's bytes."""
+        ...
+
+
+class Robot:
+    """A session's robot for an asynchronous server.
+
+    Args:
+        cell: The session.
+        state: Returns joints, TCP and gripper as JSON data.
+        tick_hooks: Those of a world in this process; None for one that answers looks by itself.
+        timeout: Simulated seconds that a call may take.
+
+    Attributes:
+        skills: What it can do.
+        cameras: Names that `picture` takes.
+    """
+
+    def __init__(
+        self,
+        cell: Cell,
+        state: Callable[[], dict[str, Any]],
+        *,
+        tick_hooks: TickHooks | None,
+        timeout: float = 120.0,
+    ) -> None:
+        self.skills: tuple[Skill[Any], ...] = tuple(cell.agent.skills.values())
+        self.cameras = tuple(cell.cameras)
+        self._cell = cell
+        self._state = state
+        self._timeout = timeout
+        self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
+        self._here = tick_hooks is not None
+        self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
+        self._running: SkillCall | None = None
+        if tick_hooks is not None:
+            tick_hooks.append(self._answer_looks)
+
+    @property
+    def doing(self) -> str | None:
+        """The call that is under way here."""
+        return str(self._running) if self._running else None
+
+    async def perform(self, call: SkillCall, tell: Tell) -> SkillResult:
+        """Carry out a call, telling its phases in the caller's loop; cancelling the task stops the arm first.
+
+        Raises:
+            BusyError: Another call is under way.
+            SkillError: The post-condition was not reached.
+        """
+        if self._running is not None:
+            raise BusyError(
+                f"{self._running} is under way; wait for it or cancel it",
+                evidence=BusyEvidence(doing=self._running.skill),
+            )
+        self._running = call
+        stop = threading.Event()
+        loop = asyncio.get_running_loop()
+
+        def hear(event: AgentEvent) -> None:
+            if isinstance(event, PhaseEntered):
+                loop.call_soon_threadsafe(tell, event.phase)
+
+        try:
+            work = asyncio.wrap_future(self._worker.submit(self._perform, call, hear, stop))
+            try:
+                return await asyncio.shield(work)
+            except asyncio.CancelledError:
+                stop.set()
+                self._cell.ctx.cancel()
+                with anyio.CancelScope(shield=True):
+                    await asyncio.wait([work])
+                # Whatever it ended in is nobody's to hear: the caller has gone.
+                work.exception()
+                raise
+        finally:
+            self._running = None
+
+    async def plan(self, prompt: str) -> Plan | Refusal:
+        """Return the planner's answer; nothing moves.
+
+        Raises:
+            PlannerError: The planner has none.
+        """
+        # A planner may think for a minute; the worker stays free meanwhile.
+        return await asyncio.to_thread(self._cell.agent.planner.plan, prompt, await self.scene())
+
+    async def scene(self) -> ObservedScene:
+        """Return what perception sees."""
+        return await self._look(self._cell.observe)
+
+    async def state(self) -> dict[str, Any]:
+        """Return joints, TCP and gripper as JSON data."""
+        return await self._look(self._state)
+
+    async def picture(self, camera: str) -> bytes:
+        """Return what a camera sees as a PNG file.
+
+        Raises:
+            RenderingError: This machine cannot make pictures.
+        """
+        return await self._look(lambda: self._cell.picture(camera))
+
+    def close(self) -> None:
+        """Let the worker end; what runs is stopped."""
+        self._cell.ctx.cancel()
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _perform(self, call: SkillCall, hear: Callable[[AgentEvent], None], stop: threading.Event) -> SkillResult:
+        agent = self._cell.agent
+        agent.listeners.append(hear)
+        try:
+            with self._cell.ctx.goal(self._timeout):
+                # A goal forgets what was cancelled before it began; this one may have been while it waited its turn.
+                if stop.is_set():
+                    raise CancelledError("cancelled before it began", phase=Phase.CHECK)
+                return agent.perform(call)
+        finally:
+            agent.listeners.remove(hear)
+
+    async def _look(self, look: Callable[[], ValueT]) -> ValueT:
+        if not self._here:
+            return await asyncio.to_thread(look)
+        answer: Future[ValueT] = Future()
+        self._looks.append((look, answer))
+        # Between ticks if a goal runs, else now; a look that the ticks have answered is no longer in the queue.
+        self._worker.submit(self._answer_looks)
+        return await asyncio.wrap_future(answer)
+
+    def _answer_looks(self) -> None:
+        while self._looks:
+            look, answer = self._looks.popleft()
+            if not answer.set_running_or_notify_cancel():
+                continue
+            try:
+                answer.set_result(look())
+            except BaseException as error:
+                answer.set_exception(error)

@@ -1,0 +1,29 @@
+"""Motion at the speed of the clock, for people and programs that watch."""
+
+from __future__ import annotations
+
+import time
+
+from robosandbox.protocols import Sim
+
+
+class Pace:
+    """A tick hook that waits until the clock has caught up with the simulated time.
+
+    Args:
+        sim: Whose time.
+    """
+
+    def __init__(self, sim: Sim) -> None:
+        self._sim = sim
+        self._sim_start = sim.time
+        self._wall_start = time.monotonic()
+
+    def __call__(self) -> None:
+        """Wait for the clock; after a pause between goals, count from here."""
+        ahead = (self._sim.time - self._sim_start) - (time.monotonic() - self._wall_start)
+        if ahead > 0.0:
+            time.sleep(ahead)
+        elif ahead < -0.1:
+            self._sim_start = self._sim.time
+            self._wall_start = time.monotonic()

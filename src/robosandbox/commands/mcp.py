@@ -1,0 +1,86 @@
+"""`mcp`: the skills as tools for clients that speak the Model Context Protocol."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from robosandbox.commands import run as options
+from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
+from robosandbox.commands.console import EXIT_DONE
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.tasks.remote import RemoteSession
+
+
+def mcp(
+    task: options.TaskName = None,
+    robot: options.RobotName = None,
+    connect: Connect = None,
+    robot_id: RobotId = None,
+    zenoh_config: ZenohConfig = None,
+    planner: options.PlannerName = "stub",
+    base_url: options.BaseUrl = None,
+    model: options.Model = None,
+    perception: options.PerceptionName = "ground_truth",
+    seed: options.Seed = 0,
+    what_if: options.WhatIf = True,
+    http: Annotated[
+        int | None, typer.Option("--http", help="Serve on this port of 127.0.0.1; stdin and stdout if left out.")
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option("--realtime", help="Move at the speed of the clock, not as fast as can be computed.")
+    ] = False,
+    timeout: Annotated[float, typer.Option("--timeout", help="Simulated seconds that a skill may take.")] = 120.0,
+) -> int:
+    """Serve a robot's skills to an MCP client: of an embedded world, or with --connect of a sim process."""
+    if seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+    if http is not None and not 0 <= http < 65536:
+        raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
+    if not timeout > 0.0:
+        raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
+    try:
+        from robosandbox.agent.mcp.serve import serve
+    except ModuleNotFoundError as error:
+        if error.name is None or error.name.startswith("robosandbox"):
+            raise
+        raise InputError(f"mcp: needs the package {error.name!r}; install robosandbox[mcp]") from None
+    planner_options = {"base_url": base_url, "model": model}
+
+    if connect or robot_id or zenoh_config:
+        if task or robot or seed or realtime:
+            raise InputError(
+                "--connect: the sim process has its own task, robot, seed and pace; leave those options out"
+            )
+        with remote_session(
+            connect or [], robot_id, zenoh_config, planner=planner, planner_options=planner_options
+        ) as remote:
+            serve(remote, lambda: _remote_state(remote), tick_hooks=None, timeout=timeout, port=http)
+        return EXIT_DONE
+
+    from robosandbox.agent.mcp.tools import state_data
+    from robosandbox.agent.pace import Pace
+    from robosandbox.tasks.session import open_session
+
+    with open_session(
+        task,
+        robot=robot,
+        planner=planner,
+        planner_options=planner_options,
+        perception=perception,
+        seed=seed,
+        what_if=what_if,
+    ) as session:
+        hooks = session.sim.tick_hooks
+        if realtime:
+            hooks.append(Pace(session.sim))
+        serve(session, lambda: state_data(session.sim.observe()), tick_hooks=hooks, timeout=timeout, port=http)
+    return EXIT_DONE
+
+
+def _remote_state(session: RemoteSession) -> dict[str, Any]:
+    fields = {"time", "q", "qd", "tcp_pose", "gripper"}
+    return session.robot.state().model_dump(mode="json", include=fields)

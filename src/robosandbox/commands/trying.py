@@ -1,0 +1,60 @@
+"""`run --dry-run` and `run --confirm`: what a plan would do, shown before or in place of doing it."""
+
+from __future__ import annotations
+
+import sys
+from typing import TYPE_CHECKING
+
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.tasks.session import Session
+    from robosandbox.types import Plan
+
+
+def dry_run(session: Session, prompt: str, json: bool) -> int:
+    """Print a plan and what came of it on a copy of the world; the world itself does not move."""
+    from robosandbox.tasks.preview import preview
+    from robosandbox.types import Refusal
+
+    answer = session.agent.plan(prompt)
+    tried = None if isinstance(answer, Refusal) else preview(session, answer)
+    if json:
+        dump = answer.model_dump(mode="json")
+        refused = isinstance(answer, Refusal)
+        print_json(
+            {
+                "prompt": prompt,
+                "plan": None if refused else dump["steps"],
+                "refusal": dump if refused else None,
+                "preview": tried.record() if tried else None,
+            }
+        )
+    elif isinstance(answer, Refusal):
+        print(f"refused ({answer.code}): {answer.message}")
+    elif tried is not None:
+        print("\n".join(tried.lines()))
+    return EXIT_DONE if tried is not None and tried.success else EXIT_FAILED
+
+
+def ask_before(session: Session, prompt: str | None) -> None:
+    """Have the agent ask the person about each plan, the first and those after failures, before anything moves.
+
+    Raises:
+        InputError: The prompt comes from stdin, where the answer would come from.
+    """
+    from robosandbox.tasks.preview import preview
+
+    if prompt == "-":
+        raise InputError(
+            "--confirm: the prompt is read from stdin, and so would be your answer; give the prompt itself"
+        )
+
+    def ask(plan: Plan) -> bool:
+        for line in preview(session, plan).lines():
+            print(f"    plan  {line}", file=sys.stderr)
+        print("carry it out? [y/N] ", end="", file=sys.stderr, flush=True)
+        return sys.stdin.readline().strip().lower() in ("y", "yes")
+
+    session.agent.approve = ask

@@ -1,0 +1,335 @@
+"""The MCP server, driven by the SDK's own client: over stdin and stdout of a real process, and over HTTP."""
+
+import asyncio
+import base64
+import contextlib
+import json
+import socket
+import subprocess
+import sys
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from typing import Any
+
+import anyio
+import mcp_types as types
+import pytest
+from mcp import Client
+from mcp.client.stdio import StdioServerParameters
+from mcp.shared.exceptions import MCPError
+
+from robosandbox.agent.mcp import tools
+from robosandbox.agent.mcp.robot import Robot
+from robosandbox.agent.mcp.server import build_server
+from robosandbox.cli import app
+from robosandbox.commands.console import EXIT_USAGE, run_app
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.session import Session, open_session
+
+PROGRAM = [sys.executable, "-c", "from robosandbox.cli import main; main()", "mcp"]
+Visit = Callable[[Client], Awaitable[None]]
+
+
+@contextlib.asynccontextmanager
+async def over_stdio(*arguments: str) -> AsyncIterator[Client]:
+    server = StdioServerParameters(command=PROGRAM[0], args=[*PROGRAM[1:], *arguments])
+    async with Client(server) as client:
+        yield client
+
+
+@contextlib.asynccontextmanager
+async def over_http(*arguments: str) -> AsyncIterator[Client]:
+    process = subprocess.Popen([*PROGRAM, "--http", "0", *arguments], stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stderr is not None
+        line = await asyncio.to_thread(process.stderr.readline)
+        assert line.startswith("serving on http://127.0.0.1:"), line + process.stderr.read()
+        async with Client(line.split()[-1]) as client:
+            yield client
+    finally:
+        process.terminate()
+        process.wait(timeout=20)
+
+
+def here(session: Session, timeout: float = 120.0) -> Robot:
+    def state() -> dict[str, Any]:
+        return tools.state_data(session.sim.observe())
+
+    return Robot(session, state, tick_hooks=session.sim.tick_hooks, timeout=timeout)
+
+
+@contextlib.asynccontextmanager
+async def in_process(session: Session) -> AsyncIterator[Client]:
+    robot = here(session)
+    try:
+        async with Client(build_server(robot)) as client:
+            yield client
+    finally:
+        robot.close()
+
+
+WAYS = {"stdio": over_stdio, "http": over_http}
+
+
+def structured(result: types.CallToolResult) -> dict[str, Any]:
+    """Return a result's data, which its text repeats."""
+    (text, *_) = result.content
+    assert isinstance(text, types.TextContent)
+    data: dict[str, Any] = result.structured_content
+    assert json.loads(text.text.splitlines()[-1]) == data
+    return data
+
+
+async def resource(client: Client, uri: str) -> types.TextResourceContents | types.BlobResourceContents:
+    return (await client.read_resource(uri)).contents[0]
+
+
+async def scene(client: Client) -> dict[str, Any]:
+    content = await resource(client, "robosandbox://scene")
+    assert isinstance(content, types.TextResourceContents)
+    data: dict[str, Any] = json.loads(content.text)
+    return data
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_client_lists_tools_picks_places_cancels_and_sees_typed_errors(way: str) -> None:
+    async def visit() -> None:
+        async with WAYS[way]("--task", "put_in_bin") as client:
+            await _lists_tools(client)
+            await _picks_and_places(client)
+            await _sees_errors(client)
+            await _plans_and_refuses(client)
+
+    asyncio.run(visit())
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_a_client_cancels_a_running_goal_and_the_arm_stands_still(way: str) -> None:
+    async def visit() -> None:
+        # At the speed of the clock a pick takes seconds, so that there is something to cancel.
+        async with WAYS[way]("--task", "put_in_bin", "--realtime") as client:
+            await _cancels(client)
+            assert not (await client.call_tool("home")).is_error
+
+    asyncio.run(visit())
+
+
+async def _lists_tools(client: Client) -> None:
+    listed = {tool.name: tool for tool in (await client.list_tools()).tools}
+    skills = load_skills()
+    assert set(listed) == {*(skill.name for skill in skills), "look", "plan", "check_plan", "refuse"}
+    for skill in skills:
+        assert listed[skill.name].input_schema == {"type": "object", **skill.schema}
+        assert listed[skill.name].description == skill.description
+
+
+async def _picks_and_places(client: Client) -> None:
+    phases: list[str] = []
+
+    async def hear(progress: float, total: float | None, message: str | None) -> None:
+        phases.append(message or "")
+
+    before = await scene(client)
+    assert before["held"] is None
+    picked = await client.call_tool("pick", {"object": "red_cube"}, progress_callback=hear)
+    assert not picked.is_error and structured(picked)["detail"]["dz_mm"] > 50.0
+    assert any(phase.endswith(": lift") for phase in phases) and len(phases) >= 4
+    assert (await scene(client))["held"] == "red_cube"
+    placed = await client.call_tool("place_in", {"container": "grey_bin"})
+    assert not placed.is_error, placed
+    assert (await scene(client))["held"] is None
+
+
+async def _cancels(client: Client) -> None:
+    """Stop a pick once it moves; the arm then stands still and takes the next goal."""
+    moving = anyio.Event()
+
+    async def hear(progress: float, total: float | None, message: str | None) -> None:
+        if message and message.endswith(": approach"):
+            moving.set()
+
+    async with anyio.create_task_group() as group:
+
+        async def pick() -> None:
+            await client.call_tool("pick", {"object": "red_cube"}, progress_callback=hear)
+            raise AssertionError("the pick was not cancelled")
+
+        group.start_soon(pick)
+        await moving.wait()
+        group.cancel_scope.cancel()
+    # The cancel travels by itself; until it has arrived the pick goes on.
+    while structured(await client.call_tool("look"))["doing"] is not None:
+        pass
+    first = structured(await client.call_tool("look"))["state"]
+    second = structured(await client.call_tool("look"))["state"]
+    assert first["q"] == pytest.approx(second["q"], abs=2e-3)
+    assert (await scene(client))["held"] is None
+
+
+async def _sees_errors(client: Client) -> None:
+    gone = await client.call_tool("pick", {"object": "elephant"})
+    assert gone.is_error
+    error = structured(gone)["error"]
+    assert error["code"] == "object_not_found" and "red_cube" in error["evidence"]["seen"]
+    wrong = structured(await client.call_tool("push", {"object": "red_cube", "direction": "up"}))["error"]
+    assert wrong["code"] == "invalid_argument" and "direction" in wrong["message"]
+    empty = structured(await client.call_tool("place_in", {"container": "grey_bin"}))["error"]
+    assert empty["code"] == "not_holding"
+    with pytest.raises(MCPError, match="did you mean 'pick'"):
+        await client.call_tool("pik", {"object": "red_cube"})
+    with pytest.raises(MCPError, match="no resource"):
+        await client.read_resource("robosandbox://secrets")
+    with pytest.raises(MCPError, match="no camera 'moon'"):
+        await client.read_resource("robosandbox://camera/moon")
+
+
+async def _plans_and_refuses(client: Client) -> None:
+    before = structured(await client.call_tool("look"))["state"]
+    planned = structured(await client.call_tool("plan", {"prompt": "pick up the cube"}))
+    assert planned == {"plan": [{"skill": "pick", "arguments": {"object": "red_cube"}}], "refusal": None}
+    refused = structured(await client.call_tool("plan", {"prompt": "pick up the elephant"}))
+    assert refused["plan"] is None and refused["refusal"]["code"] == "object_not_found"
+    steps = [{"skill": "place_in", "arguments": {"container": "grey_bin"}}]
+    checked = structured(await client.call_tool("check_plan", {"steps": steps}))
+    assert not checked["ok"] and "gripper would be empty" in checked["problems"][0]
+    said = structured(await client.call_tool("refuse", {"code": "unsupported", "message": "I have no wings."}))
+    assert said == {
+        "plan": None,
+        "refusal": {"code": "unsupported", "message": "I have no wings.", "candidates": []},
+    }
+    wrong = await client.call_tool("refuse", {"code": "because", "message": "no"})
+    assert wrong.is_error and structured(wrong)["error"]["code"] == "invalid_argument"
+    assert structured(await client.call_tool("look"))["state"]["q"] == before["q"]
+
+
+def test_a_client_works_in_a_sim_process_through_the_server() -> None:
+    """With --connect the same tools move the robot of another process."""
+
+    async def visit() -> None:
+        with sim_process("--task", "put_in_bin", "--pace", "realtime") as endpoint:
+            async with over_stdio("--connect", endpoint) as client:
+                await _lists_tools(client)
+                await _cancels(client)
+        with sim_process("--task", "put_in_bin", "--pace", "fast") as endpoint:
+            async with over_stdio("--connect", endpoint) as client:
+                await _picks_and_places(client)
+                await _sees_errors(client)
+                await _plans_and_refuses(client)
+
+    asyncio.run(visit())
+
+
+@contextlib.contextmanager
+def sim_process(*arguments: str) -> Iterator[str]:
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        endpoint = f"tcp/127.0.0.1:{free.getsockname()[1]}"
+    sim = [*PROGRAM[:-1], "sim", "--listen", endpoint, *arguments]
+    process = subprocess.Popen(sim, stderr=subprocess.DEVNULL, stdout=subprocess.DEVNULL)
+    try:
+        yield endpoint
+    finally:
+        process.terminate()
+        process.wait(timeout=20)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("way", WAYS)
+def test_a_client_reads_the_cameras(way: str) -> None:
+    import cv2
+    import numpy as np
+
+    async def visit() -> None:
+        async with WAYS[way]() as client:
+            uris = [item.uri for item in (await client.list_resources()).resources]
+            assert {"robosandbox://scene", "robosandbox://state", "robosandbox://camera/top"} <= {*uris}
+            content = await resource(client, "robosandbox://camera/top")
+            assert isinstance(content, types.BlobResourceContents) and content.mime_type == "image/png"
+            picture = cv2.imdecode(np.frombuffer(base64.b64decode(content.blob), np.uint8), cv2.IMREAD_COLOR)
+            assert picture is not None and picture.shape == (240, 320, 3) and picture.std() > 5.0
+            look = await client.call_tool("look", {"camera": "top"})
+            assert isinstance(look.content[1], types.ImageContent)
+
+    asyncio.run(visit())
+
+
+def test_the_scene_can_be_read_while_a_goal_runs_and_a_second_goal_is_refused() -> None:
+    async def visit() -> None:
+        with open_session("pick_cube_franka") as session:
+            async with in_process(session) as client:
+                moving = anyio.Event()
+
+                async def hear(progress: float, total: float | None, message: str | None) -> None:
+                    moving.set()
+
+                async with anyio.create_task_group() as group:
+
+                    async def pick() -> None:
+                        result = await client.call_tool("pick", {"object": "red_cube"}, progress_callback=hear)
+                        assert not result.is_error
+
+                    group.start_soon(pick)
+                    await moving.wait()
+                    look = structured(await client.call_tool("look"))
+                    early = look["state"]["time"]
+                    assert look["doing"] == "pick(object=red_cube)"
+                    busy = structured(await client.call_tool("home"))["error"]
+                    assert busy["code"] == "busy" and "pick(object=red_cube)" in busy["message"]
+                late = structured(await client.call_tool("look"))["state"]["time"]
+                assert early < late
+
+    asyncio.run(visit())
+
+
+def test_a_goal_that_takes_too_long_ends_in_a_typed_error() -> None:
+    async def visit() -> None:
+        with open_session("pick_cube_franka") as session:
+            robot = here(session, timeout=0.5)
+            async with Client(build_server(robot)) as client:
+                error = structured(await client.call_tool("pick", {"object": "red_cube"}))["error"]
+            robot.close()
+        assert error["code"] == "goal_timeout" and error["evidence"]["deadline"] == 0.5
+
+    asyncio.run(visit())
+
+
+def test_a_page_of_another_host_is_turned_away() -> None:
+    import httpx2
+
+    async def visit() -> None:
+        async with over_http() as client:
+            url = str(client.server)
+            body = {"jsonrpc": "2.0", "id": 1, "method": "tools/list", "params": {}}
+            accept = {"accept": "application/json, text/event-stream"}
+            async with httpx2.AsyncClient() as browser:
+                evil = await browser.post(url, json=body, headers={**accept, "origin": "http://evil.example"})
+                rebound = await browser.post(url, json=body, headers={**accept, "host": "evil.example"})
+        assert evil.status_code == 403 and rebound.status_code == 421
+
+    asyncio.run(visit())
+
+
+def test_a_skill_may_not_take_the_name_of_an_own_tool() -> None:
+    from robosandbox.errors import InputError
+
+    class Look:
+        name = "look"
+
+    with pytest.raises(InputError, match="'look'"):
+        tools.catalogue([Look()])  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["--http", "70000"], "--http: 70000"),
+        (["--timeout", "0"], "--timeout: 0"),
+        (["--task", "pick_cube_frank"], "did you mean 'pick_cube_franka'"),
+        (["--planner", "openai"], "--model"),
+    ],
+)
+def test_wrong_options_are_one_line_and_exit_2(
+    arguments: list[str], named: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run_app(app, "robo-sandbox", ["mcp", *arguments]) == EXIT_USAGE
+    out, err = capsys.readouterr()
+    assert out == "" and err.count("\n") == 1 and named in err
