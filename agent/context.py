@@ -69,7 +69,7 @@ class AgentContext:
         """
         if not isinstance(self.sim, ForkableSim):
             raise TypeError(f"{type(self.sim).__name__} cannot be copied; use what_if=False")
-        return AgentContext(
+        copy = AgentContext(
             sim=self.sim.fork(),
             perception=self.perception,
             grasp=self.grasp,
@@ -77,6 +77,9 @@ class AgentContext:
             what_if=False,
             workspace=self.workspace,
         )
+        # A cancel stops what is tried out, too.
+        copy._cancelled = self._cancelled
+        return copy
 
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on copies of the world; nothing with `what_if` off."""

@@ -11,6 +11,7 @@ import numpy as np
 
 from robosandbox.agent.language.world import World
 from robosandbox.errors import (
+    CancelledError,
     CollisionEvidence,
     ErrorCode,
     GraspEvidence,
@@ -59,6 +60,9 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
         ctx: Where it failed; the world as the failure left it.
         call: What failed.
         error: How.
+
+    Raises:
+        CancelledError: Somebody cancelled meanwhile.
     """
     if error.code not in _CURABLE:
         return ()
@@ -74,7 +78,10 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
         begin = copy.sim.time
         try:
             for item in calls:
+                copy.permit(item)
                 skills[item.skill](copy, item.arguments)
+        except CancelledError:
+            raise
         except SkillError as failure:
             _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), failure)
         else:

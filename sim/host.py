@@ -11,6 +11,7 @@ from pydantic import BaseModel
 from robosandbox.protocols import Skill, SkillContext
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import SkillCall
 from robosandbox.wire import Load
 
 
@@ -20,6 +21,10 @@ class GoalContext(SkillContext, Protocol):
     @property
     def phase(self) -> str:
         """The phase that began last."""
+        ...
+
+    def permit(self, call: SkillCall) -> None:
+        """Check a call against the limits before anything moves; raises SkillError."""
         ...
 
     def cancel(self) -> None:

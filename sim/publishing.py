@@ -49,13 +49,53 @@ class _Ticker:
             due = max(due + self._period, time.monotonic() - self._period)
 
 
-class StateStream:
-    """Publishes the robot's state, the last message kept for late joiners.
+class _Stream:
+    """Asks the world's thread for a message at a steady rate, and publishes.
 
-    A planning skill answers no questions for a while; the stream then repeats what it knows, with its old stamp.
+    At most one question is open: a planning skill answers none for a while.
     """
 
+    def __init__(self, name: str, hz: float, read: Read, look: Callable[[], Message]) -> None:
+        self._read = read
+        self._look = look
+        self._asked = False
+        self._ticker = _Ticker(name, hz, self._tick)
+
+    def start(self) -> None:
+        """Begin."""
+        self._ticker.start()
+
+    def stop(self) -> None:
+        """End."""
+        self._ticker.stop()
+        self._undeclare()
+
+    def _ask(self) -> None:
+        if not self._asked:
+            self._asked = True
+            self._read(self._take)
+
+    def _take(self) -> None:
+        try:
+            self._hear(self._look())
+        finally:
+            self._asked = False
+
+    def _tick(self) -> None:
+        raise NotImplementedError
+
+    def _hear(self, message: Message) -> None:
+        raise NotImplementedError
+
+    def _undeclare(self) -> None:
+        raise NotImplementedError
+
+
+class StateStream(_Stream):
+    """Publishes the robot's state, the last message kept for late joiners; while a skill plans, it repeats what it knows."""
+
     def __init__(self, session: zenoh.Session, robot_id: str, read: Read, look: Callable[[], Message]) -> None:
+        super().__init__("state", STATE_HZ, read, look)
         self._publisher = ext.declare_advanced_publisher(
             session,
             key(robot_id, "obs", "state"),
@@ -63,68 +103,40 @@ class StateStream:
             congestion_control=zenoh.CongestionControl.DROP,
             cache=ext.CacheConfig(max_samples=1),
         )
-        self._read = read
-        self._look = look
         self._latest: Message | None = None
-        self._asked = False
         self._seq = 0
-        self._ticker = _Ticker("state", STATE_HZ, self._publish)
 
-    def start(self) -> None:
-        """Begin."""
-        self._ticker.start()
-
-    def stop(self) -> None:
-        """End."""
-        self._ticker.stop()
-        self._publisher.undeclare()
-
-    def _publish(self) -> None:
+    def _tick(self) -> None:
         if self._latest is not None:
             self._seq += 1
             self._publisher.put(self._latest.model_copy(update={"seq": self._seq}).encode())
-        if not self._asked:
-            self._asked = True
-            self._read(self._take)
+        self._ask()
 
-    def _take(self) -> None:
-        try:
-            self._latest = self._look()
-        finally:
-            self._asked = False
+    def _hear(self, message: Message) -> None:
+        self._latest = message
+
+    def _undeclare(self) -> None:
+        self._publisher.undeclare()
 
 
-class ObjectStream:
+class ObjectStream(_Stream):
     """Publishes what perception sees, while somebody listens."""
 
     def __init__(self, session: zenoh.Session, robot_id: str, read: Read, look: Callable[[], Message]) -> None:
+        super().__init__("objects", _OBJECTS_HZ, read, look)
         self._publisher = session.declare_publisher(
             key(robot_id, "obs", "objects"), encoding=JSON, congestion_control=zenoh.CongestionControl.DROP
         )
-        self._read = read
-        self._look = look
-        self._asked = False
-        self._ticker = _Ticker("objects", _OBJECTS_HZ, self._publish)
 
-    def start(self) -> None:
-        """Begin."""
-        self._ticker.start()
+    def _tick(self) -> None:
+        if self._publisher.matching_status:
+            self._ask()
 
-    def stop(self) -> None:
-        """End."""
-        self._ticker.stop()
+    def _hear(self, message: Message) -> None:
+        self._publisher.put(message.encode())
+
+    def _undeclare(self) -> None:
         self._publisher.undeclare()
-
-    def _publish(self) -> None:
-        if self._publisher.matching_status and not self._asked:
-            self._asked = True
-            self._read(self._take)
-
-    def _take(self) -> None:
-        try:
-            self._publisher.put(self._look().encode())
-        finally:
-            self._asked = False
 
 
 class GoalNews:

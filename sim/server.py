@@ -39,7 +39,7 @@ from robosandbox.sim.publishing import CameraStreams, GoalNews, ObjectStream, St
 from robosandbox.sim.requests import Request, serve
 from robosandbox.sim.survey import info_of, state_of, true_state_of
 from robosandbox.sim.worker import Pace, Worker
-from robosandbox.types import SkillResult
+from robosandbox.types import SkillCall, SkillResult
 from robosandbox.validation import did_you_mean
 from robosandbox.wire import (
     KEPT_CHECKPOINTS,
@@ -466,6 +466,7 @@ class SimServer:
                 )
             )
 
+        host.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
         host.ctx.listeners.append(tell)
         try:
             return self._skills[entry.goal.skill](host.ctx, entry.checked)

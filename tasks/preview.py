@@ -6,9 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.context import AgentContext
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.tasks.session import Session
 from robosandbox.types import Plan, SkillCall, SkillResult
 
@@ -57,30 +55,20 @@ class Preview:
 
 def preview(session: Session, plan: Plan) -> Preview:
     """Carry out a plan on a copy of the session's world; the world itself is left alone."""
-    copy = session.sim.fork()
-    ctx = AgentContext(
-        sim=copy,
-        perception=session.ctx.perception,
-        grasp=session.ctx.grasp,
-        motion=DLSMotionPlanner(),
-        what_if=False,
-        workspace=session.ctx.workspace,
-    )
+    ctx = session.ctx.fork()
+    copy = ctx.sim
     agent = Agent(ctx=ctx, skills=session.skills, planner=session.agent.planner)
     agent.permits.append(ctx.permit)
     start = copy.time
     done: list[tuple[SkillCall, SkillResult]] = []
     result = Preview(steps=(), seconds=0.0)
-    try:
-        for call in plan.steps:
-            try:
-                done.append((call, agent.perform(call)))
-            except SkillError as error:
-                result = replace(result, failed=call, error=error.record())
-                break
-        return replace(result, steps=tuple(done), seconds=copy.time - start)
-    finally:
-        copy.close()
+    for call in plan.steps:
+        try:
+            done.append((call, agent.perform(call)))
+        except SkillError as error:
+            result = replace(result, failed=call, error=error.record())
+            break
+    return replace(result, steps=tuple(done), seconds=copy.time - start)
 
 
 def _effects(result: SkillResult) -> str:
