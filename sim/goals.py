@@ -36,6 +36,7 @@ class LiveGoal:
         timeout: Simulated seconds; None for no limit.
         client_id: Whose loss cancels it.
         cancelled: Whether somebody asked for its end.
+        abandoned: Whether that was because its client was lost.
         phases: How many began.
     """
 
@@ -45,6 +46,7 @@ class LiveGoal:
     timeout: float | None = None
     client_id: str | None = None
     cancelled: bool = False
+    abandoned: bool = False
     phases: int = 0
 
 
@@ -141,12 +143,13 @@ class Ledger:
             self._keep(entry)
             return entry.goal
 
-    def cancel(self, goal_id: str) -> tuple[Goal, bool]:
+    def cancel(self, goal_id: str, *, abandoned: bool = False) -> tuple[Goal, bool]:
         """Ask for a goal's end; return it, and whether it is the one that executes."""
         entry = self.entry(goal_id)
         with self._lock:
             if not entry.goal.status.final:
                 entry.cancelled = True
+                entry.abandoned = entry.abandoned or abandoned
             return entry.goal, entry.goal.status is GoalStatus.EXECUTING
 
     def of_client(self, client_id: str) -> tuple[str, ...]:

@@ -400,8 +400,8 @@ class SimServer:
         if goal.skill != name:
             raise UnknownGoalError(f"goal {goal_id} is a {goal.skill} goal, not {name[:60]!r}")
 
-    def _cancel(self, goal_id: str) -> None:
-        _, executing = self._ledger.cancel(goal_id)
+    def _cancel(self, goal_id: str, *, abandoned: bool = False) -> None:
+        _, executing = self._ledger.cancel(goal_id, abandoned=abandoned)
         if executing:
             self._host.ctx.cancel()
 
@@ -419,7 +419,7 @@ class SimServer:
                 self._news.status(entry.goal)
                 outcome = self._call(entry, host)
         except SkillError as error:
-            outcome = error.record()
+            outcome = self._abandoned(error) if entry.abandoned else error.record()
         except Exception as fault:
             outcome = InternalError.log(entry.goal.skill, fault, _log).record()
         if isinstance(outcome, ErrorRecord):
@@ -429,6 +429,14 @@ class SimServer:
         goal = self._ledger.finish(goal_id, sim.time, outcome)
         self._save(self._freeze())
         self._news.status(goal)
+
+    def _abandoned(self, error: SkillError) -> ErrorRecord:
+        """Return what a client reads that lost its connection and came back: nobody has cancelled."""
+        return ConnectionLostError(
+            "the connection to the client was lost and the goal stopped; look what is done and send what is left",
+            phase=error.phase,
+            evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
+        ).record()
 
     @staticmethod
     def _come_to_rest(host: Host) -> None:
@@ -479,7 +487,7 @@ class SimServer:
             return
         for goal_id in self._ledger.of_client(client_id):
             _log.info("client %s is gone; its goal %s is cancelled", client_id, goal_id)
-            self._cancel(goal_id)
+            self._cancel(goal_id, abandoned=True)
         if self._pace_owner == client_id:
             self._pace_owner = None
             self._worker.set_pace(self._default_pace)

@@ -15,6 +15,7 @@ from robosandbox.agent.client import Client, RemoteRobot, connect
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.errors import (
     BusyError,
+    ConnectionLostError,
     ForbiddenError,
     InputError,
     InternalError,
@@ -232,6 +233,25 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
         assert fault_id in caplog.text and "a fault on purpose" in caplog.text
         assert "a fault on purpose" not in raised.value.message
         assert robot.send("home").wait().skill == "home"
+
+
+def test_nan_from_python_is_refused_as_such(robot: RemoteRobot) -> None:
+    for value in (float("nan"), float("inf")):
+        with pytest.raises(InvalidMessageError):
+            robot.send("place_at", {"x": value, "y": 0.0})
+
+
+def test_goal_of_a_lost_client_has_failed_and_not_been_cancelled(sim: SimProcess, robot: RemoteRobot) -> None:
+    robot.set_pace("realtime")
+    with connect(sim.endpoint) as other:
+        goal = other.robot().send("pick", {"object": "red_cube"})
+    with pytest.raises(ConnectionLostError) as lost:
+        while True:
+            found = robot.result("pick", goal.id)
+            if found.status.final:
+                found.outcome()
+    assert lost.value.evidence is not None and lost.value.evidence.restarted is False  # type: ignore[union-attr]
+    robot.set_pace("fast")
 
 
 def test_result_of_an_unknown_goal_is_an_error(robot: RemoteRobot) -> None:

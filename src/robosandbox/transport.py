@@ -52,6 +52,9 @@ def open_listener(
     outside = [item for item in endpoints if not is_loopback(item)]
     if outside and not insecure:
         _require_protection(config, outside)
+    routers = [item for item in _addresses(_get(config, "connect/endpoints"), mode) if not is_loopback(item)]
+    if routers and not insecure:
+        _require_credentials(config, routers)
     where = f"listen on {', '.join(endpoints)}" if endpoints else "reach the routers of the Zenoh config"
     return _open(config, f"cannot {where}"), endpoints
 
@@ -110,12 +113,23 @@ def _require_protection(config: zenoh.Config, outside: Sequence[str]) -> None:
     )
     if not (password or mutual):
         missing.append("user/password (transport/auth/usrpwd) or TLS with client certificates (enable_mtls)")
-    if not _get(config, "access_control/enabled"):
-        missing.append("access control (access_control/enabled)")
+    if not _get(config, "access_control/enabled") or _get(config, "access_control/default_permission") != "deny":
+        missing.append("access control (access_control/enabled, with default_permission deny)")
     if missing:
         raise InputError(
             f"listen: {', '.join(outside)} can be reached from other machines and the Zenoh config lacks "
             f"{' and '.join(missing)}; give one like those in examples/zenoh/ with --zenoh-config, or --insecure"
+        )
+
+
+def _require_credentials(config: zenoh.Config, routers: Sequence[str]) -> None:
+    """Raise where the sim would be served through a router that asks nobody who they are."""
+    user = _get(config, "transport/auth/usrpwd/user")
+    if not user and not _get(config, "transport/link/tls/connect_certificate"):
+        raise InputError(
+            f"connect: {', '.join(routers)} is beyond this machine and the Zenoh config has neither a user "
+            "(transport/auth/usrpwd) nor a certificate (transport/link/tls/connect_certificate) to show there, so the "
+            "router cannot ask for one; give one like those in examples/zenoh/router/, or --insecure"
         )
 
 
@@ -142,7 +156,11 @@ def _open(config: zenoh.Config, otherwise: str) -> zenoh.Session:
 
 
 def _endpoints(config: zenoh.Config, mode: str) -> tuple[str, ...]:
-    found = _get(config, "listen/endpoints")
+    return _addresses(_get(config, "listen/endpoints"), mode)
+
+
+def _addresses(found: Any, mode: str) -> tuple[str, ...]:
+    """Return endpoints in any of the forms that a configuration may have them in."""
     if isinstance(found, dict):
         found = found.get(mode) or []
     return tuple(str(item["address"] if isinstance(item, dict) else item) for item in found or ())

@@ -9,7 +9,7 @@ from __future__ import annotations
 from enum import StrEnum
 from typing import Annotated, Any, Final, Literal, Self, TypeVar
 
-from pydantic import Field, ValidationError
+from pydantic import ConfigDict, Field, ValidationError
 from pydantic_core import from_json
 
 from robosandbox.errors import ErrorRecord, InvalidMessageError, MessageEvidence
@@ -57,6 +57,9 @@ class Message(StrictModel):
     Attributes:
         protocol: The version that the sender speaks.
     """
+
+    # A NaN among a skill's arguments is to be refused by the sim, not to arrive as null.
+    model_config = ConfigDict(ser_json_inf_nan="constants")
 
     protocol: Literal[1] = PROTOCOL
 
