@@ -12,6 +12,7 @@ from robosandbox.robots.servos import joint_bounds
 
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 _HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
+_WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
 _FINGER_DEPTH = 5
 _FINGER_SPAN = 0.25
 _LEAST_ARM = 3
@@ -128,7 +129,9 @@ class _Tree:
                 if self._inside_hand(node):
                     continue
                 found.append(node)
-            elif node and len(children) > 1 and all(self.is_finger(n) for n in children) and not self._inside_hand(node):
+            elif (
+                node and len(children) > 1 and all(self.is_finger(n) for n in children) and not self._inside_hand(node)
+            ):
                 found.append(node)
         return found
 
@@ -189,7 +192,9 @@ def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
     # What carries something else besides the arm (a torso with a head, a base with wheels) is held.
     for node in path:
         others = [
-            n for n in tree.children.get(tree.parent.get(node, 0), ()) if n != node and tree.is_active(n) and tree.depth(n) > 1
+            n
+            for n in tree.children.get(tree.parent.get(node, 0), ())
+            if n != node and tree.is_active(n) and tree.depth(n) > 1
         ]
         if others and tree.parent.get(node, 0):
             above = path[: path.index(node)]
@@ -208,7 +213,9 @@ def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
 
 def _palm_body(model: mujoco.MjModel, palm: int, hand: list[int]) -> int:
     """Return the body that the fingers hang on; without fingers the outermost one welded to the last link."""
-    parents = {int(model.body_parentid[node]) for node in hand if int(model.body_weldid[model.body_parentid[node]]) == palm}
+    parents = {
+        int(model.body_parentid[node]) for node in hand if int(model.body_weldid[model.body_parentid[node]]) == palm
+    }
     if parents:
         return min(parents)
     welded = [b for b in range(palm, model.nbody) if int(model.body_weldid[b]) == palm]
@@ -237,7 +244,7 @@ def _is_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> tuple[bool, str]:
         mujoco.mj_fwdPosition(model, data)
         swept.append(_far_gap(model, data, joint, mine, other))
     closes = min(swept) < 0.012 and max(swept) > min(swept) + 0.015
-    if named:
+    if named and (closes or not _WRIST.search(named)):
         return True, f"{named!r} by its name" + (", and it closes on the link before it" if closes else "")
     # A wrist folds back on its forearm too, at the end of a wide range; a jaw has a fixed jaw beside it.
     end_only = swept.index(min(swept)) in (0, len(swept) - 1) and float(np.median(swept)) > min(swept) + 0.005

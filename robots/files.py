@@ -73,9 +73,7 @@ class ModelFiles:
                     raise InputError(f"{self.model.name}: {element}: {path.name} is larger than 200 MB")
                 return path
         tried = f" (looked in {found[0].parent})" if found else ""
-        remedy = (
-            f"give --package-path, or set {PACKAGE_PATH_VARIABLE}" if "://" in name else "put it beside the model"
-        )
+        remedy = f"give --package-path, or set {PACKAGE_PATH_VARIABLE}" if "://" in name else "put it beside the model"
         raise InputError(f"{self.model.name}: {element}: no file {name!r}{tried}; {remedy}")
 
     def _locate(self, name: str, folder: str) -> list[Path]:

@@ -212,3 +212,9 @@ def _isolate(spec: mujoco.MjSpec) -> None:
     compiler.settotalmass = -1.0
     compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     compiler.inertiagrouprange = [0, 5]
+    # Measured alone, a robot obeys the options that it will have in every scene, not those of its file.
+    option, plain = spec.option, mujoco.MjSpec().option
+    for field in dir(plain):
+        if not field.startswith("_") and not callable(getattr(plain, field)):
+            setattr(option, field, getattr(plain, field))
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -128,6 +128,7 @@ class Robot:
         bodies: Ids of all its bodies.
         base_position: Its base in the world, shape (3,).
         gripper: None for an arm without one.
+        reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
     """
 
     name: str
@@ -147,6 +148,7 @@ class Robot:
     bodies: frozenset[int]
     base_position: Array
     gripper: Gripper | None
+    reach: tuple[float, float]
 
     @property
     def n(self) -> int:

@@ -285,5 +285,3 @@ def _pos_quat(origin: Array) -> tuple[Array, Array]:
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, origin[:3, :3].flatten())
     return origin[:3, 3].copy(), quat
-
-

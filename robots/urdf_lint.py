@@ -152,9 +152,7 @@ def _check_joint(
             followed = "" if further is None else further.get("joint", "")
 
 
-def _check_tree(
-    links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str
-) -> None:
+def _check_tree(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str) -> None:
     parent_of: dict[str, tuple[str, str]] = {}
     for name, joint in joints.items():
         parent, child = joint.find("parent"), joint.find("child")
