@@ -26,6 +26,7 @@ from robosandbox.robots.sweep import (
 )
 from robosandbox.types import Array, frozen_array
 
+_FIXED_JAW = 0.25
 _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
@@ -82,14 +83,12 @@ def derive_gripper(
     tcp = (int(model.site_bodyid[tcp_site]), model.site_pos[tcp_site].copy())
     found = find_pads(model, data, groups, closed_qpos, open_qpos, tcp)
     left, right, pads = found.left, found.right, found.geoms
-    aperture = np.empty(len(order))
-    for i, k in enumerate(order):
-        place(model, data, sweep.qpos[k])
-        aperture[i] = pad_gap(model, data, pads)[0]
+    aperture = samples_gap(model, data, sweep.qpos[order], pads)
 
     place(model, data, sweep.qpos[order[grasp_sample(aperture)]])
     R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), pads, oriented)
 
+    centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
     open_gap = float(np.interp(roles.open_qpos, joint, aperture))
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
     place(model, data, sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]])
@@ -103,6 +102,7 @@ def derive_gripper(
     geometry = GripperGeometry(
         joint_samples=frozen_array(joint),
         aperture_samples=frozen_array(aperture),
+        centre_samples=frozen_array(centre),
         control_samples=frozen_array(_extend_to_ends(controls, joint, roles, model, actuator_ids)),
         open_joint=roles.open_qpos,
         closed_joint=roles.closed_qpos,
@@ -193,6 +193,30 @@ def _tcp_frame(
     approach -= closing * (closing @ approach)
     approach /= np.linalg.norm(approach)
     return np.column_stack([np.cross(closing, approach), closing, approach])
+
+
+def _gap_centres(
+    model: mujoco.MjModel, data: mujoco.MjData, samples: Array, tcp_site: int, R_site_tcp: Array, pads: tuple[int, int]
+) -> Array:
+    """Return where the middle between the pads lies along the closing direction, at each sample, shape (k,)."""
+    centres = np.empty(len(samples))
+    fromto = np.zeros(6)
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        closing = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp[:, 1]
+        mujoco.mj_geomDistance(model, data, pads[0], pads[1], 1.0, fromto)
+        centres[k] = closing @ ((fromto[:3] + fromto[3:]) / 2.0 - data.site_xpos[tcp_site])
+    # What is a millimetre or two is the pads' own shape, no jaw that stands still.
+    return centres if np.ptp(centres) > _FIXED_JAW * np.ptp(samples_gap(model, data, samples, pads)) else 0.0 * centres
+
+
+def samples_gap(model: mujoco.MjModel, data: mujoco.MjData, samples: Array, pads: tuple[int, int]) -> Array:
+    """Return the gap between two geoms at each configuration, shape (k,)."""
+    gaps = np.empty(len(samples))
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        gaps[k] = pad_gap(model, data, pads)[0]
+    return gaps
 
 
 def _snap(direction: Array, radians: float) -> Array:

@@ -179,7 +179,7 @@ def check_xml(content: bytes, source: str) -> None:
         parser.Parse(content, True)
     except expat.ExpatError as error:
         line, column = error.lineno, error.offset + 1
-        reason = expat.errors.messages[error.code] if error.code in expat.errors.messages else "malformed"
+        reason = expat.errors.messages.get(error.code, "malformed")
         raise InputError(f"{source}: line {line}, column {column}: {reason}; it is not well-formed XML") from None
     except (ValueError, LookupError) as error:
         raise InputError(f"{source}: {error}; save it as UTF-8 XML") from None

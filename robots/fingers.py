@@ -50,7 +50,10 @@ def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> No
             geom.condim = max(int(geom.condim), 4)
             geom.friction = np.maximum(geom.friction, _FRICTION)
     # Pads that the author made of boxes stand proud of what carries them.
-    if any(int(model.geom_bodyid[g]) in group for g in padded for group in groups):
+    carriers = {int(model.jnt_bodyid[j]) for j in joints} | {palm_of(model, joints)}
+    fingers = {b for group in groups for b in group if b in carriers or int(model.body_weldid[b]) in carriers}
+    palms = {b for b in fingers if int(model.body_weldid[b]) == palm and b != palm_of(model, joints)}
+    if any(int(model.geom_bodyid[g]) in fingers - palms for g in padded):
         return
     for group in groups:
         ends = _ends(model, group)
@@ -125,14 +128,23 @@ def _mesh_of(model: mujoco.MjModel, mesh: int) -> Mesh:
 
 
 def is_concave(mesh: Mesh) -> bool:
-    """Tell whether a mesh's hull is a good deal larger than the mesh."""
+    """Tell whether a mesh's hull is a good deal larger than the mesh, or may be: an open one encloses nothing."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
         hull = float(ConvexHull(mesh.vertices).volume)
     except QhullError:
         return False
-    return hull > _CONCAVE * _volume(mesh.vertices, mesh.faces)
+    return not _is_closed(mesh) or hull > _CONCAVE * _volume(mesh.vertices, mesh.faces)
+
+
+def _is_closed(mesh: Mesh) -> bool:
+    """Tell whether every edge has a face on either side, so that the mesh encloses a volume."""
+    _, welded = np.unique(mesh.vertices.round(6), axis=0, return_inverse=True)
+    corners = welded.reshape(-1)[mesh.faces]
+    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    return bool((counts == 2).mean() > 0.98)
 
 
 def _volume(vertices: Array, faces: Array) -> float:

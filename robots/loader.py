@@ -21,6 +21,7 @@ from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace, find_workspace
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
+from robosandbox.robots.servos import soften_grip
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.sweep import servo_map
 from robosandbox.types import Array, Pose, frozen_array
@@ -193,6 +194,8 @@ def measure(
     spec, path = imported.spec, imported.path
     try:
         tcp_site = _place_tcp(spec, sidecar)
+        if sidecar.gripper:
+            soften_grip(imported, sidecar.gripper, tcp_site)
         model = compile_spec(spec, path.name)
         check_home(sidecar, model)
         arm_q = {

@@ -217,4 +217,6 @@ def _isolate(spec: mujoco.MjSpec) -> None:
     for field in dir(plain):
         if not field.startswith("_") and not callable(getattr(plain, field)):
             setattr(option, field, getattr(plain, field))
+    spec.visual.map.znear = 0.01
+    spec.visual.map.zfar = 50.0
     option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -89,7 +89,7 @@ def far_gap(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[i
     place(model, data, qpos)
     least = np.inf
     for left, right in combinations(groups, 2):
-        first, second = _outer_points(model, data, left, right), _outer_points(model, data, right, left)
+        first, second = (_outer_points(model, data, side, other, 0.75) for side, other in ((left, right), (right, left)))
         first, second = first[:: max(1, len(first) // 600)], second[:: max(1, len(second) // 600)]
         least = min(least, float(np.linalg.norm(first[:, None] - second[None], axis=2).min()))
     return least
@@ -168,8 +168,10 @@ def _sides(pads: Pads) -> tuple[tuple[frozenset[int], frozenset[int]], tuple[fro
     return (pads.left, pads.right), (pads.right, pads.left)
 
 
-def _outer_points(model: mujoco.MjModel, data: mujoco.MjData, side: frozenset[int], other: frozenset[int]) -> Array:
-    """Return surface points of one side; of a fixed jaw those alone that lie as far out as the moving one."""
+def _outer_points(
+    model: mujoco.MjModel, data: mujoco.MjData, side: frozenset[int], other: frozenset[int], inner: float = 0.45
+) -> Array:
+    """Return surface points of one side; on a hinge those alone beyond a share of the reach, of a fixed jaw as well."""
     points = world_points(model, data, collision_geoms(model, side))
     hinge = next((int(model.body_jntadr[b]) for b in sorted(side) if model.body_jntnum[b]), -1)
     if hinge < 0:
@@ -182,7 +184,7 @@ def _outer_points(model: mujoco.MjModel, data: mujoco.MjData, side: frozenset[in
     anchor, axis = data.xanchor[hinge], data.xaxis[hinge]
     reach = float(_lever(reach_of, anchor, axis).max())
     lever = _lever(points, anchor, axis)
-    kept = points[(lever > 0.45 * reach) & (lever < 1.15 * reach)]
+    kept = points[(lever > inner * reach) & (lever < 1.15 * reach)]
     return kept if len(kept) > 50 else points
 
 

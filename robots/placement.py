@@ -201,12 +201,18 @@ def find_home(
             break
     if best is not None:
         return Home(
-            np.round(best[1], 4), f"optimized: tool down over the table, far from limits and singularities{note}", 0.85
+            _rounded(kinematics, best[1]), f"optimized: tool down over the table, far from limits and singularities{note}", 0.85
         )
     q, positions, approaches = kinematics.samples()
     order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
     free = next((k for k in order if collides(q[k]) is None), order[0])
-    return Home(np.round(q[free], 4), f"the sampled posture that points down best; check it on the picture{note}", 0.3)
+    return Home(_rounded(kinematics, q[free]), f"the sampled posture that points down best; check it on the picture{note}", 0.3)
+
+
+def _rounded(kinematics: Kinematics, q: Array) -> Array:
+    """Return the configuration to four digits, within the limits all the same."""
+    inside: Array = np.clip(np.round(q, 4), np.ceil(kinematics.lower * 1e4) / 1e4, np.floor(kinematics.upper * 1e4) / 1e4)
+    return inside
 
 
 def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callable[[Array], str | None]) -> str | None:

@@ -21,6 +21,8 @@ class GripperGeometry:
     Attributes:
         joint_samples: Primary joint values, increasing, shape (k,).
         aperture_samples: Gap between the pads at each, shape (k,).
+        centre_samples: Where the middle of the gap lies at each, along the closing direction from the TCP, shape (k,): 0
+            for fingers that meet in the middle, half the gap for a single moving jaw.
         control_samples: Actuator controls that hold each, shape (k, actuators).
         open_joint: The sidecar's open_qpos.
         closed_joint: The sidecar's closed_qpos.
@@ -35,6 +37,7 @@ class GripperGeometry:
 
     joint_samples: Array
     aperture_samples: Array
+    centre_samples: Array
     control_samples: Array
     open_joint: float
     closed_joint: float
@@ -54,6 +57,10 @@ class GripperGeometry:
         """Return the primary joint value whose gap comes closest to `aperture`."""
         order = np.argsort(self.aperture_samples, kind="stable")
         return float(np.interp(aperture, self.aperture_samples[order], self.joint_samples[order]))
+
+    def centre(self, aperture: float) -> float:
+        """Return where along the closing direction, from the TCP, the middle of a gap of `aperture` lies, metres."""
+        return float(np.interp(self.joint_for_aperture(aperture), self.joint_samples, self.centre_samples))
 
     def closed_fraction(self, joint: float) -> float:
         """Return 0 at open, 1 at closed, not clipped."""

@@ -6,15 +6,20 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.imported import ImportedModel, compile_spec, get_scalar
+from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.types import Array
 
 # The position error at which a servo gives all its effort: a real arm's stiffness.
 _FULL_EFFORT_ERROR = 0.02
 # Faster than this a servo outruns a 2 ms physics step.
 _MAX_FREQUENCY = 100.0
+_STUCK_ERROR = 0.05
 _ROTOR_SHARE = 0.05
 _ROTOR_PER_EFFORT = 0.001
 _SAMPLES = 40
+# Newtons at the fingertips, and by what share of its travel a finger is off when it presses with all of them.
+_GRIP_FORCE = 30.0
+_GRIP_ERROR = 0.05
 _JOINT, _TENDON = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_TENDON
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -27,11 +32,13 @@ def ensure_servos(imported: ImportedModel) -> None:
     driven = _driven_joints(spec, model)
     for actuator in spec.actuators:
         if _is_servo(actuator):
+            _strengthen(imported, model, load, actuator)
             continue
         if actuator.trntype == _JOINT and spec.joint(actuator.target) is not None:
             joint = spec.joint(actuator.target)
             effort = _motor_effort(actuator)
-            _write_servo(actuator, joint, *load.servo(model, joint, effort))
+            kp, kd, force, _ = load.servo(model, joint, effort)
+            _write_servo(actuator, joint, kp, kd, force)
             imported.notes.append(f"actuator {actuator.name!r} is no position servo: replaced by one")
         elif actuator.trntype == _TENDON:
             _tendon_servo(imported, model, actuator)
@@ -46,10 +53,63 @@ def ensure_servos(imported: ImportedModel) -> None:
         kp, kd, force, armature = load.servo(model, joint, effort)
         if get_armature(joint) <= 0.0:
             joint.armature = armature
-        _write_servo(actuator, joint, kp, kd, force, armature)
+        _write_servo(actuator, joint, kp, kd, force)
         imported.made_actuators.add(actuator.name)
     if imported.made_actuators:
         imported.notes.append(f"made position servos for {', '.join(sorted(imported.made_actuators))}")
+
+
+def _strengthen(
+    imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator: mujoco.MjsActuator
+) -> None:
+    """Give a servo that its joint's own friction would hold far off its target the stiffness to overcome it."""
+    joint = imported.spec.joint(actuator.target) if actuator.trntype == _JOINT else None
+    if joint is None or joint.type not in _SINGLE:
+        return
+    gear = abs(float(actuator.gear[0])) or 1.0
+    stiffness = -float(actuator.biasprm[1]) * gear**2
+    friction = float(joint.frictionloss)
+    j = model.joint(joint.name).id
+    slide = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
+    low, high = joint_bounds(model)
+    # A slide is a finger more often than not: what counts is its own travel.
+    stuck, wanted = (0.1 * (high[j] - low[j]),) * 2 if slide else (_STUCK_ERROR, _FULL_EFFORT_ERROR)
+    if friction <= stuck * stiffness:
+        return
+    mass = max(load.inertia[model.jnt_dofadr[j]], 1e-5) + get_armature(joint)
+    kp = max(min(2.0 * friction / wanted, 1e5), stiffness)
+    joint.armature = get_armature(joint) + max(0.0, kp / (2.0 * _MAX_FREQUENCY) ** 2 - mass)
+    force = friction + (_GRIP_FORCE if slide else max(2.0 * friction, float(load.gravity[model.jnt_dofadr[j]])))
+    _write_servo(actuator, joint, kp, 2.0 * float(np.sqrt(kp * max(mass, kp / (2.0 * _MAX_FREQUENCY) ** 2))), force)
+    imported.notes.append(
+        f"actuator {actuator.name!r}: friction of {friction:g} in its joint would hold it {friction / stiffness:.2g} off its "
+        f"target; stiffness {stiffness:g} raised to {kp:.0f}"
+    )
+
+
+def soften_grip(imported: ImportedModel, roles: GripperRoles, tcp_site: str) -> None:
+    """Let the gripper servos that the import made press as a hand does, whatever motor the file rates them at."""
+    spec = imported.spec
+    made = [name for name in roles.actuator_names if name in imported.made_actuators]
+    if not made:
+        return
+    model = compile_spec(spec, imported.path.name)
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    tcp = data.site_xpos[model.site(tcp_site).id]
+    low, high = joint_bounds(model)
+    for name in made:
+        actuator = spec.actuator(name)
+        joint = model.joint(actuator.target).id
+        lever = 1.0
+        if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
+            offset = tcp - data.xanchor[joint]
+            lever = max(float(np.linalg.norm(np.cross(data.xaxis[joint], offset))), 0.01)
+        force = min(_GRIP_FORCE * lever, float(abs(actuator.forcerange[1])))
+        travel = float(high[joint] - low[joint])
+        inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
+        kp = force / (_GRIP_ERROR * travel)
+        _write_gains(actuator, kp, 2.0 * float(np.sqrt(kp * inertia)), force)
 
 
 def get_armature(joint: mujoco.MjsJoint) -> float:
@@ -105,9 +165,8 @@ def joint_bounds(model: mujoco.MjModel) -> tuple[Array, Array]:
 
 
 def _write_servo(
-    actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float, kd: float, force: float, armature: float
+    actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float, kd: float, force: float
 ) -> None:
-    del armature
     _write_gains(actuator, kp, kd, force)
     if joint.limited == mujoco.mjtLimited.mjLIMITED_TRUE or joint.range[0] < joint.range[1]:
         degrees = bool(joint.compiler.degree) if hasattr(joint, "compiler") and joint.compiler is not None else False

@@ -15,6 +15,8 @@ from robosandbox.types import Array
 _SAMPLES = 64
 _SETTLE_SECONDS = 0.5
 _SWEEP_SECONDS = 1.5
+_MOST_SETTLES = 8
+_STILL = 0.003
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
@@ -159,8 +161,13 @@ def sweep_gripper(
     for actuator in range(model.nu):
         if actuator not in actuators:
             _hold(model, data, actuator)
-    frozen = data.qpos.copy()
     driven = _driven_addresses(model, joints_wanted)
+    for joint in _inside(model, joints_wanted):
+        # Fingers that start outside their limits may start inside one another.
+        if model.jnt_limited[joint]:
+            address = model.jnt_qposadr[joint]
+            data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[joint])
+    frozen = data.qpos.copy()
     dofs = _driven_dofs(model, joints_wanted)
     settle = int(_SETTLE_SECONDS / model.opt.timestep)
     steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
@@ -177,12 +184,18 @@ def sweep_gripper(
             speed[dofs] = data.qvel[dofs]
             data.qvel[:] = speed
 
-    advance(0.0, settle)
+    def rest(fraction: float) -> None:
+        for _ in range(_MOST_SETTLES):
+            advance(fraction, settle)
+            if float(np.abs(data.qvel[dofs]).max(initial=0.0)) < _STILL:
+                return
+
+    rest(0.0)
     joints, lengths, qpos = [], [], []
     for k in range(_SAMPLES + 1):
         advance(k / _SAMPLES, steps if k else 0)
         if k == _SAMPLES:
-            advance(1.0, settle)
+            rest(1.0)
         place(model, data, data.qpos)
         joints.append(data.qpos[addresses].copy())
         lengths.append(data.actuator_length[actuators].copy())
