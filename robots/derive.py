@@ -16,6 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.pads import find_pads, grasp_sample, pad_gap
 from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.robots.surfaces import world_points
 from robosandbox.robots.sweep import (
     collision_geoms,
     control_range,
@@ -27,6 +28,7 @@ from robosandbox.robots.sweep import (
 from robosandbox.types import Array, frozen_array
 
 _FIXED_JAW = 0.25
+_TIP_LENGTH = 0.02
 _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
@@ -91,8 +93,9 @@ def derive_gripper(
     centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
     open_gap = float(np.interp(roles.open_qpos, joint, aperture))
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
-    place(model, data, sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]])
-    extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads, open_gap)
+    around = order[grasp_sample(aperture)]
+    place(model, data, sweep.qpos[around])
+    extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
     controls = np.empty((len(order), len(actuator_ids)))
     for column, actuator in enumerate(actuator_ids):
         scale, offset = servo_map(model, actuator)
@@ -229,14 +232,6 @@ def _snap(direction: Array, radians: float) -> Array:
     return snapped
 
 
-def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
-    """Return the 8 corners of a geom's bounding box in the world, shape (8, 3)."""
-    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    corners: Array = data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
-    return corners
-
-
 def _finger_extents(
     model: mujoco.MjModel,
     data: mujoco.MjData,
@@ -244,23 +239,21 @@ def _finger_extents(
     R_site_tcp: Array,
     sides: tuple[frozenset[int], frozenset[int]],
     pads: tuple[int, int],
-    open_gap: float,
 ) -> dict[str, float]:
-    """Measure the open fingers in the TCP frame."""
+    """Measure the fingers in the TCP frame, posed as they are in `data`."""
     origin = data.site_xpos[tcp_site]
     rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
 
     def local(geoms: list[int]) -> Array:
-        return np.concatenate([(_corners(model, data, g) - origin) @ rotation for g in geoms])
+        turned: Array = (world_points(model, data, geoms) - origin) @ rotation
+        return turned
 
     fingers = [local(collision_geoms(model, side)) for side in sides]
-    pad_corners = local(list(pads))
+    pad_points = [local([pad]) for pad in pads]
+    both = np.concatenate(pad_points)
     tip_depth = float(max(points[:, 2].max() for points in fingers))
-    middle = float(pad_corners[:, 1].mean())
-    outer = max(float(np.abs(pad_corners[:, 1] - middle).max()), open_gap / 2.0)
-    near = np.concatenate(fingers)
-    near = near[near[:, 2] > tip_depth - 0.02]
-    outer = max(outer, float(np.abs(near[:, 1] - middle).max())) if len(near) else outer
+    near = [points[points[:, 2] > tip_depth - _TIP_LENGTH] for points in fingers]
+    thickness = [float(np.ptp(points[:, 1])) for points in near if len(points)]
     palm_body = int(model.site_bodyid[tcp_site])
     palm = [
         g
@@ -268,11 +261,13 @@ def _finger_extents(
         if int(model.geom_bodyid[g]) not in sides[0] | sides[1]
     ]
     palm_top = float(local(palm)[:, 2].max()) if palm else float(np.concatenate(fingers)[:, 2].min())
+    width = both[np.abs(both[:, 2]) < _TIP_LENGTH]
+    width = width if len(width) else both
     return {
         "tip_depth": max(0.0, tip_depth),
         "palm_depth": max(0.0, -palm_top),
-        "finger_thickness": max(0.002, outer - open_gap / 2.0),
-        "finger_width": float(pad_corners[:, 0].max() - pad_corners[:, 0].min()),
+        "finger_thickness": max(0.002, *thickness),
+        "finger_width": float(np.ptp(width[:, 0])),
     }
 
 

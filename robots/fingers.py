@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.meshes import Mesh, convex_parts
@@ -18,6 +19,8 @@ _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 _LEAST_RADIUS = 0.01
 _MOST_FACES = 150_000
 _FRICTION = (1.0, 0.02, 0.001)
+_QUICK = 0.004
+_STIFF = (0.97, 0.995, 0.001, 0.5, 2.0)
 
 
 def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> None:
@@ -49,6 +52,11 @@ def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> No
         if geom.priority <= 0:
             geom.condim = max(int(geom.condim), 4)
             geom.friction = np.maximum(geom.friction, _FRICTION)
+            # A grip presses a light object with many times its weight: at default softness fingers sink into it.
+            if float(geom.solimp[1]) < _STIFF[1] or float(geom.solimp[2]) > _STIFF[2] or float(geom.solref[0]) > _QUICK:
+                geom.solref = [_QUICK, 1.0]
+                geom.solimp = _STIFF
+                geom.priority = 1
     # Pads that the author made of boxes stand proud of what carries them.
     carriers = {int(model.jnt_bodyid[j]) for j in joints} | {palm_of(model, joints)}
     fingers = {b for group in groups for b in group if b in carriers or int(model.body_weldid[b]) in carriers}
@@ -112,6 +120,7 @@ def _cut(imported: ImportedModel, model: mujoco.MjModel, g: int, geom: mujoco.Mj
             friction=geom.friction,
             solref=geom.solref,
             solimp=geom.solimp,
+            priority=geom.priority,
             mass=0.0,
             group=3,
             rgba=geom.rgba,
@@ -147,7 +156,7 @@ def _is_closed(mesh: Mesh) -> bool:
     return bool((counts == 2).mean() > 0.98)
 
 
-def _volume(vertices: Array, faces: Array) -> float:
+def _volume(vertices: Array, faces: NDArray[np.int32]) -> float:
     """Return the volume that triangles enclose, by the divergence theorem."""
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6.0)

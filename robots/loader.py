@@ -112,6 +112,7 @@ class RobotModel:
             bodies=sides[0] | sides[1],
             finger_bodies=(sides[0], sides[1]),
             coupled_samples=self.gripper.coupled_samples,
+            driven=np.flatnonzero(np.isin(joint_ids, [_driven_joint(model, a) for a in actuator_ids])),
             force_limits=np.where(limited, np.abs(model.actuator_forcerange[actuator_ids]).max(axis=1), np.inf),
         )
 
@@ -262,6 +263,12 @@ def _place_tcp(spec: mujoco.MjSpec, sidecar: Sidecar) -> str:
     x, y, z, w = inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0)
     spec.body(inject.attach_body).add_site(name=TCP_SITE, pos=inject.xyz, quat=[w, x, y, z], size=[0.005] * 3, group=4)
     return TCP_SITE
+
+
+def _driven_joint(model: mujoco.MjModel, actuator: int) -> int:
+    """Return the one joint that an actuator drives; -1 for a tendon."""
+    direct = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value
+    return int(model.actuator_trnid[actuator, 0]) if direct else -1
 
 
 def _arm_servo_map(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:

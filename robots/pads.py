@@ -18,6 +18,7 @@ _TRAVEL_SHARE = 0.6
 _CELL = 0.002
 _CONTACT = 0.0015
 _TIP_MARGIN = 0.007
+_LONG_PAD = 0.042
 _TYPICAL_OBJECT = 0.025
 
 
@@ -89,7 +90,9 @@ def far_gap(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[i
     place(model, data, qpos)
     least = np.inf
     for left, right in combinations(groups, 2):
-        first, second = (_outer_points(model, data, side, other, 0.75) for side, other in ((left, right), (right, left)))
+        first, second = (
+            _outer_points(model, data, side, other, 0.75) for side, other in ((left, right), (right, left))
+        )
         first, second = first[:: max(1, len(first) // 600)], second[:: max(1, len(second) // 600)]
         least = min(least, float(np.linalg.norm(first[:, None] - second[None], axis=2).min()))
     return least
@@ -190,7 +193,7 @@ def _outer_points(
 
 def _lever(points: Array, anchor: Array, axis: Array) -> Array:
     offset = points - anchor
-    return np.linalg.norm(offset - np.outer(offset @ axis, axis), axis=1)
+    return np.asarray(np.linalg.norm(offset - np.outer(offset @ axis, axis), axis=1))
 
 
 def _meeting(left: Array, right: Array, closing: Array, approach: Array, near: Array) -> tuple[Array, float]:
@@ -219,8 +222,10 @@ def _meeting(left: Array, right: Array, closing: Array, approach: Array, near: A
     centre_x = float(np.average(x, weights=weight) + 0.5) * _CELL + low[0]
     heights = (z + 0.5) * _CELL + low[2]
     tip = float(max(a[:, 2].max(), b[:, 2].max()))
-    # Pads that touch all along: the half towards the tip is where things are held.
-    centre_z = min(float(np.median(heights)), tip - _TIP_MARGIN)
+    # Fingers that touch all along hold things near their tips.
+    length = float(heights.max() - heights.min())
+    held_at = float(np.median(heights)) if length < _LONG_PAD else float(heights.max()) - _LONG_PAD / 2.0
+    centre_z = min(held_at, tip - _TIP_MARGIN)
     centre_y = float(np.median((front_a[meets] + front_b[meets]) / 2.0))
     return near + frame @ np.array([centre_x, centre_y, centre_z]), float(heights.max() - heights.min() + _CELL)
 
@@ -231,7 +236,7 @@ def _snap(direction: Array, axes: Array, degrees: float) -> Array:
         cosines = axes @ direction
         best = int(np.abs(cosines).argmax())
         if abs(cosines[best]) > np.cos(np.radians(degrees)):
-            return axes[best] * np.sign(cosines[best])
+            return np.asarray(axes[best] * np.sign(cosines[best]))
     return direction
 
 

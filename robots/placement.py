@@ -190,10 +190,10 @@ def find_home(
         for distance in (space.middle, 0.75 * space.middle + 0.25 * space.near):
             point = space.point(distance, max(0.08, height * space.middle))
             for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
-                q = kinematics.descend(point, _DOWN, start, max(0.03, space.tilt))
-                if q is None:
+                solved = kinematics.descend(point, _DOWN, start, max(0.03, space.tilt))
+                if solved is None:
                     continue
-                q = _unwound(kinematics, q)
+                q = _unwound(kinematics, solved)
                 score = _score(kinematics, space, q)
                 if (best is None or score > best[0]) and collides(q) is None:
                     best = (score, q)
@@ -201,17 +201,23 @@ def find_home(
             break
     if best is not None:
         return Home(
-            _rounded(kinematics, best[1]), f"optimized: tool down over the table, far from limits and singularities{note}", 0.85
+            _rounded(kinematics, best[1]),
+            f"optimized: tool down over the table, far from limits and singularities{note}",
+            0.85,
         )
     q, positions, approaches = kinematics.samples()
     order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
     free = next((k for k in order if collides(q[k]) is None), order[0])
-    return Home(_rounded(kinematics, q[free]), f"the sampled posture that points down best; check it on the picture{note}", 0.3)
+    return Home(
+        _rounded(kinematics, q[free]), f"the sampled posture that points down best; check it on the picture{note}", 0.3
+    )
 
 
 def _rounded(kinematics: Kinematics, q: Array) -> Array:
     """Return the configuration to four digits, within the limits all the same."""
-    inside: Array = np.clip(np.round(q, 4), np.ceil(kinematics.lower * 1e4) / 1e4, np.floor(kinematics.upper * 1e4) / 1e4)
+    inside: Array = np.clip(
+        np.round(q, 4), np.ceil(kinematics.lower * 1e4) / 1e4, np.floor(kinematics.upper * 1e4) / 1e4
+    )
     return inside
 
 

@@ -84,6 +84,7 @@ class Gripper:
         bodies: Ids of the bodies that it moves, and of a fixed jaw.
         finger_bodies: The two sides' body ids.
         coupled_samples: All its joints at each of `geometry.joint_samples`, shape (k, g).
+        driven: Columns of `coupled_samples` whose joints have an actuator of their own, shape (d,).
         force_limits: Largest actuator force, shape (actuators,); infinite when the model sets none.
     """
 
@@ -94,6 +95,7 @@ class Gripper:
     bodies: frozenset[int]
     finger_bodies: tuple[frozenset[int], frozenset[int]]
     coupled_samples: Array
+    driven: Indices
     force_limits: Array
 
     def joints_at(self, joint: float) -> Array:
@@ -107,10 +109,20 @@ class Gripper:
         geometry = self.geometry
         return GripperState(
             joint=joint,
-            width=max(0.0, geometry.aperture(joint)),
+            width=max(0.0, geometry.aperture(joint if len(self.driven) < 2 else self._mean_joint(data))),
             closed=geometry.closed_fraction(joint),
             force=float(np.abs(data.actuator_force[self.actuator_ids]).sum()),
         )
+
+    def _mean_joint(self, data: mujoco.MjData) -> float:
+        """Return the primary joint value at which fingers with motors of their own would be as far closed on average."""
+        values = []
+        for column in self.driven:
+            samples = self.coupled_samples[:, column]
+            order = np.argsort(samples, kind="stable")
+            q = data.qpos[self.joint_indices[column]]
+            values.append(np.interp(q, samples[order], self.geometry.joint_samples[order]))
+        return float(np.mean(values))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -31,8 +31,8 @@ def apply_roles(sidecar: Sidecar, imported: ImportedModel) -> Sidecar:
     model = compile_spec(spec, path.name)
     by_joint: dict[str, list[str]] = {}
     for a in range(model.nu):
-        for joint in actuator_joints(model, a):
-            by_joint.setdefault(str(model.joint(joint).name), []).append(str(model.actuator(a).name))
+        for j in actuator_joints(model, a):
+            by_joint.setdefault(str(model.joint(j).name), []).append(str(model.actuator(a).name))
     arm = sidecar.arm
     actuators = []
     for i, joint in enumerate(arm.joints):

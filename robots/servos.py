@@ -59,9 +59,7 @@ def ensure_servos(imported: ImportedModel) -> None:
         imported.notes.append(f"made position servos for {', '.join(sorted(imported.made_actuators))}")
 
 
-def _strengthen(
-    imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator: mujoco.MjsActuator
-) -> None:
+def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator: mujoco.MjsActuator) -> None:
     """Give a servo that its joint's own friction would hold far off its target the stiffness to overcome it."""
     joint = imported.spec.joint(actuator.target) if actuator.trntype == _JOINT else None
     if joint is None or joint.type not in _SINGLE:
@@ -164,9 +162,7 @@ def joint_bounds(model: mujoco.MjModel) -> tuple[Array, Array]:
     return np.where(limited, model.jnt_range[:, 0], -free), np.where(limited, model.jnt_range[:, 1], free)
 
 
-def _write_servo(
-    actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float, kd: float, force: float
-) -> None:
+def _write_servo(actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float, kd: float, force: float) -> None:
     _write_gains(actuator, kp, kd, force)
     if joint.limited == mujoco.mjtLimited.mjLIMITED_TRUE or joint.range[0] < joint.range[1]:
         degrees = bool(joint.compiler.degree) if hasattr(joint, "compiler") and joint.compiler is not None else False

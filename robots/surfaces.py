@@ -21,9 +21,9 @@ def points_on(model: mujoco.MjModel, geom: int, spacing: float = 0.002, most: in
         case _GEOM.mjGEOM_BOX.value:
             return _on_box(size, spacing)
         case _GEOM.mjGEOM_SPHERE.value:
-            return _sphere() * size[0]
+            return np.asarray(_sphere() * size[0])
         case _GEOM.mjGEOM_ELLIPSOID.value:
-            return _sphere() * size
+            return np.asarray(_sphere() * size)
         case _GEOM.mjGEOM_CAPSULE.value:
             return _tube(size[0], size[1], spacing, round_ends=True)
         case _GEOM.mjGEOM_CYLINDER.value:
@@ -40,7 +40,7 @@ def world_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: Iterable[int
 
 def _on_mesh(model: mujoco.MjModel, mesh: int, spacing: float, most: int) -> Array:
     start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-    vertices = model.mesh_vert[start : start + count].astype(float)
+    vertices: Array = model.mesh_vert[start : start + count].astype(float)
     first, number = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
     corners = vertices[model.mesh_face[first : first + number]]
     across, along = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]

@@ -249,7 +249,7 @@ class _Builder:
         key = (path, scale, solid)
         if key not in self.meshes:
             name = f"{Path(path).stem}_{len(self.meshes)}"
-            add_mesh(self.spec, name, mesh.vertices * np.array(scale), mesh.faces, mirrored=np.prod(scale) < 0.0)
+            add_mesh(self.spec, name, mesh.vertices * np.array(scale), mesh.faces, mirrored=bool(np.prod(scale) < 0.0))
             self.meshes[key] = name
         return self.meshes[key]
 

@@ -32,7 +32,17 @@ _ARRIVAL_SECONDS = 1.5
 _TRIM_AFTER = 0.15
 # Straight up as far as can be reached; failing that with the hand leaning outwards, as short arms must.
 _LEANS = (0.0, 0.35, 0.7, 1.05)
-_RISES = ((1.0, 0.0), (0.75, 0.0), (0.5, 0.0), (1.0, 0.35), (0.5, 0.35), (1.0, 0.7), (0.5, 0.7), (0.5, 1.05), (0.25, 0.0))
+_RISES = (
+    (1.0, 0.0),
+    (0.75, 0.0),
+    (0.5, 0.0),
+    (1.0, 0.35),
+    (0.5, 0.35),
+    (1.0, 0.7),
+    (0.5, 0.7),
+    (0.5, 1.05),
+    (0.25, 0.0),
+)
 _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
@@ -208,8 +218,8 @@ class Manipulator:
         """
         observation = self.sim.observe()
         failure: UnreachableError | None = None
-        for share, lean in _RISES:
-            target = leaning(raised(observation.tcp_pose, share * height), self.sim.robot.base_position, lean)
+        for share, angle in _RISES:
+            target = leaning(raised(observation.tcp_pose, share * height), self.sim.robot.base_position, angle)
             try:
                 trajectory = self.motion.plan_line(observation.q, target, speed=speed)
             except UnreachableError as error:
@@ -271,9 +281,9 @@ def check_rise(arm: Manipulator, pose: Pose, height: float, seed: Array) -> None
         UnreachableError: It cannot.
     """
     failure: UnreachableError | None = None
-    for lean in _LEANS:
+    for angle in _LEANS:
         try:
-            arm.motion.ik(leaning(raised(pose, height), arm.sim.robot.base_position, lean), seed)
+            arm.motion.ik(leaning(raised(pose, height), arm.sim.robot.base_position, angle), seed)
             return
         except UnreachableError as error:
             failure = failure or error
