@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, repl, run, sim, tasks
+from robosandbox.commands import bench, repl, robot, run, sim, tasks
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app.command("repl")(repl.repl)
 app.command("sim")(sim.sim)
 app.command("agent")(run.agent)
 app.add_typer(tasks.app, name="tasks")
+app.add_typer(robot.app, name="robot")
 
 
 def main() -> None:
