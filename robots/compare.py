@@ -21,6 +21,8 @@ _TCP_BEHIND = 0.045
 _APPROACH_DEG = 20.0
 _SUNK = 0.06
 _SINGULAR = 0.03
+_STRETCHED = 0.02
+_FORCE = 0.3
 _TABLE_HALF = 0.5
 _GRID = 0.1
 _LEAST_REACHED = 3
@@ -204,7 +206,8 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
     start = model.qpos0.copy()
     measured = found.sidecar.gripper
     if measured is not None:
-        start[model.joint(measured.primary_joint).qposadr[0]] = measured.open_qpos
+        for name, value in found.open_joints.items():
+            start[model.joint(name).qposadr[0]] = value
     kinematics = Kinematics(model, joints, tool, start)
     q = np.array(given.arm.home_qpos)
     base = np.array(given.base_pose.xyz)
@@ -240,7 +243,8 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
     if itself is not None:
         return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
     ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
-    if ratio < _SINGULAR:
+    smallest, force = kinematics.lost_force(q, max(found.workspace.far, 1e-6))
+    if ratio < _SINGULAR or (smallest < _STRETCHED and force > _FORCE):
         return Check(
             "home",
             False,

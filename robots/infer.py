@@ -60,6 +60,7 @@ class Inference:
         findings: Per field of the sidecar, the evidence.
         choices: The arms that were there to choose from, the chosen one first.
         workspace: What it reaches.
+        open_joints: All gripper joints with the gripper open.
         notes: What the import changed.
     """
 
@@ -68,6 +69,7 @@ class Inference:
     findings: dict[str, Finding] = field(default_factory=dict)
     choices: tuple[str, ...] = ()
     workspace: Workspace
+    open_joints: dict[str, float] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
 
 
@@ -171,6 +173,7 @@ def infer_imported(
         findings=findings,
         choices=choices,
         workspace=space,
+        open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},
         notes=tuple(imported.notes),
     )
 

@@ -74,6 +74,22 @@ class Kinematics:
         linear, _ = self.jacobian(position)
         return float(np.linalg.svd(linear, compute_uv=False)[-1])
 
+    def lost_force(self, q: Array, length: float) -> tuple[float, float]:
+        """Return the smallest singular value of the whole Jacobian, and how much of the lost direction is translation.
+
+        An arm that is stretched out, or folded onto its own axis, holds any force along a line without a motor: the lost
+        direction is a force. A wrist whose axes line up loses a turn: a couple, of which an arm can make its way out.
+
+        Args:
+            q: Shape (n,).
+            length: What makes metres comparable to radians.
+        """
+        position, _ = self.forward(q)
+        linear, angular = self.jacobian(position)
+        u, s, _ = np.linalg.svd(np.vstack([linear / length, angular]), full_matrices=False)
+        last = min(6, self.n) - 1
+        return float(s[last]), float(np.linalg.norm(u[:3, last]))
+
     def centring(self, q: Array) -> float:
         """Return how far the joint nearest to a limit is from it: 0 at the limit, 1 in the middle."""
         half = (self.upper - self.lower) / 2.0

@@ -23,12 +23,14 @@ from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.servos import soften_grip
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.sweep import servo_map
+from robosandbox.robots.surfaces import world_points
+from robosandbox.robots.sweep import collision_geoms, servo_map
 from robosandbox.types import Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
+_TOOL_LENGTH = 0.04
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,6 +48,7 @@ class RobotModel:
         velocity_limits: Per arm joint, shape (n,).
         acceleration_limits: Per arm joint, shape (n,).
         workspace: What it reaches over a table.
+        tool_radius: How far its last link reaches sideways of the TCP; of use to an arm without a gripper.
         notes: What the import repaired, added or left out, in sentences.
     """
 
@@ -59,6 +62,7 @@ class RobotModel:
     velocity_limits: Array
     acceleration_limits: Array
     workspace: Workspace
+    tool_radius: float
     notes: tuple[str, ...] = ()
 
     @property
@@ -93,6 +97,7 @@ class RobotModel:
             bodies=frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix)),
             base_position=frozen_array(model.body_pos[base]),
             reach=(self.workspace.near, self.workspace.far),
+            tool_radius=self.tool_radius,
             gripper=self._bind_gripper(model, prefix),
         )
 
@@ -225,6 +230,7 @@ def measure(
         velocity_limits=velocity,
         acceleration_limits=acceleration,
         workspace=workspace,
+        tool_radius=_tool_radius(model, site, R_site_tcp),
         notes=tuple(imported.notes),
     )
 
@@ -241,6 +247,18 @@ def _workspace(
     joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
     # The table's height in the robot's frame: where the sidecar puts the base decides it.
     return find_workspace(Kinematics(model, joints, tool, start), TABLE_HEIGHT - sidecar.base_pose.xyz[2])
+
+
+def _tool_radius(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> float:
+    """Return how far the link at the TCP reaches sideways of it, near its end."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    weld = int(model.body_weldid[model.site_bodyid[site]])
+    bodies = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld)
+    points = world_points(model, data, collision_geoms(model, bodies), 0.004)
+    local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
+    near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
+    return float(np.linalg.norm(near[:, :2], axis=1).max()) if len(near) else 0.01
 
 
 def _bare_tool(model: mujoco.MjModel, sidecar: Sidecar, site: int, oriented: bool) -> Array:

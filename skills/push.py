@@ -121,7 +121,11 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     down = np.array([0.0, 0.0, -1.0])
     across = np.cross(down, axis)
     gripper = arm.sim.robot.gripper
-    wide, thin = (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0) if gripper else (0.01, 0.01)
+    wide, thin = (
+        (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0)
+        if gripper
+        else (arm.sim.robot.tool_radius, arm.sim.robot.tool_radius)
+    )
     hand = arm.sim.observe().tcp_pose.rotation
     options = []
     for closing, depth in ((across, thin), (-across, thin), (axis, wide), (-axis, wide)):
