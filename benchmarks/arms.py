@@ -55,7 +55,7 @@ ARMS: dict[str, tuple[str, str, str | None]] = {
     "SO-100 URDF": (EXAMPLES, f"{_ROBOTS}/so_arm_description/urdf/so100.urdf", None),
     "ViperX 300 MJCF": (ALOHA, "gym_aloha/assets/bimanual_viperx_transfer_cube.xml", None),
     "Z1 URDF": (EXAMPLES, f"{_ROBOTS}/z1_description/urdf/z1.urdf", None),
-    "Baxter URDF": (EXAMPLES, f"{_ROBOTS}/baxter_description/urdf/baxter.urdf", None),
+    "Baxter URDF, right arm": (EXAMPLES, f"{_ROBOTS}/baxter_description/urdf/baxter.urdf", None),
     "UR5 URDF, fixed gripper": (EXAMPLES, f"{_ROBOTS}/ur_description/urdf/ur5_gripper.urdf", None),
     "UR10 URDF": (EXAMPLES, f"{_ROBOTS}/ur_description/urdf/ur10_robot.urdf", None),
     "xArm7 URDF": (EXAMPLES, f"{_ROBOTS}/xarm_description/urdf/xarm7.urdf", None),

@@ -17,7 +17,7 @@ from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.mount import mount
-from robosandbox.robots.pads import far_gap, find_pads, grasp_sample, measure_tcp, pad_gap
+from robosandbox.robots.pads import find_pads, grasp_sample, measure_tcp, openness, pad_gap
 from robosandbox.robots.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
 from robosandbox.robots.sidecar import (
     ArmRoles,
@@ -258,7 +258,7 @@ def _measure_hand(
         sweep = sweep_gripper(model, data, joints, actuators)
         groups = moving_groups(model, joints)
         first, last = sweep.qpos[0], sweep.qpos[-1]
-        if far_gap(model, data, groups, first) <= far_gap(model, data, groups, last):
+        if openness(model, data, groups, first) <= openness(model, data, groups, last):
             closed, opened = first, last
         else:
             closed, opened = last, first

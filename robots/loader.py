@@ -48,7 +48,7 @@ class RobotModel:
         velocity_limits: Per arm joint, shape (n,).
         acceleration_limits: Per arm joint, shape (n,).
         workspace: What it reaches over a table.
-        tool_radius: How far its last link reaches sideways of the TCP; of use to an arm without a gripper.
+        tool_half: How far its last link reaches along the TCP's x and y; of use to an arm without a gripper.
         notes: What the import repaired, added or left out, in sentences.
     """
 
@@ -62,7 +62,7 @@ class RobotModel:
     velocity_limits: Array
     acceleration_limits: Array
     workspace: Workspace
-    tool_radius: float
+    tool_half: tuple[float, float]
     notes: tuple[str, ...] = ()
 
     @property
@@ -97,7 +97,7 @@ class RobotModel:
             bodies=frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix)),
             base_position=frozen_array(model.body_pos[base]),
             reach=(self.workspace.near, self.workspace.far),
-            tool_radius=self.tool_radius,
+            tool_half=self.tool_half,
             gripper=self._bind_gripper(model, prefix),
         )
 
@@ -230,7 +230,7 @@ def measure(
         velocity_limits=velocity,
         acceleration_limits=acceleration,
         workspace=workspace,
-        tool_radius=_tool_radius(model, site, R_site_tcp),
+        tool_half=_tool_half(model, site, R_site_tcp),
         notes=tuple(imported.notes),
     )
 
@@ -249,8 +249,8 @@ def _workspace(
     return find_workspace(Kinematics(model, joints, tool, start), TABLE_HEIGHT - sidecar.base_pose.xyz[2])
 
 
-def _tool_radius(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> float:
-    """Return how far the link at the TCP reaches sideways of it, near its end."""
+def _tool_half(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float]:
+    """Return how far the link at the TCP reaches along its x and y, near its end."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     weld = int(model.body_weldid[model.site_bodyid[site]])
@@ -258,7 +258,8 @@ def _tool_radius(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> float:
     points = world_points(model, data, collision_geoms(model, bodies), 0.004)
     local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
     near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
-    return float(np.linalg.norm(near[:, :2], axis=1).max()) if len(near) else 0.01
+    x, y = np.abs(near[:, :2]).max(axis=0) if len(near) else (0.01, 0.01)
+    return float(x), float(y)
 
 
 def _bare_tool(model: mujoco.MjModel, sidecar: Sidecar, site: int, oriented: bool) -> Array:

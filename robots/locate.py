@@ -122,7 +122,9 @@ def known_sidecar(imported: ImportedModel) -> tuple[Path, Sidecar] | None:
         sidecar = load_yaml_model(path, Sidecar)
         wanted = {*sidecar.arm.joints, *(sidecar.gripper.joints if sidecar.gripper else ())}
         body = sidecar.ee_site.inject.attach_body if sidecar.ee_site.inject else None
-        if wanted <= joints and (body is None or body in bodies):
+        # Without a gripper it is for the bare arm only: the model may have one.
+        fits = wanted <= joints if sidecar.gripper else wanted == joints
+        if fits and (body is None or body in bodies):
             return path, sidecar
     return None
 

@@ -85,6 +85,30 @@ def find_pads(
     return Pads(left, right, (a, b), travels[best])
 
 
+def openness(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[int]], qpos: Array) -> float:
+    """Return a number that grows as a gripper opens, metres.
+
+    On hinges it is the distance between the outer parts, since parts beside the hinge stay close; on slides the mean
+    distance over all pairs of geoms.
+    """
+    place(model, data, qpos)
+    hinged = any(
+        model.jnt_type[int(model.body_jntadr[b])] == mujoco.mjtJoint.mjJNT_HINGE.value
+        for group in groups
+        for b in group
+        if model.body_jntnum[b]
+    )
+    if hinged:
+        return far_gap(model, data, groups, qpos)
+    distances = [
+        _distance(model, data, a, b)
+        for left, right in combinations(groups, 2)
+        for a in collision_geoms(model, left)
+        for b in collision_geoms(model, right)
+    ]
+    return float(np.mean(distances)) if distances else 0.0
+
+
 def far_gap(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[int]], qpos: Array) -> float:
     """Return the least distance between the outer parts of two sides, metres: small when closed, large when open."""
     place(model, data, qpos)

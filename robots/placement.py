@@ -80,19 +80,20 @@ def find_workspace(
     axis = data.xanchor[joint][:2].copy()
     shoulder = float(data.xanchor[joint][2])
     reach = float(np.linalg.norm(positions - data.xanchor[joint], axis=1).max())
-    if shoulder - floor > 0.8 * reach:
-        # A pedestal higher than the arm is long: the table comes up to the arm.
-        floor = shoulder - 0.35 * reach
     forward = _forward(positions - [*axis, 0.0], approaches)
-    best: tuple[float, Workspace] | None = None
-    for tilt in _TILTS:
-        found = _band(kinematics, Workspace(floor, axis, forward, 0.0, reach, tilt), reach, collides)
-        if found is not None and (best is None or found.far - found.near > best[0]):
-            best = (found.far - found.near, found)
-        if best is not None and best[0] >= _LEAST_BAND:
+    # From a pedestal as high as the arm is long nothing on its foot's level is reached: the table comes up to the arm.
+    for level in (floor, shoulder - 0.35 * reach):
+        best: tuple[float, Workspace] | None = None
+        for tilt in _TILTS:
+            found = _band(kinematics, Workspace(level, axis, forward, 0.0, reach, tilt), reach, collides)
+            if found is not None and (best is None or found.far - found.near > best[0]):
+                best = (found.far - found.near, found)
+            if best is not None and best[0] >= _LEAST_BAND:
+                break
+        if best is not None:
+            return best[1]
+        if shoulder - floor < 0.5 * reach:
             break
-    if best is not None:
-        return best[1]
     return Workspace(floor, axis, forward, 0.3 * reach, 0.7 * reach, np.pi)
 
 

@@ -147,7 +147,7 @@ class Robot:
         bodies: Ids of all its bodies.
         base_position: Its base in the world, shape (3,).
         gripper: None for an arm without one.
-        tool_radius: How far what is at the TCP reaches sideways; of an arm without a gripper its last link.
+        tool_half: How far what is at the TCP reaches along its x and y; of an arm without a gripper its last link.
         reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
     """
 
@@ -169,7 +169,7 @@ class Robot:
     base_position: Array
     gripper: Gripper | None
     reach: tuple[float, float]
-    tool_radius: float = 0.01
+    tool_half: tuple[float, float] = (0.01, 0.01)
 
     @property
     def n(self) -> int:
