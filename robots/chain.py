@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
-from robosandbox.robots.servos import joint_bounds
+from robosandbox.robots.servos import joint_bounds, model_joint_is_single
 
-_SINGLE = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
 _HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
 _WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
 _FINGER_DEPTH = 5
@@ -145,11 +144,6 @@ class _Tree:
                 return True
             walk = above
         return False
-
-
-def model_joint_is_single(model: mujoco.MjModel, joint: int) -> bool:
-    """Tell whether a joint is a hinge or a slide."""
-    return int(model.jnt_type[joint]) in _SINGLE
 
 
 def _driven(model: mujoco.MjModel) -> dict[int, list[int]]:

@@ -16,7 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.pads import find_pads, grasp_sample, pad_gap
 from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
-from robosandbox.robots.surfaces import world_points
+from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.robots.sweep import (
     collision_geoms,
     control_range,
@@ -29,6 +29,8 @@ from robosandbox.types import Array, frozen_array
 
 _FIXED_JAW = 0.25
 _TIP_LENGTH = 0.02
+_LINE_WIDTH = 0.004
+_LINE_BEYOND = 0.02
 _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
@@ -91,6 +93,9 @@ def derive_gripper(
     R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), pads, oriented)
 
     centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
+    along = _gaps_at_tcp(model, data, sweep.qpos[order], tcp_site, R_site_tcp, (left, right))
+    if along is not None:
+        aperture, centre = along
     open_gap = float(np.interp(roles.open_qpos, joint, aperture))
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
     around = order[grasp_sample(aperture)]
@@ -196,6 +201,50 @@ def _tcp_frame(
     approach -= closing * (closing @ approach)
     approach /= np.linalg.norm(approach)
     return np.column_stack([np.cross(closing, approach), closing, approach])
+
+
+def _gaps_at_tcp(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    samples: Array,
+    tcp_site: int,
+    R_site_tcp: Array,
+    sides: tuple[frozenset[int], frozenset[int]],
+) -> tuple[Array, Array] | None:
+    """Return gap and its middle along the closing line through the TCP, each (k,), of a jaw that swings against a fixed one.
+
+    Parts of it near the hinge stay close to the fixed jaw however wide it is open. None for other grippers, and where the
+    line misses the jaws.
+    """
+    lone = any(int(model.body_parentid[min(a)]) in b for a, b in (sides, sides[::-1]))
+    moving = next((a for a, b in (sides, sides[::-1]) if int(model.body_parentid[min(a)]) in b), sides[0])
+    hinge = int(model.body_jntadr[min(moving)])
+    if not lone or hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value:
+        return None
+    gaps, middles = np.full(len(samples), np.nan), np.full(len(samples), np.nan)
+    local = {g: points_on(model, g, _LINE_WIDTH / 2.0) for side in sides for g in collision_geoms(model, side)}
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
+        fronts = []
+        for side, sign in zip(sides, (1.0, -1.0), strict=True):
+            there = [
+                data.geom_xpos[g] + local[g] @ data.geom_xmat[g].reshape(3, 3).T for g in collision_geoms(model, side)
+            ]
+            points = (np.concatenate(there) - data.site_xpos[tcp_site]) @ rotation
+            on_line = points[(np.abs(points[:, 0]) < _LINE_WIDTH) & (np.abs(points[:, 2]) < _LINE_WIDTH)]
+            if len(on_line):
+                # The first side lies at negative y: what faces the other is its greatest.
+                facing = on_line[sign * on_line[:, 1] < _LINE_BEYOND, 1] if side == moving else on_line[:, 1]
+                fronts.append(float((sign * facing).max() * sign) if len(facing) else np.nan)
+        if len(fronts) == 2 and np.isfinite(fronts).all():
+            gaps[k], middles[k] = fronts[1] - fronts[0], (fronts[0] + fronts[1]) / 2.0
+    known = np.flatnonzero(np.isfinite(gaps))
+    if len(known) < 0.15 * len(samples) or np.nanmax(gaps) < 0.005:
+        return None
+    # Where the jaw has swung off the line the gap is at least what it last was.
+    steps = np.arange(len(samples))
+    return np.maximum(np.interp(steps, known, gaps[known]), 0.0), np.interp(steps, known, middles[known])
 
 
 def _gap_centres(

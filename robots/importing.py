@@ -68,7 +68,7 @@ def let_overlaps_touch(imported: ImportedModel) -> None:
     pairs = [frozenset(pair) for pair in imported.disabled_pairs if set(pair) <= names and pair[0] != pair[1]]
     model = compile_spec(spec, imported.path.name)
     always = _always_touching(model)
-    for pair in [*pairs, *always]:
+    for pair in [*pairs, *always, *_neighbours_of_the_base(model)]:
         if pair in excluded or len(pair) != 2:
             continue
         excluded.add(pair)
@@ -77,6 +77,19 @@ def let_overlaps_touch(imported: ImportedModel) -> None:
     if always:
         shown = ", ".join("-".join(sorted(pair)) for pair in always[:4])
         imported.notes.append(f"{len(always)} pairs of links overlap wherever they are and may touch: {shown}")
+
+
+def _neighbours_of_the_base(model: mujoco.MjModel) -> list[frozenset[str]]:
+    """Return the pairs of a fixed base and the links that turn on it: other neighbours MuJoCo leaves out by itself."""
+    fixed = [b for b in range(1, model.nbody) if int(model.body_weldid[b]) == 0 and model.body_geomnum[b]]
+    turning = [
+        b
+        for b in range(1, model.nbody)
+        if int(model.body_weldid[b]) != 0
+        and int(model.body_weldid[model.body_parentid[int(model.body_weldid[b])]]) == 0
+        and model.body_geomnum[b]
+    ]
+    return [frozenset((str(model.body(a).name), str(model.body(b).name))) for a in fixed for b in turning]
 
 
 def _always_touching(model: mujoco.MjModel) -> list[frozenset[str]]:

@@ -16,6 +16,7 @@ from robosandbox.robots.imported import ImportedModel, compile_spec, one_line
 
 _MAX_FILES = 100
 _MAX_REPLICAS = 1000
+_SPECK = 1e-6
 _ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -41,7 +42,14 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     spec.compiler.discardvisual = False
     spec.compiler.fusestatic = False
     _name_all(spec)
-    compiled = compile_spec(spec, path.name)
+    try:
+        compiled = compile_spec(spec, path.name)
+    except InputError as error:
+        if "mjMINVAL" not in str(error):
+            raise
+        # A moving body without mass or shape: a little of both, replaced below by what fits its shape.
+        spec.compiler.boundmass = spec.compiler.boundinertia = _SPECK
+        compiled = compile_spec(spec, path.name)
     _read_keyframes(model, compiled)
     _bake_inertias(model, compiled)
     _drop_scene(model)
@@ -148,6 +156,8 @@ def _bake_inertias(model: ImportedModel, compiled: mujoco.MjModel) -> None:
         b = compiled.body(body.name).id
         mass, moments = float(compiled.body_mass[b]), compiled.body_inertia[b].copy()
         wrong = inertia.fault(mass, np.diag(moments)) if moves[b] else None
+        if moves[b] and mass <= 2.0 * _SPECK:
+            wrong = "is missing"
         if wrong is not None:
             low, high = _bounds(compiled, b)
             made = inertia.of_box(low, high, mass if mass > 1e-4 else None)

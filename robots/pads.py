@@ -96,7 +96,7 @@ def openness(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[
         model.jnt_type[int(model.body_jntadr[b])] == mujoco.mjtJoint.mjJNT_HINGE.value
         for group in groups
         for b in group
-        if model.body_jntnum[b]
+        if model.body_jntnum[b] and not any(int(model.body_parentid[min(other)]) in group for other in groups)
     )
     if hinged:
         return far_gap(model, data, groups, qpos)
@@ -200,12 +200,11 @@ def _outer_points(
 ) -> Array:
     """Return surface points of one side; on a hinge those alone beyond a share of the reach, of a fixed jaw as well."""
     points = world_points(model, data, collision_geoms(model, side))
-    hinge = next((int(model.body_jntadr[b]) for b in sorted(side) if model.body_jntnum[b]), -1)
-    if hinge < 0:
-        hinge = next((int(model.body_jntadr[b]) for b in sorted(other) if model.body_jntnum[b]), -1)
-        reach_of = world_points(model, data, collision_geoms(model, other))
-    else:
-        reach_of = points
+    # A fixed jaw hangs on the arm's last joint; what counts is the hinge of the jaw that moves against it.
+    is_fixed = int(model.body_parentid[min(other)]) in side
+    moving = other if is_fixed else side
+    hinge = next((int(model.body_jntadr[b]) for b in sorted(moving) if model.body_jntnum[b]), -1)
+    reach_of = world_points(model, data, collision_geoms(model, other)) if is_fixed else points
     if hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value:
         return points
     anchor, axis = data.xanchor[hinge], data.xaxis[hinge]

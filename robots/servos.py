@@ -14,6 +14,7 @@ _FULL_EFFORT_ERROR = 0.02
 # Faster than this a servo outruns a 2 ms physics step.
 _MAX_FREQUENCY = 100.0
 _STUCK_ERROR = 0.05
+_LEAST_DAMPING = 0.15
 _ROTOR_SHARE = 0.05
 _ROTOR_PER_EFFORT = 0.001
 _SAMPLES = 40
@@ -22,6 +23,11 @@ _GRIP_FORCE = 30.0
 _GRIP_ERROR = 0.05
 _JOINT, _TENDON = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_TENDON
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
+
+
+def model_joint_is_single(model: mujoco.MjModel, joint: int) -> bool:
+    """Tell whether a joint is a hinge or a slide."""
+    return int(model.jnt_type[joint]) in (_SINGLE[0].value, _SINGLE[1].value)
 
 
 def ensure_servos(imported: ImportedModel) -> None:
@@ -33,6 +39,7 @@ def ensure_servos(imported: ImportedModel) -> None:
     for actuator in spec.actuators:
         if _is_servo(actuator):
             _strengthen(imported, model, load, actuator)
+            _damp(imported, model, load, actuator)
             continue
         if actuator.trntype == _JOINT and spec.joint(actuator.target) is not None:
             joint = spec.joint(actuator.target)
@@ -83,6 +90,41 @@ def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, act
         f"actuator {actuator.name!r}: friction of {friction:g} in its joint would hold it {friction / stiffness:.2g} off its "
         f"target; stiffness {stiffness:g} raised to {kp:.0f}"
     )
+
+
+def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator: mujoco.MjsActuator) -> None:
+    """Give a servo that nothing damps the damping that its stiffness asks for: it would swing, or shoot its fingers through."""
+    a = model.actuator(actuator.name).id
+    if actuator.trntype == _JOINT:
+        moved = {int(model.actuator_trnid[a, 0]): float(actuator.gear[0])}
+    elif actuator.trntype == _TENDON:
+        tendon = int(model.actuator_trnid[a, 0])
+        start, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+        wraps = [w for w in range(start, start + count) if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
+        moved = {int(model.wrap_objid[w]): float(model.wrap_prm[w]) for w in wraps}
+    else:
+        return
+    mobility = damping = friction = 0.0
+    for joint, coefficient in moved.items():
+        if not model_joint_is_single(model, joint) or coefficient == 0.0:
+            return
+        dof = int(model.jnt_dofadr[joint])
+        mobility += coefficient**2 / max(float(load.inertia[dof]), 1e-6)
+        damping += float(model.dof_damping[dof].flat[0]) / coefficient**2 / len(moved)
+        friction += float(model.dof_frictionloss[dof])
+    if mobility == 0.0 or friction > 0.0:
+        return
+    stiffness, own = -float(actuator.biasprm[1]), -float(actuator.biasprm[2])
+    if own < 0.0:
+        # A damping ratio, which the compiler turns into a damping.
+        return
+    critical = 2.0 * float(np.sqrt(stiffness / mobility))
+    if own + damping >= _LEAST_DAMPING * critical:
+        return
+    bias = np.array(actuator.biasprm)
+    bias[2] = -critical
+    actuator.biasprm = bias
+    imported.notes.append(f"actuator {actuator.name!r} is hardly damped: damping {own:.3g} raised to {critical:.3g}")
 
 
 def soften_grip(imported: ImportedModel, roles: GripperRoles, tcp_site: str) -> None:

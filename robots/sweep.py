@@ -200,7 +200,9 @@ def sweep_gripper(
         joints.append(data.qpos[addresses].copy())
         lengths.append(data.actuator_length[actuators].copy())
         qpos.append(data.qpos.copy())
-    if not np.isfinite(qpos).all():
+    # MuJoCo starts over from its reference posture when accelerations explode.
+    exploded = data.warning[mujoco.mjtWarning.mjWARN_BADQACC.value].number > 0
+    if exploded or not np.isfinite(qpos).all():
         raise ValueError("makes the simulation diverge when it is driven over its range")
     return Sweep(np.array(joints), np.array(lengths), np.array(qpos))
 
