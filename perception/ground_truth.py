@@ -21,4 +21,5 @@ class GroundTruthPerception:
             table_height=truth.table_height,
             base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
+            reach=sim.robot.reach,
         )

@@ -7,23 +7,32 @@ equality constraints, for a tendon and for a single moving jaw alike, and no con
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
-from itertools import combinations
 
 import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.robots.pads import find_pads, grasp_sample, pad_gap
 from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.robots.surfaces import points_on, world_points
+from robosandbox.robots.sweep import (
+    collision_geoms,
+    control_range,
+    moving_groups,
+    place,
+    servo_map,
+    sweep_gripper,
+)
 from robosandbox.types import Array, frozen_array
 
-_SAMPLES = 64
-_SETTLE_SECONDS = 0.5
-_SWEEP_SECONDS = 1.5
-_MAX_DISTANCE = 1.0
-_SNAP_RADIANS = np.radians(15.0)
+_FIXED_JAW = 0.25
+_TIP_LENGTH = 0.02
+_LINE_WIDTH = 0.004
+_LINE_BEYOND = 0.02
+_SNAP_CLOSING = np.radians(15.0)
+_SNAP_APPROACH = np.radians(30.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -43,27 +52,8 @@ class DerivedGripper:
     R_site_tcp: Array
 
 
-@dataclass(frozen=True, slots=True)
-class _Sweep:
-    joints: Array  # (k, g)
-    lengths: Array  # (k, actuators)
-    qpos: Array  # (k, nq)
-
-
-def servo_map(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
-    """Return (scale, offset): the control that holds actuator length x is `scale * x + offset`.
-
-    Raises:
-        ValueError: The actuator is no position servo.
-    """
-    gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
-    if model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_AFFINE.value or gain[0] == 0.0 or bias[1] >= 0.0:
-        raise ValueError("is not a position servo")
-    return -float(bias[1] / gain[0]), -float(bias[0] / gain[0])
-
-
 def derive_gripper(
-    model: mujoco.MjModel, roles: GripperRoles, tcp_site: int, arm_q: dict[int, float]
+    model: mujoco.MjModel, roles: GripperRoles, tcp_site: int, arm_q: dict[int, float], *, oriented: bool = False
 ) -> DerivedGripper:
     """Measure the gripper of a robot compiled alone.
 
@@ -72,6 +62,7 @@ def derive_gripper(
         roles: The sidecar's gripper; its names exist in the model.
         tcp_site: Id of the TCP site.
         arm_q: qpos address -> home value of the arm joints.
+        oriented: The site's z is the approach, as its sidecar says; else it is measured.
 
     Raises:
         InputError: The gripper cannot be driven from open to closed; the message says why.
@@ -82,27 +73,34 @@ def derive_gripper(
     joint_ids = [model.joint(name).id for name in roles.joints]
     actuator_ids = [model.actuator(name).id for name in roles.actuator_names]
     primary = roles.joints.index(roles.primary_joint)
-    sweep = _sweep(model, data, joint_ids, actuator_ids)
+    try:
+        sweep = sweep_gripper(model, data, joint_ids, actuator_ids)
+    except ValueError as error:
+        raise InputError(f"gripper.actuator: {list(roles.actuator_names)} {error}") from None
     order = _increasing(sweep.joints[:, primary])
     joint = sweep.joints[order, primary]
     _check_travel(roles, joint)
 
-    groups = _moving_groups(model, joint_ids, tcp_site)
+    groups = moving_groups(model, joint_ids)
     closed_qpos = sweep.qpos[order[int(np.abs(joint - roles.closed_qpos).argmin())]]
-    left, right, pads = _find_pads(model, data, groups, closed_qpos)
-    aperture = np.empty(len(order))
-    for i, k in enumerate(order):
-        _place(model, data, sweep.qpos[k])
-        aperture[i] = _pad_gap(model, data, pads)[0]
+    open_qpos = sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]]
+    tcp = (int(model.site_bodyid[tcp_site]), model.site_pos[tcp_site].copy())
+    found = find_pads(model, data, groups, closed_qpos, open_qpos, tcp)
+    left, right, pads = found.left, found.right, found.geoms
+    aperture = samples_gap(model, data, sweep.qpos[order], pads)
 
-    middle = roles.open_qpos + 0.6 * (roles.closed_qpos - roles.open_qpos)
-    _place(model, data, sweep.qpos[order[int(np.abs(joint - middle).argmin())]])
-    R_site_tcp = _tcp_frame(model, data, tcp_site, groups, pads)
+    place(model, data, sweep.qpos[order[grasp_sample(aperture)]])
+    R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), pads, oriented)
 
+    centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
+    along = _gaps_at_tcp(model, data, sweep.qpos[order], tcp_site, R_site_tcp, (left, right))
+    if along is not None:
+        aperture, centre = along
     open_gap = float(np.interp(roles.open_qpos, joint, aperture))
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
-    _place(model, data, sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]])
-    extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads, open_gap)
+    around = order[grasp_sample(aperture)]
+    place(model, data, sweep.qpos[around])
+    extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
     controls = np.empty((len(order), len(actuator_ids)))
     for column, actuator in enumerate(actuator_ids):
         scale, offset = servo_map(model, actuator)
@@ -112,6 +110,7 @@ def derive_gripper(
     geometry = GripperGeometry(
         joint_samples=frozen_array(joint),
         aperture_samples=frozen_array(aperture),
+        centre_samples=frozen_array(centre),
         control_samples=frozen_array(_extend_to_ends(controls, joint, roles, model, actuator_ids)),
         open_joint=roles.open_qpos,
         closed_joint=roles.closed_qpos,
@@ -126,100 +125,6 @@ def derive_gripper(
         fingers=(_names(model, left), _names(model, right)),
         R_site_tcp=frozen_array(R_site_tcp),
     )
-
-
-def _sweep(model: mujoco.MjModel, data: mujoco.MjData, joint_ids: list[int], actuator_ids: list[int]) -> _Sweep:
-    """Drive the gripper from one end of its control range to the other and sample it on the way."""
-    still = _without_gravity(model)
-    ranges = np.array([_control_range(model, actuator) for actuator in actuator_ids])
-    addresses = model.jnt_qposadr[joint_ids]
-    for actuator in range(model.nu):
-        if actuator not in actuator_ids:
-            _hold(model, data, actuator)
-    frozen = data.qpos.copy()
-    driven = _driven_addresses(model, joint_ids)
-    settle = int(_SETTLE_SECONDS / model.opt.timestep)
-    steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
-
-    def advance(fraction: float, count: int) -> None:
-        data.ctrl[actuator_ids] = ranges[:, 0] + fraction * (ranges[:, 1] - ranges[:, 0])
-        for _ in range(max(1, count // 10)):
-            mujoco.mj_step(still, data, 10)
-            # The arm is no part of the sweep: it is put back, however its own servos pull.
-            arm = frozen.copy()
-            arm[driven] = data.qpos[driven]
-            data.qpos[:] = arm
-
-    advance(0.0, settle)
-    joints, lengths, qpos = [], [], []
-    for k in range(_SAMPLES + 1):
-        advance(k / _SAMPLES, steps if k else 0)
-        if k == _SAMPLES:
-            advance(1.0, settle)
-        _place(model, data, data.qpos)
-        joints.append(data.qpos[addresses].copy())
-        lengths.append(data.actuator_length[actuator_ids].copy())
-        qpos.append(data.qpos.copy())
-    return _Sweep(np.array(joints), np.array(lengths), np.array(qpos))
-
-
-def _without_gravity(model: mujoco.MjModel) -> mujoco.MjModel:
-    still = copy.copy(model)
-    still.opt.gravity[:] = 0.0
-    still.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    return still
-
-
-def _control_range(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
-    if model.actuator_ctrllimited[actuator]:
-        low, high = model.actuator_ctrlrange[actuator]
-        return float(low), float(high)
-    joint = int(model.actuator_trnid[actuator, 0])
-    if model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value and model.jnt_limited[joint]:
-        scale, offset = servo_map(model, actuator)
-        gear = model.actuator_gear[actuator, 0]
-        low, high = model.jnt_range[joint] * gear * scale + offset
-        return float(low), float(high)
-    raise ValueError("has neither a control range nor a limited joint")
-
-
-def _hold(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> None:
-    joint = int(model.actuator_trnid[actuator, 0])
-    if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT.value:
-        return
-    try:
-        scale, offset = servo_map(model, actuator)
-    except ValueError:
-        return
-    length = data.qpos[model.jnt_qposadr[joint]] * model.actuator_gear[actuator, 0]
-    data.ctrl[actuator] = scale * length + offset
-
-
-def _driven_addresses(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
-    """Return the qpos addresses of all joints at or below the gripper joints' common parent."""
-    root = _palm(model, joint_ids)
-    inside = {body for body in range(model.nbody) if _is_below(model, body, root)} - {root}
-    return [int(model.jnt_qposadr[j]) for j in range(model.njnt) if int(model.jnt_bodyid[j]) in inside]
-
-
-def _is_below(model: mujoco.MjModel, body: int, root: int) -> bool:
-    while body and body != root:
-        body = int(model.body_parentid[body])
-    return body == root
-
-
-def _palm(model: mujoco.MjModel, joint_ids: list[int]) -> int:
-    """Return the body that carries all gripper joints."""
-    chains = []
-    for joint in joint_ids:
-        body, chain = int(model.body_parentid[model.jnt_bodyid[joint]]), []
-        while True:
-            chain.append(body)
-            if body == 0:
-                break
-            body = int(model.body_parentid[body])
-        chains.append(chain)
-    return next(body for body in chains[0] if all(body in chain for chain in chains))
 
 
 def _increasing(values: Array) -> Indices:
@@ -263,105 +168,117 @@ def _extend_to_ends(
     for end, value in ends.items():
         if (end == 0 and value <= joint[0]) or (end == -1 and value >= joint[-1]):
             for column, actuator in enumerate(actuator_ids):
-                low, high = _control_range(model, actuator)
+                low, high = control_range(model, actuator)
                 rising = controls[-1, column] > controls[0, column]
                 extended[end, column] = (low if rising else high) if end == 0 else (high if rising else low)
     return extended
-
-
-def _moving_groups(model: mujoco.MjModel, joint_ids: list[int], tcp_site: int) -> list[frozenset[int]]:
-    """Return the gripper's sides: bodies below each child of the palm that moves, and the palm for a lone jaw."""
-    palm = _palm(model, joint_ids)
-    roots: dict[int, set[int]] = {}
-    moved = {int(model.jnt_bodyid[j]) for j in joint_ids}
-    for body in range(1, model.nbody):
-        path = []
-        walk = body
-        while walk != palm and walk != 0:
-            path.append(walk)
-            walk = int(model.body_parentid[walk])
-        if walk == palm and path and any(b in moved for b in path):
-            roots.setdefault(path[-1], set()).add(body)
-    groups = [frozenset(bodies) for bodies in roots.values()]
-    if len(groups) == 1:
-        fixed = {palm, int(model.site_bodyid[tcp_site])}
-        fixed |= {
-            b
-            for b in range(1, model.nbody)
-            if int(model.body_weldid[b]) == int(model.body_weldid[palm]) and b not in groups[0]
-        }
-        groups.append(frozenset(fixed - groups[0]))
-    return groups
-
-
-def _collision_geoms(model: mujoco.MjModel, bodies: frozenset[int]) -> list[int]:
-    geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
-    solid = [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
-    return solid or geoms
-
-
-def _find_pads(
-    model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[int]], closed_qpos: Array
-) -> tuple[frozenset[int], frozenset[int], tuple[int, int]]:
-    """Return the two sides and the pair of geoms that come closest when closed."""
-    _place(model, data, closed_qpos)
-    best: tuple[float, frozenset[int], frozenset[int], tuple[int, int]] | None = None
-    for left, right in combinations(groups, 2):
-        for a in _collision_geoms(model, left):
-            for b in _collision_geoms(model, right):
-                gap = max(-1e-3, mujoco.mj_geomDistance(model, data, a, b, _MAX_DISTANCE, None))
-                if best is None or gap < best[0] - 1e-6:
-                    best = (gap, left, right, (a, b))
-    if best is None:
-        raise InputError("gripper.joints: no two sides with collision geometry move against each other")
-    return best[1:]
-
-
-def _pad_gap(model: mujoco.MjModel, data: mujoco.MjData, pads: tuple[int, int]) -> tuple[float, Array]:
-    fromto = np.zeros(6)
-    gap = mujoco.mj_geomDistance(model, data, pads[0], pads[1], _MAX_DISTANCE, fromto)
-    return float(gap), fromto[3:] - fromto[:3]
 
 
 def _tcp_frame(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     tcp_site: int,
-    groups: list[frozenset[int]],
+    sides: tuple[frozenset[int], frozenset[int]],
     pads: tuple[int, int],
+    oriented: bool,
 ) -> Array:
-    """Return R_site_tcp at a half-closed posture: y across the pads, z from the fingers' roots to the TCP."""
+    """Return R_site_tcp around an object: y across the pads, z the site's or from the fingers' roots to the TCP."""
     site_rotation = data.site_xmat[tcp_site].reshape(3, 3)
-    gap, across = _pad_gap(model, data, pads)
+    gap, across = pad_gap(model, data, pads)
     if gap <= 1e-6:
         across = data.geom_xpos[pads[1]] - data.geom_xpos[pads[0]]
-    closing = _snap(site_rotation.T @ (across / np.linalg.norm(across)))
-    moving = groups[:2] if len(groups) > 1 else groups
-    roots = [data.xpos[min(group)] for group in moving]
+    closing = _snap(site_rotation.T @ (across / np.linalg.norm(across)), _SNAP_CLOSING)
+    if oriented:
+        approach = np.array([0.0, 0.0, 1.0])
+        closing -= approach * (approach @ closing)
+        if float(np.linalg.norm(closing)) > 0.3:
+            closing /= np.linalg.norm(closing)
+            return np.column_stack([np.cross(closing, approach), closing, approach])
+    roots = [data.xpos[min(side)] for side in sides]
     towards = site_rotation.T @ (data.site_xpos[tcp_site] - np.mean(roots, axis=0))
     towards -= closing * (closing @ towards)
-    approach = _snap(towards / np.linalg.norm(towards))
+    approach = _snap(towards / np.linalg.norm(towards), _SNAP_APPROACH)
     approach -= closing * (closing @ approach)
     approach /= np.linalg.norm(approach)
     return np.column_stack([np.cross(closing, approach), closing, approach])
 
 
-def _snap(direction: Array) -> Array:
-    """Return the nearest axis when it is within 15 degrees: what a designer meant by a small tilt."""
+def _gaps_at_tcp(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    samples: Array,
+    tcp_site: int,
+    R_site_tcp: Array,
+    sides: tuple[frozenset[int], frozenset[int]],
+) -> tuple[Array, Array] | None:
+    """Return gap and its middle along the closing line through the TCP, each (k,), of a jaw that swings against a fixed one.
+
+    Parts of it near the hinge stay close to the fixed jaw however wide it is open. None for other grippers, and where the
+    line misses the jaws.
+    """
+    lone = any(int(model.body_parentid[min(a)]) in b for a, b in (sides, sides[::-1]))
+    moving = next((a for a, b in (sides, sides[::-1]) if int(model.body_parentid[min(a)]) in b), sides[0])
+    hinge = int(model.body_jntadr[min(moving)])
+    if not lone or hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value:
+        return None
+    gaps, middles = np.full(len(samples), np.nan), np.full(len(samples), np.nan)
+    local = {g: points_on(model, g, _LINE_WIDTH / 2.0) for side in sides for g in collision_geoms(model, side)}
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
+        fronts = []
+        for side, sign in zip(sides, (1.0, -1.0), strict=True):
+            there = [
+                data.geom_xpos[g] + local[g] @ data.geom_xmat[g].reshape(3, 3).T for g in collision_geoms(model, side)
+            ]
+            points = (np.concatenate(there) - data.site_xpos[tcp_site]) @ rotation
+            on_line = points[(np.abs(points[:, 0]) < _LINE_WIDTH) & (np.abs(points[:, 2]) < _LINE_WIDTH)]
+            if len(on_line):
+                # The first side lies at negative y: what faces the other is its greatest.
+                facing = on_line[sign * on_line[:, 1] < _LINE_BEYOND, 1] if side == moving else on_line[:, 1]
+                fronts.append(float((sign * facing).max() * sign) if len(facing) else np.nan)
+        if len(fronts) == 2 and np.isfinite(fronts).all():
+            gaps[k], middles[k] = fronts[1] - fronts[0], (fronts[0] + fronts[1]) / 2.0
+    known = np.flatnonzero(np.isfinite(gaps))
+    if len(known) < 0.15 * len(samples) or np.nanmax(gaps) < 0.005:
+        return None
+    # Where the jaw has swung off the line the gap is at least what it last was.
+    steps = np.arange(len(samples))
+    return np.maximum(np.interp(steps, known, gaps[known]), 0.0), np.interp(steps, known, middles[known])
+
+
+def _gap_centres(
+    model: mujoco.MjModel, data: mujoco.MjData, samples: Array, tcp_site: int, R_site_tcp: Array, pads: tuple[int, int]
+) -> Array:
+    """Return where the middle between the pads lies along the closing direction, at each sample, shape (k,)."""
+    centres = np.empty(len(samples))
+    fromto = np.zeros(6)
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        closing = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp[:, 1]
+        mujoco.mj_geomDistance(model, data, pads[0], pads[1], 1.0, fromto)
+        centres[k] = closing @ ((fromto[:3] + fromto[3:]) / 2.0 - data.site_xpos[tcp_site])
+    # What is a millimetre or two is the pads' own shape, no jaw that stands still.
+    return centres if np.ptp(centres) > _FIXED_JAW * np.ptp(samples_gap(model, data, samples, pads)) else 0.0 * centres
+
+
+def samples_gap(model: mujoco.MjModel, data: mujoco.MjData, samples: Array, pads: tuple[int, int]) -> Array:
+    """Return the gap between two geoms at each configuration, shape (k,)."""
+    gaps = np.empty(len(samples))
+    for k, qpos in enumerate(samples):
+        place(model, data, qpos)
+        gaps[k] = pad_gap(model, data, pads)[0]
+    return gaps
+
+
+def _snap(direction: Array, radians: float) -> Array:
+    """Return the nearest axis when it is within an angle: what a designer meant by a small tilt."""
     axis = int(np.abs(direction).argmax())
-    if abs(direction[axis]) < np.cos(_SNAP_RADIANS):
+    if abs(direction[axis]) < np.cos(radians):
         return direction
     snapped = np.zeros(3)
     snapped[axis] = np.sign(direction[axis])
     return snapped
-
-
-def _corners(model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> Array:
-    """Return the 8 corners of a geom's bounding box in the world, shape (8, 3)."""
-    centre, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-    signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
-    corners: Array = data.geom_xpos[geom] + (centre + signs * half) @ data.geom_xmat[geom].reshape(3, 3).T
-    return corners
 
 
 def _finger_extents(
@@ -371,41 +288,36 @@ def _finger_extents(
     R_site_tcp: Array,
     sides: tuple[frozenset[int], frozenset[int]],
     pads: tuple[int, int],
-    open_gap: float,
 ) -> dict[str, float]:
-    """Measure the open fingers in the TCP frame."""
+    """Measure the fingers in the TCP frame, posed as they are in `data`."""
     origin = data.site_xpos[tcp_site]
     rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
 
     def local(geoms: list[int]) -> Array:
-        return np.concatenate([(_corners(model, data, g) - origin) @ rotation for g in geoms])
+        turned: Array = (world_points(model, data, geoms) - origin) @ rotation
+        return turned
 
-    fingers = [local(_collision_geoms(model, side)) for side in sides]
-    pad_corners = local(list(pads))
+    fingers = [local(collision_geoms(model, side)) for side in sides]
+    pad_points = [local([pad]) for pad in pads]
+    both = np.concatenate(pad_points)
     tip_depth = float(max(points[:, 2].max() for points in fingers))
-    middle = float(pad_corners[:, 1].mean())
-    outer = max(float(np.abs(pad_corners[:, 1] - middle).max()), open_gap / 2.0)
-    near = np.concatenate(fingers)
-    near = near[near[:, 2] > tip_depth - 0.02]
-    outer = max(outer, float(np.abs(near[:, 1] - middle).max())) if len(near) else outer
+    near = [points[points[:, 2] > tip_depth - _TIP_LENGTH] for points in fingers]
+    thickness = [float(np.ptp(points[:, 1])) for points in near if len(points)]
     palm_body = int(model.site_bodyid[tcp_site])
     palm = [
         g
-        for g in _collision_geoms(model, frozenset({palm_body}))
+        for g in collision_geoms(model, frozenset({palm_body}))
         if int(model.geom_bodyid[g]) not in sides[0] | sides[1]
     ]
     palm_top = float(local(palm)[:, 2].max()) if palm else float(np.concatenate(fingers)[:, 2].min())
+    width = both[np.abs(both[:, 2]) < _TIP_LENGTH]
+    width = width if len(width) else both
     return {
         "tip_depth": max(0.0, tip_depth),
         "palm_depth": max(0.0, -palm_top),
-        "finger_thickness": max(0.002, outer - open_gap / 2.0),
-        "finger_width": float(pad_corners[:, 0].max() - pad_corners[:, 0].min()),
+        "finger_thickness": max(0.002, *thickness),
+        "finger_width": float(np.ptp(width[:, 0])),
     }
-
-
-def _place(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> None:
-    data.qpos[:] = qpos
-    mujoco.mj_fwdPosition(model, data)
 
 
 def _names(model: mujoco.MjModel, bodies: frozenset[int]) -> tuple[str, ...]:

@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import lru_cache
-from importlib import resources
 from pathlib import Path
 
 import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.derive import DerivedGripper, derive_gripper, servo_map
+from robosandbox.robots.derive import DerivedGripper, derive_gripper
+from robosandbox.robots.fingers import refine_fingers
+from robosandbox.robots.imported import ImportedModel, compile_spec
+from robosandbox.robots.importing import import_model
+from robosandbox.robots.infer import TABLE_HEIGHT, flange_tool, infer_imported, keep_tree
+from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot, say
+from robosandbox.robots.mount import mount
+from robosandbox.robots.placement import Workspace, find_workspace
 from robosandbox.robots.robot import Gripper, Robot
+from robosandbox.robots.roles import apply_roles, check_actuators, check_home
+from robosandbox.robots.servos import soften_grip
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.surfaces import world_points
+from robosandbox.robots.sweep import collision_geoms, servo_map
 from robosandbox.types import Array, Pose, frozen_array
-from robosandbox.validation import did_you_mean, load_yaml_model
+from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
-DEFAULT_ROBOT = "franka_panda"
-_ARM_JOINTS = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
-_JOINT_TRANSMISSION = mujoco.mjtTrn.mjTRN_JOINT.value
+_TOOL_LENGTH = 0.04
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -39,6 +47,9 @@ class RobotModel:
         R_site_tcp: Rotation from the site's frame to the TCP frame (z approach, y closing).
         velocity_limits: Per arm joint, shape (n,).
         acceleration_limits: Per arm joint, shape (n,).
+        workspace: What it reaches over a table.
+        tool_half: How far its last link reaches along the TCP's x and y; of use to an arm without a gripper.
+        notes: What the import repaired, added or left out, in sentences.
     """
 
     name: str
@@ -50,6 +61,9 @@ class RobotModel:
     R_site_tcp: Array
     velocity_limits: Array
     acceleration_limits: Array
+    workspace: Workspace
+    tool_half: tuple[float, float]
+    notes: tuple[str, ...] = ()
 
     @property
     def base_pose(self) -> Pose:
@@ -82,6 +96,8 @@ class RobotModel:
             R_site_tcp=self.R_site_tcp,
             bodies=frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix)),
             base_position=frozen_array(model.body_pos[base]),
+            reach=(self.workspace.near, self.workspace.far),
+            tool_half=self.tool_half,
             gripper=self._bind_gripper(model, prefix),
         )
 
@@ -101,71 +117,108 @@ class RobotModel:
             bodies=sides[0] | sides[1],
             finger_bodies=(sides[0], sides[1]),
             coupled_samples=self.gripper.coupled_samples,
+            driven=np.flatnonzero(np.isin(joint_ids, [_driven_joint(model, a) for a in actuator_ids])),
             force_limits=np.where(limited, np.abs(model.actuator_forcerange[actuator_ids]).max(axis=1), np.inf),
         )
 
 
-def resolve_robot(robot_urdf: Path | None) -> Path:
-    """Return the model file that a scene's `robot_urdf` names: a path, or a bundled robot's name.
-
-    Raises:
-        InputError: There is no such file or bundled robot.
-    """
-    robots = Path(str(resources.files("robosandbox.robots")))
-    bundled = {path.parent.name: path for path in robots.glob("*/*.xml")}
-    if robot_urdf is None:
-        return bundled[DEFAULT_ROBOT]
-    if str(robot_urdf) in bundled:
-        return bundled[str(robot_urdf)]
-    if not robot_urdf.is_file():
-        hint = did_you_mean(str(robot_urdf), bundled)
-        raise InputError(
-            f"robot_urdf: {str(robot_urdf)!r} is neither a file nor a bundled robot ({', '.join(sorted(bundled))}){hint}"
-        )
-    return robot_urdf
-
-
-def load_robot(robot_urdf: Path | None = None, robot_config: Path | None = None) -> RobotModel:
+def load_robot(
+    robot_urdf: Path | None = None, robot_config: Path | None = None, package_paths: tuple[Path, ...] = ()
+) -> RobotModel:
     """Return the robot that a scene names, measured; the same files give the same object.
 
     Args:
-        robot_urdf: A .urdf or .xml file or a bundled robot's name; None is the bundled Panda.
-        robot_config: Its sidecar; None takes `<stem>.robosandbox.yaml` beside the model.
+        robot_urdf: A .urdf or .xml file, a bundled robot's name or `menagerie:<name>`; None is the bundled Panda.
+        robot_config: Its sidecar; None takes `<stem>.robosandbox.yaml` beside the model, a shipped one for a model of
+            this name, or what can be inferred from the model.
+        package_paths: Where a URDF's package:// names are looked up, before ROS_PACKAGE_PATH.
 
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
     """
     path = resolve_robot(robot_urdf).resolve()
-    config = robot_config if robot_config is not None else path.parent / f"{path.stem}.robosandbox.yaml"
-    if not config.is_file():
-        raise InputError(f"{config}: no such sidecar; write one (see docs) or give robot_config")
-    config = config.resolve()
-    return _load(path, config, path.stat().st_mtime_ns, config.stat().st_mtime_ns)
+    config = find_sidecar(path, robot_config)
+    stamp = config.stat().st_mtime_ns if config else 0
+    return _load(path, config, package_paths, path.stat().st_mtime_ns, stamp)
 
 
 @lru_cache(maxsize=16)
-def _load(path: Path, config: Path, model_stamp: int, config_stamp: int) -> RobotModel:
+def _load(
+    path: Path, config: Path | None, package_paths: tuple[Path, ...], model_stamp: int, config_stamp: int
+) -> RobotModel:
     del model_stamp, config_stamp  # part of the cache key: an edited file is read again
-    sidecar = load_yaml_model(config, Sidecar)
-    spec = _read_spec(path)
-    _compensate_gravity(spec)
+    given = load_yaml_model(config, Sidecar) if config else None
+    imported = import_model(path, package_paths)
+    if given is None and (known := known_sidecar(imported)) is not None:
+        config, given = known
+        say(f"{path.name}: no sidecar beside it; runs on the shipped {config.name}")
+    if given is None or config is None:
+        found = infer_imported(imported)
+        others = f"; other arms in it: {', '.join(found.choices[1:])}" if found.choices[1:] else ""
+        say(f"{path.name}: no sidecar; runs on what was inferred (robo-sandbox robot infer shows it){others}")
+        return measure(imported, found.sidecar, path.name, workspace=found.workspace)
+    return load_with(imported, given, config, package_paths)
+
+
+def load_with(
+    imported: ImportedModel, given: Sidecar, config: Path, package_paths: tuple[Path, ...] = ()
+) -> RobotModel:
+    """Return an imported model measured under a sidecar; the model is changed to fit it.
+
+    Raises:
+        InputError: The sidecar does not fit the model; the message names sidecar and field.
+    """
     try:
-        _check_names(sidecar, spec, path)
+        attached = given.gripper.attach if given.gripper else None
+        if attached is not None:
+            gripper_model = resolve_robot(config.parent / attached.model)
+            mount(imported, attached, gripper_model.resolve(), package_paths)
+        sidecar = apply_roles(given, imported)
+        model = compile_spec(imported.spec, imported.path.name)
+        keep_tree(imported, model, model.joint(sidecar.arm.joints[0]).id)
+        if sidecar.gripper:
+            refine_fingers(imported, sidecar.gripper.joints)
+    except InputError as error:
+        raise InputError(f"{config.name}: {error}") from None
+    return measure(imported, sidecar, config.name)
+
+
+def measure(
+    imported: ImportedModel, sidecar: Sidecar, source: str, *, workspace: Workspace | None = None
+) -> RobotModel:
+    """Return the robot with all that skills need measured on it.
+
+    Args:
+        imported: The model, ready.
+        sidecar: Its complete roles.
+        source: Names them in errors.
+        workspace: What it reaches, if that is known already.
+
+    Raises:
+        InputError: Home, actuators or gripper cannot be as the sidecar says.
+    """
+    spec, path = imported.spec, imported.path
+    try:
         tcp_site = _place_tcp(spec, sidecar)
-        model = _compile(spec, path)
-        _check_home(sidecar, model)
+        if sidecar.gripper:
+            soften_grip(imported, sidecar.gripper, tcp_site)
+        model = compile_spec(spec, path.name)
+        check_home(sidecar, model)
         arm_q = {
             int(model.jnt_qposadr[model.joint(name).id]): value
             for name, value in zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True)
         }
         site = model.site(tcp_site).id
-        _check_actuators(sidecar, model)
-        gripper = derive_gripper(model, sidecar.gripper, site, arm_q) if sidecar.gripper else None
+        check_actuators(sidecar, model)
+        oriented = sidecar.ee_site.inject is not None and sidecar.ee_site.inject.quat_xyzw is not None
+        gripper = derive_gripper(model, sidecar.gripper, site, arm_q, oriented=oriented) if sidecar.gripper else None
     except InputError as error:
-        raise InputError(f"{config.name}: {error}") from None
-    R_site_tcp = gripper.R_site_tcp if gripper else np.eye(3)
+        raise InputError(f"{source}: {error}") from None
+    R_site_tcp = gripper.R_site_tcp if gripper else _bare_tool(model, sidecar, site, oriented)
     _add_wrist_camera(spec, model, tcp_site, R_site_tcp)
-    velocity, acceleration = _limits(sidecar, spec, model, arm_q)
+    velocity, acceleration = _limits(sidecar, spec, model, arm_q, imported.velocity)
+    if workspace is None:
+        workspace = _workspace(model, sidecar, site, R_site_tcp, arm_q)
     return RobotModel(
         name=path.stem,
         path=path,
@@ -176,60 +229,50 @@ def _load(path: Path, config: Path, model_stamp: int, config_stamp: int) -> Robo
         R_site_tcp=frozen_array(R_site_tcp),
         velocity_limits=velocity,
         acceleration_limits=acceleration,
+        workspace=workspace,
+        tool_half=_tool_half(model, site, R_site_tcp),
+        notes=tuple(imported.notes),
     )
 
 
-def _read_spec(path: Path) -> mujoco.MjSpec:
-    try:
-        return mujoco.MjSpec.from_file(str(path))
-    except ValueError as error:
-        raise InputError(f"{path.name}: {_one_line(error)}") from None
+def _workspace(
+    model: mujoco.MjModel, sidecar: Sidecar, site: int, R_site_tcp: Array, arm_q: dict[int, float]
+) -> Workspace:
+    start = model.qpos0.copy()
+    for address, value in arm_q.items():
+        start[address] = value
+    quat = np.zeros(9)
+    mujoco.mju_quat2Mat(quat, model.site_quat[site])
+    tool = Tool(int(model.site_bodyid[site]), model.site_pos[site].copy(), quat.reshape(3, 3) @ R_site_tcp)
+    joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
+    # The table's height in the robot's frame: where the sidecar puts the base decides it.
+    return find_workspace(Kinematics(model, joints, tool, start), TABLE_HEIGHT - sidecar.base_pose.xyz[2])
 
 
-def _compensate_gravity(spec: mujoco.MjSpec) -> None:
-    """Let the arm carry its own weight, as the controllers of real arms do; a load it still has to carry by its servos.
-
-    Without that a servo of finite stiffness sags by its share of the arm's weight. A body that the file gives a value
-    of its own keeps it.
-    """
-    for body in spec.bodies:
-        if body.name != "world" and body.gravcomp == 0.0:
-            body.gravcomp = 1.0
-
-
-def _compile(spec: mujoco.MjSpec, path: Path) -> mujoco.MjModel:
-    try:
-        return spec.compile()
-    except ValueError as error:
-        raise InputError(f"{path.name}: {_one_line(error)}") from None
+def _tool_half(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float]:
+    """Return how far the link at the TCP reaches along its x and y, near its end."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    weld = int(model.body_weldid[model.site_bodyid[site]])
+    bodies = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld)
+    points = world_points(model, data, collision_geoms(model, bodies), 0.004)
+    local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
+    near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
+    x, y = np.abs(near[:, :2]).max(axis=0) if len(near) else (0.01, 0.01)
+    return float(x), float(y)
 
 
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())
-
-
-def _check_names(sidecar: Sidecar, spec: mujoco.MjSpec, path: Path) -> None:
-    names: dict[str, Iterable[str]] = {
-        "joint": [item.name for item in spec.joints],
-        "actuator": [item.name for item in spec.actuators],
-        "body": [item.name for item in spec.bodies],
-        "site": [item.name for item in spec.sites],
-    }
-    wanted: list[tuple[str, str, str]] = []
-    wanted += [(f"arm.joints[{i}]", "joint", name) for i, name in enumerate(sidecar.arm.joints)]
-    wanted += [(f"arm.actuators[{i}]", "actuator", name) for i, name in enumerate(sidecar.arm.actuators)]
-    if sidecar.gripper:
-        wanted += [(f"gripper.joints[{i}]", "joint", name) for i, name in enumerate(sidecar.gripper.joints)]
-        wanted += [("gripper.actuator", "actuator", name) for name in sidecar.gripper.actuator_names]
-    if sidecar.ee_site.inject:
-        wanted.append(("ee_site.inject.attach_body", "body", sidecar.ee_site.inject.attach_body))
-    if sidecar.ee_site.name:
-        wanted.append(("ee_site.name", "site", sidecar.ee_site.name))
-    for field, kind, name in wanted:
-        if name not in names[kind]:
-            hint = did_you_mean(name, [n for n in names[kind] if n and n != "world"])
-            article = "an" if kind == "actuator" else "a"
-            raise InputError(f"{field} {name!r} is not {article} {kind} of {path.name}{hint}")
+def _bare_tool(model: mujoco.MjModel, sidecar: Sidecar, site: int, oriented: bool) -> Array:
+    """Return R_site_tcp of an arm without a gripper: z as given, else along the last joint's axis, outwards."""
+    if oriented:
+        return np.eye(3)
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
+    body, _, rotation, _ = flange_tool(model, joints, str(model.body(model.site_bodyid[site]).name))
+    R_world = data.xmat[model.body(body).id].reshape(3, 3) @ rotation
+    turned: Array = data.site_xmat[site].reshape(3, 3).T @ R_world
+    return turned
 
 
 def _place_tcp(spec: mujoco.MjSpec, sidecar: Sidecar) -> str:
@@ -241,27 +284,10 @@ def _place_tcp(spec: mujoco.MjSpec, sidecar: Sidecar) -> str:
     return TCP_SITE
 
 
-def _check_home(sidecar: Sidecar, model: mujoco.MjModel) -> None:
-    for i, (name, value) in enumerate(zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True)):
-        joint = model.joint(name).id
-        if int(model.jnt_type[joint]) not in _ARM_JOINTS:
-            raise InputError(f"arm.joints[{i}] {name!r} is a ball or free joint; the arm takes hinges and slides")
-        low, high = model.jnt_range[joint]
-        if model.jnt_limited[joint] and not low - 1e-6 <= value <= high + 1e-6:
-            raise InputError(f"arm.home_qpos[{i}]: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}")
-
-
-def _check_actuators(sidecar: Sidecar, model: mujoco.MjModel) -> None:
-    for i, (joint, actuator) in enumerate(zip(sidecar.arm.joints, sidecar.arm.actuators, strict=True)):
-        driven = int(model.actuator_trnid[model.actuator(actuator).id, 0])
-        kind = model.actuator_trntype[model.actuator(actuator).id]
-        if kind != _JOINT_TRANSMISSION or driven != model.joint(joint).id:
-            other = model.joint(driven).name if kind == _JOINT_TRANSMISSION else "no single joint"
-            raise InputError(f"arm.actuators[{i}] {actuator!r} drives {other!r}, not {joint!r}; keep the joints' order")
-        try:
-            servo_map(model, model.actuator(actuator).id)
-        except ValueError as error:
-            raise InputError(f"arm.actuators[{i}] {actuator!r} {error}; give it kp, or a position actuator") from None
+def _driven_joint(model: mujoco.MjModel, actuator: int) -> int:
+    """Return the one joint that an actuator drives; -1 for a tendon."""
+    direct = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_JOINT.value
+    return int(model.actuator_trnid[actuator, 0]) if direct else -1
 
 
 def _arm_servo_map(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
@@ -289,7 +315,11 @@ def _add_wrist_camera(spec: mujoco.MjSpec, model: mujoco.MjModel, tcp_site: str,
 
 
 def _limits(
-    sidecar: Sidecar, spec: mujoco.MjSpec, model: mujoco.MjModel, arm_q: dict[int, float]
+    sidecar: Sidecar,
+    spec: mujoco.MjSpec,
+    model: mujoco.MjModel,
+    arm_q: dict[int, float],
+    rated: dict[str, float],
 ) -> tuple[Array, Array]:
     """Return velocity and acceleration limits: the sidecar's, the model's custom numerics, or from torque and inertia."""
     n = len(sidecar.arm.joints)
@@ -317,4 +347,5 @@ def _limits(
     if velocity is None or len(velocity) != n:
         # Half a radian to reach full speed: fast enough to work, slow enough for servos nobody has tuned.
         velocity = np.clip(np.sqrt(np.asarray(acceleration)), 0.5, 2.0)
+        velocity = np.minimum(velocity, [rated.get(name, np.inf) for name in sidecar.arm.joints])
     return frozen_array(velocity), frozen_array(acceleration)

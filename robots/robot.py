@@ -21,6 +21,8 @@ class GripperGeometry:
     Attributes:
         joint_samples: Primary joint values, increasing, shape (k,).
         aperture_samples: Gap between the pads at each, shape (k,).
+        centre_samples: Where the middle of the gap lies at each, along the closing direction from the TCP, shape (k,): 0
+            for fingers that meet in the middle, half the gap for a single moving jaw.
         control_samples: Actuator controls that hold each, shape (k, actuators).
         open_joint: The sidecar's open_qpos.
         closed_joint: The sidecar's closed_qpos.
@@ -35,6 +37,7 @@ class GripperGeometry:
 
     joint_samples: Array
     aperture_samples: Array
+    centre_samples: Array
     control_samples: Array
     open_joint: float
     closed_joint: float
@@ -54,6 +57,10 @@ class GripperGeometry:
         """Return the primary joint value whose gap comes closest to `aperture`."""
         order = np.argsort(self.aperture_samples, kind="stable")
         return float(np.interp(aperture, self.aperture_samples[order], self.joint_samples[order]))
+
+    def centre(self, aperture: float) -> float:
+        """Return where along the closing direction, from the TCP, the middle of a gap of `aperture` lies, metres."""
+        return float(np.interp(self.joint_for_aperture(aperture), self.joint_samples, self.centre_samples))
 
     def closed_fraction(self, joint: float) -> float:
         """Return 0 at open, 1 at closed, not clipped."""
@@ -77,6 +84,7 @@ class Gripper:
         bodies: Ids of the bodies that it moves, and of a fixed jaw.
         finger_bodies: The two sides' body ids.
         coupled_samples: All its joints at each of `geometry.joint_samples`, shape (k, g).
+        driven: Columns of `coupled_samples` whose joints have an actuator of their own, shape (d,).
         force_limits: Largest actuator force, shape (actuators,); infinite when the model sets none.
     """
 
@@ -87,6 +95,7 @@ class Gripper:
     bodies: frozenset[int]
     finger_bodies: tuple[frozenset[int], frozenset[int]]
     coupled_samples: Array
+    driven: Indices
     force_limits: Array
 
     def joints_at(self, joint: float) -> Array:
@@ -100,10 +109,20 @@ class Gripper:
         geometry = self.geometry
         return GripperState(
             joint=joint,
-            width=max(0.0, geometry.aperture(joint)),
+            width=max(0.0, geometry.aperture(joint if len(self.driven) < 2 else self._mean_joint(data))),
             closed=geometry.closed_fraction(joint),
             force=float(np.abs(data.actuator_force[self.actuator_ids]).sum()),
         )
+
+    def _mean_joint(self, data: mujoco.MjData) -> float:
+        """Return the primary joint value at which fingers with motors of their own would be as far closed on average."""
+        values = []
+        for column in self.driven:
+            samples = self.coupled_samples[:, column]
+            order = np.argsort(samples, kind="stable")
+            q = data.qpos[self.joint_indices[column]]
+            values.append(np.interp(q, samples[order], self.geometry.joint_samples[order]))
+        return float(np.mean(values))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -128,6 +147,8 @@ class Robot:
         bodies: Ids of all its bodies.
         base_position: Its base in the world, shape (3,).
         gripper: None for an arm without one.
+        tool_half: How far what is at the TCP reaches along its x and y; of an arm without a gripper its last link.
+        reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
     """
 
     name: str
@@ -147,6 +168,8 @@ class Robot:
     bodies: frozenset[int]
     base_position: Array
     gripper: Gripper | None
+    reach: tuple[float, float]
+    tool_half: tuple[float, float] = (0.01, 0.01)
 
     @property
     def n(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -22,14 +23,14 @@ class ArmRoles(StrictModel):
 
     Attributes:
         joints: Proximal to distal.
-        actuators: One per joint, same order.
+        actuators: One per joint, same order; found in the model when left out, as a URDF has none.
         home_qpos: One value per joint.
         velocity_limits: Per joint, rad/s or m/s; derived from the model when left out.
         acceleration_limits: Per joint, rad/s^2 or m/s^2; derived from the model when left out.
     """
 
     joints: Annotated[tuple[Name, ...], Field(min_length=1)]
-    actuators: Annotated[tuple[Name, ...], Field(min_length=1)]
+    actuators: tuple[Name, ...] = ()
     home_qpos: tuple[Finite, ...]
     velocity_limits: tuple[Positive, ...] | None = None
     acceleration_limits: tuple[Positive, ...] | None = None
@@ -40,10 +41,34 @@ class ArmRoles(StrictModel):
         _refuse_duplicates("actuators", self.actuators)
         for field in ("actuators", "home_qpos", "velocity_limits", "acceleration_limits"):
             values = getattr(self, field)
-            if values is not None and len(values) != len(self.joints):
+            if (values and len(values) != len(self.joints)) or (field == "home_qpos" and not values):
                 raise ValueError(
                     f"{field}: has {len(values)} entries for {len(self.joints)} joints; give one per joint"
                 )
+        return self
+
+
+class GripperAttachment(StrictModel):
+    """A gripper with a model of its own, mounted on the arm; its elements are then called `gripper/<name>`.
+
+    Attributes:
+        model: The gripper's URDF or MJCF, relative to the sidecar.
+        to_body: The body of the arm that it is mounted on; or
+        to_site: the site.
+        xyz: Where on it, metres.
+        quat_xyzw: And how it is turned there.
+    """
+
+    model: Path
+    to_body: Name | None = None
+    to_site: Name | None = None
+    xyz: Vec3 = (0.0, 0.0, 0.0)
+    quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
+
+    @model_validator(mode="after")
+    def _one_place(self) -> Self:
+        if (self.to_body is None) == (self.to_site is None):
+            raise ValueError("to_body: give `to_body` or `to_site`, and not both")
         return self
 
 
@@ -51,13 +76,16 @@ class GripperRoles(StrictModel):
     """The gripper's joints and what open and closed are.
 
     Attributes:
+        attach: A gripper from a file of its own, mounted on the arm.
         joints: All joints that move with the gripper.
         primary_joint: The one whose value `open_qpos` and `closed_qpos` are.
-        actuator: What drives it; or `actuators`, when several do.
+        actuator: What drives it; found in the model when left out, as a URDF has none.
+        actuators: In place of `actuator`, when several do.
         open_qpos: Joint value, not width.
         closed_qpos: Joint value; may be the larger or the smaller one.
     """
 
+    attach: GripperAttachment | None = None
     joints: Annotated[tuple[Name, ...], Field(min_length=1)]
     primary_joint: Name
     actuator: Name | None = None
@@ -71,8 +99,8 @@ class GripperRoles(StrictModel):
         _refuse_duplicates("actuators", self.actuators)
         if self.primary_joint not in self.joints:
             raise ValueError(f"primary_joint: {self.primary_joint!r} is not in joints {list(self.joints)}")
-        if bool(self.actuator) == bool(self.actuators):
-            raise ValueError("actuator: give one `actuator`, or a list `actuators`")
+        if self.actuator and self.actuators:
+            raise ValueError("actuator: give one `actuator`, or a list `actuators`, and not both")
         if abs(self.open_qpos - self.closed_qpos) < 1e-6:
             raise ValueError(f"closed_qpos: {self.closed_qpos} equals open_qpos; the two must differ")
         return self

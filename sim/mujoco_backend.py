@@ -24,6 +24,8 @@ _SETTLE_CHUNK_SECONDS = 0.02
 _CALM_CHUNKS = 5
 _REST_SPEED = 0.005
 _STILL_SPEED = 0.01
+_TRIM_SHARE = 0.08
+_LARGEST_TRIM = 0.3
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -51,6 +53,7 @@ class MuJoCoBackend:
         self._data: mujoco.MjData | None = None
         self._renderer: OffscreenRenderer | None = None
         self._servo_lag: Array = np.zeros(0)
+        self._trim: Array = np.zeros(0)
         self._substeps = 1
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
 
@@ -83,6 +86,7 @@ class MuJoCoBackend:
         data, robot = self._live, world.robot
         mujoco.mj_resetData(world.model, data)
         start = robot.home_q if q is None else np.asarray(q, dtype=float)
+        self._trim = np.zeros(robot.n)
         data.qpos[robot.qpos_indices] = start
         data.ctrl[robot.actuator_ids] = robot.control(start)
         if robot.gripper:
@@ -175,8 +179,8 @@ class MuJoCoBackend:
         q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
         # A damped servo lags a moving target by lag * velocity; commanding ahead by that keeps the arm on its path.
         velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
-        commands = robot.control(q + self._servo_lag * velocity)
-        commands[-1] = robot.control(trajectory.q[-1])
+        commands = robot.control(q + self._servo_lag * velocity + self._trim)
+        commands[-1] = robot.control(trajectory.q[-1] + self._trim)
         try:
             for command in commands:
                 data.ctrl[robot.actuator_ids] = command
@@ -184,6 +188,18 @@ class MuJoCoBackend:
         except BaseException:
             self.hold()
             raise
+
+    def trim(self, goal: Array) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
+
+        That is integral action: a servo of finite stiffness sags under a load and stops short of a joint's friction.
+        What it takes is kept for the motions that follow.
+        """
+        robot, data = self.robot, self._live
+        off = goal - data.qpos[robot.qpos_indices]
+        self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        data.ctrl[robot.actuator_ids] = robot.control(goal + self._trim)
+        self._tick()
 
     def step(self, seconds: float | None = None) -> None:
         """Let time pass with the last commands held; one control tick when `seconds` is left out."""
@@ -322,6 +338,7 @@ class MuJoCoBackend:
         other._world = self._world
         other._data = mujoco.MjData(self.model)
         other._servo_lag = self._servo_lag
+        other._trim = self._trim.copy()
         other._substeps = self._substeps
         other._mesh_sizes = self._mesh_sizes
         other.epoch = self.epoch

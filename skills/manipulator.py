@@ -16,6 +16,7 @@ from robosandbox.errors import (
     UnreachableError,
     UnsupportedError,
 )
+from robosandbox.grasp.analytic import lean
 from robosandbox.perception.relations import moved
 from robosandbox.protocols import SkillContext
 from robosandbox.robots.robot import GripperGeometry
@@ -27,7 +28,21 @@ FREE_SPEED = 0.5
 LIFT_HEIGHT = 0.17
 HOVER_HEIGHT = 0.08
 _ARRIVED = 0.004
-_ARRIVAL_SECONDS = 1.0
+_ARRIVAL_SECONDS = 1.5
+_TRIM_AFTER = 0.15
+# Straight up as far as can be reached; failing that with the hand leaning outwards, as short arms must.
+_LEANS = (0.0, 0.35, 0.7, 1.05)
+_RISES = (
+    (1.0, 0.0),
+    (0.75, 0.0),
+    (0.5, 0.0),
+    (1.0, 0.35),
+    (0.5, 0.35),
+    (1.0, 0.7),
+    (0.5, 0.7),
+    (0.5, 1.05),
+    (0.25, 0.0),
+)
 _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
@@ -171,6 +186,7 @@ class Manipulator:
         self.ctx.enter(phase)
         self.sim.execute(trajectory)
         goal = trajectory.q[-1]
+        patience = self.sim.time + _TRIM_AFTER
         deadline = self.sim.time + _ARRIVAL_SECONDS
         while (error := np.abs(self.q - goal)).max() > _ARRIVED:
             if self.sim.time >= deadline:
@@ -188,7 +204,10 @@ class Manipulator:
                         joint=robot.joints[worst], error=float((goal - self.q)[worst]), contacts=contacts
                     ),
                 )
-            self.sim.step(self.sim.control_timestep)
+            if yielding or self.sim.time < patience:
+                self.sim.step(self.sim.control_timestep)
+            else:
+                self.sim.trim(goal)
 
     def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far.
@@ -198,17 +217,18 @@ class Manipulator:
             CollisionError: Something is above.
         """
         observation = self.sim.observe()
-        for share in (1.0, 0.75, 0.5, 0.25):
-            target = raised(observation.tcp_pose, share * height)
+        failure: UnreachableError | None = None
+        for share, angle in _RISES:
+            target = leaning(raised(observation.tcp_pose, share * height), self.sim.robot.base_position, angle)
             try:
                 trajectory = self.motion.plan_line(observation.q, target, speed=speed)
             except UnreachableError as error:
-                if share == 0.25:
-                    raise error.at(phase) from None
+                failure = failure or error
                 continue
             self.follow(trajectory, phase)
             return share * height
-        return 0.0
+        assert failure is not None
+        raise failure.at(phase) from None
 
     # Gripping.
 
@@ -252,6 +272,33 @@ class Manipulator:
             if all(a and b and _still(a.pose, b.pose) for a, b in pairs) or self.sim.time >= deadline:
                 return now
             before = now
+
+
+def check_rise(arm: Manipulator, pose: Pose, height: float, seed: Array) -> None:
+    """Check that the TCP can rise from a pose by `height`, straight or leaning outwards.
+
+    Raises:
+        UnreachableError: It cannot.
+    """
+    failure: UnreachableError | None = None
+    for angle in _LEANS:
+        try:
+            arm.motion.ik(leaning(raised(pose, height), arm.sim.robot.base_position, angle), seed)
+            return
+        except UnreachableError as error:
+            failure = failure or error
+    assert failure is not None
+    raise failure
+
+
+def withdrawn(pose: Pose, distance: float) -> Pose:
+    """Return the pose moved back along its approach by `distance` metres."""
+    return Pose(xyz=tuple(pose.position - distance * pose.rotation[:, 2]), quat_xyzw=pose.quat_xyzw)
+
+
+def leaning(pose: Pose, base: Array, angle: float) -> Pose:
+    """Return the pose with its approach tilted by `angle` radians away from the robot's base."""
+    return Pose.from_matrix(pose.position, lean(pose.position - base, angle) @ pose.rotation)
 
 
 def raised(pose: Pose, height: float) -> Pose:

@@ -17,16 +17,26 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.grasp.analytic import closing_directions, width_along
-from robosandbox.perception.relations import bottom
+from robosandbox.perception.relations import bottom, bounds
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, LIFT_HEIGHT, Manipulator, raised
-from robosandbox.types import DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
+from robosandbox.skills.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    LIFT_HEIGHT,
+    Manipulator,
+    check_rise,
+    withdrawn,
+)
+from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
 _ATTEMPTS = 3
+_LOW_HOVERS = (0.055, 0.035)
+_HOVER_CLEARANCE = 0.004
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,18 +167,34 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
     for grasp in _nearest_first(arm, candidates):
         aperture = min(geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE)
         try:
-            hover = motion.ik(raised(grasp.tcp_pose, HOVER_HEIGHT), q)
             motion.open_to(aperture)
+            hover = _hover(arm, grasp, target, q)
             motion.allow()
             approach = motion.plan_joints(q, hover, speed=FREE_SPEED)
             motion.allow(target.id)
             descent = motion.plan_line(hover, grasp.tcp_pose, speed=CARRY_SPEED)
-            motion.ik(raised(grasp.tcp_pose, LIFT_HEIGHT / 2.0), hover)
+            check_rise(arm, grasp.tcp_pose, LIFT_HEIGHT / 2.0, hover)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
         return _GraspPlan(grasp, aperture, approach, descent)
     raise _most_telling(failures)
+
+
+def _hover(arm: Manipulator, grasp: Grasp, target: DetectedObject, q: Array) -> Array:
+    """Return a configuration behind the grasp along its approach: far if it can be reached, else nearer.
+
+    Raises:
+        UnreachableError: Not even just above the object.
+    """
+    top = float(bounds(target)[1][2]) - grasp.tcp_pose.xyz[2]
+    least = max(top, 0.0) + arm.geometry.tip_depth + _HOVER_CLEARANCE
+    for height in (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least)):
+        try:
+            return arm.motion.ik(withdrawn(grasp.tcp_pose, height), q)
+        except UnreachableError as error:
+            unreachable = error
+    raise unreachable
 
 
 def _nearest_first(arm: Manipulator, candidates: list[Grasp]) -> list[Grasp]:

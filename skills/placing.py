@@ -25,6 +25,7 @@ _RELEASE_CLEARANCE = 0.012
 _RELEASE_SECONDS = 0.1
 _TABLE_HALF_EXTENT = 0.5
 _SPACING = 0.008
+_LOWER_HOVERS = (HOVER_HEIGHT, 0.05, 0.03)
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,7 +124,7 @@ def _find_way(
             goal = _resting_pose(held, spot, _about_z(yaw) @ level)
             tcp_goal = goal @ tcp_in_object
             try:
-                hover = arm.motion.ik(raised(tcp_goal, HOVER_HEIGHT), observation.q)
+                hover = _hover(arm, tcp_goal, observation.q)
                 arm.motion.allow()
                 transfer = arm.motion.plan_joints(observation.q, hover, speed=CARRY_SPEED)
                 arm.motion.allow(*allowed)
@@ -134,6 +135,20 @@ def _find_way(
             return _Way(goal, transfer, descent)
     collisions = [error for error in failures if isinstance(error, CollisionError)]
     raise (collisions or failures)[0].at(Phase.PLAN)
+
+
+def _hover(arm: Manipulator, tcp_goal: Pose, q: Array) -> Array:
+    """Return a configuration over the goal: high if it can be reached, else lower.
+
+    Raises:
+        UnreachableError: Not even just above it.
+    """
+    for height in _LOWER_HOVERS:
+        try:
+            return arm.motion.ik(raised(tcp_goal, height), q)
+        except UnreachableError as error:
+            failure = error
+    raise failure
 
 
 def _release(arm: Manipulator, object_id: str, allowed: tuple[str, ...]) -> None:

@@ -27,6 +27,7 @@ _TIP_CLEARANCE = 0.004
 _PUSH_SPEED = 0.12
 _TOLERANCE = 0.012
 _RELATIVE_TOLERANCE = 0.1
+_PROGRESS = 0.002
 
 
 class Push(Skill):
@@ -62,13 +63,17 @@ class Push(Skill):
             arm.require_empty()
             arm.open(0.0, wait=False)
         allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
+        missed, before = 0, -np.inf
         for _ in range(_STROKES):
             scene = arm.look()
             target = arm.find(object, scene)
             along = displacement(start, target, direction).detail["along_mm"] / 1000.0
             if along >= distance - allowance / 2.0:
                 break
-            _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along)
+            # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
+            missed += along - before < _PROGRESS
+            before = along
+            _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along, missed)
         after = arm.find(object, arm.settle(object))
         relation = displacement(start, after, direction, distance - allowance)
         gone = relation.detail["along_mm"] / 1000.0
@@ -87,13 +92,17 @@ class Push(Skill):
         )
 
 
-def _stroke(arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float) -> None:
+def _stroke(
+    arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
+) -> None:
     """Put the fingers behind the object and push it once."""
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
     q = arm.q
-    for rotation, half_depth in _hand_rotations(arm, axis):
+    options = _hand_rotations(arm, axis)
+    turned = 2 * missed % len(options)
+    for rotation, half_depth in (*options[turned:], *options[:turned]):
         start, end = _line(arm, target, axis, distance, rotation, half_depth, scene.table_height)
         try:
             arm.motion.allow()
@@ -121,7 +130,11 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     down = np.array([0.0, 0.0, -1.0])
     across = np.cross(down, axis)
     gripper = arm.sim.robot.gripper
-    wide, thin = (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0) if gripper else (0.01, 0.01)
+    wide, thin = (
+        (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0)
+        if gripper
+        else (arm.sim.robot.tool_half[1], arm.sim.robot.tool_half[0])
+    )
     hand = arm.sim.observe().tcp_pose.rotation
     options = []
     for closing, depth in ((across, thin), (-across, thin), (axis, wide), (-axis, wide)):

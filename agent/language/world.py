@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 
 from robosandbox.types import DetectedObject, ObservedScene
 
-REACH = (0.22, 0.80)
 TABLE_HALF = 0.5
 MARGIN = 0.02
 LIFTED = 0.08
@@ -56,6 +55,7 @@ class World:
 
     def __init__(self, scene: ObservedScene) -> None:
         self.base_xy = scene.base_xy
+        self._near, self._far = scene.reach
         self.objects: dict[str, DetectedObject] = {item.id: item for item in scene.objects}
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
@@ -176,7 +176,7 @@ class World:
     def in_reach(self, xy: tuple[float, float]) -> bool:
         """Say whether a point lies on the table and about where an arm reaches."""
         distance = math.dist(xy, self.base_xy)
-        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and REACH[0] <= distance <= REACH[1]
+        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and self._near <= distance <= self._far
 
     def free_spots(
         self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()

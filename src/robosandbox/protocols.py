@@ -68,6 +68,10 @@ class Sim(Protocol):
         """Follow the trajectory; return when its last row has been commanded."""
         ...
 
+    def trim(self, goal: Array) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
+        ...
+
     def step(self, seconds: float) -> None:
         """Let time pass with the last commands held."""
         ...

@@ -374,6 +374,7 @@ class ObservedScene:
         table_height: Metres.
         base_xy: Where the robot stands, metres; "nearest" is measured from there.
         held: Id of the object in the gripper.
+        reach: Least and largest distance from `base_xy` at which the robot works, metres.
     """
 
     time: float
@@ -381,6 +382,7 @@ class ObservedScene:
     table_height: float
     base_xy: tuple[float, float]
     held: str | None = None
+    reach: tuple[float, float] = (0.22, 0.80)
 
     def find(self, object_id: str) -> DetectedObject | None:
         """Return the object with this id, or None."""

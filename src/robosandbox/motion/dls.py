@@ -18,6 +18,10 @@ from robosandbox.types import Array
 
 # One radian of orientation error weighs as much as this many metres of position error.
 _METRES_PER_RADIAN = 0.3
+_STRICT = 1e-3
+_LOOSE = 0.12
+_FULL_POSE = 6
+_FEW_JOINTS_SHARE = 0.1
 _DAMPING = 0.05
 _MIN_DAMPING = 1e-6
 _MAX_STEP = 0.6
@@ -56,7 +60,8 @@ class DlsSolver:
         model: The world model that the robot is bound to.
         robot: Its arm is solved for; everything else stays as it is in `data`.
         position_tolerance: Metres.
-        orientation_tolerance: Radians.
+        orientation_tolerance: Radians; when left out, strict for six joints and more, loose for an arm that has too few
+            for every orientation: it takes the position exactly and comes as near to the orientation as it can.
     """
 
     def __init__(
@@ -65,13 +70,16 @@ class DlsSolver:
         robot: Robot,
         *,
         position_tolerance: float = 1e-4,
-        orientation_tolerance: float = 1e-3,
+        orientation_tolerance: float | None = None,
     ) -> None:
         self.model = model
         self.robot = robot
         self.data = mujoco.MjData(model)
         self.position_tolerance = position_tolerance
-        self.orientation_tolerance = orientation_tolerance
+        few = robot.n < _FULL_POSE
+        self.orientation_tolerance = orientation_tolerance or (_LOOSE if few else _STRICT)
+        self._weight = _METRES_PER_RADIAN * (_FEW_JOINTS_SHARE if few else 1.0)
+        self._few = few
         self.reach = _reach(model, robot)
         self._jacobian = np.zeros((6, model.nv))
         self._quat = np.zeros(4)
@@ -139,15 +147,18 @@ class DlsSolver:
                 checkpoint = best_cost
             mujoco.mj_comPos(model, data)
             mujoco.mj_jacSite(model, data, jacobian[:3], jacobian[3:], site)
-            q = self._step(q, jacobian[:, dofs], error)
+            weight = self._weight
+            if self._few and orientation_error <= self.orientation_tolerance:
+                weight *= _FEW_JOINTS_SHARE
+            q = self._step(q, jacobian[:, dofs], error, weight)
         assert best is not None
         return Solution(best[0], best[1], best[2], False)
 
-    def _step(self, q: Array, jacobian: Array, error: Array) -> Array:
+    def _step(self, q: Array, jacobian: Array, error: Array, weight: float) -> Array:
         weighted = jacobian.copy()
-        weighted[3:] *= _METRES_PER_RADIAN
+        weighted[3:] *= weight
         target = error.copy()
-        target[3:] *= _METRES_PER_RADIAN
+        target[3:] *= weight
         damping = _DAMPING * float(target @ target) + _MIN_DAMPING
         hessian = weighted.T @ weighted
         hessian.flat[:: len(q) + 1] += damping

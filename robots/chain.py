@@ -1,0 +1,300 @@
+"""Which joints of a tree are an arm, and which are the gripper at its end."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.servos import joint_bounds, model_joint_is_single
+
+_HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
+_WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
+_FINGER_DEPTH = 5
+_FINGER_SPAN = 0.25
+_LEAST_ARM = 3
+
+
+@dataclass(frozen=True, slots=True)
+class Chain:
+    """An arm in a tree, by ids of the model that it was found in.
+
+    Attributes:
+        joints: Arm joints, base to wrist.
+        palm: The body that carries the fingers, or the last link of an arm without a gripper.
+        gripper_joints: All joints beyond the palm; empty without a gripper.
+        gripper_actuators: What drives them.
+        evidence: Why these, in words.
+        confidence: 0..1.
+    """
+
+    joints: tuple[int, ...]
+    palm: int
+    gripper_joints: tuple[int, ...]
+    gripper_actuators: tuple[int, ...]
+    evidence: str
+    confidence: float
+
+    def name(self, model: mujoco.MjModel) -> str:
+        """Return what to call it: the palm's body."""
+        return str(model.body(self.palm).name)
+
+
+def find_chains(model: mujoco.MjModel) -> list[Chain]:
+    """Return the arms of a model, the likeliest first; empty when nothing has three joints in a row."""
+    tree = _Tree(model)
+    chains = []
+    for end in tree.ends():
+        chain = _chain_to(model, tree, end)
+        if chain is not None:
+            chains.append(chain)
+    shared: dict[int, int] = {}
+    for chain in chains:
+        for joint in chain.joints:
+            shared[joint] = shared.get(joint, 0) + 1
+    alone = []
+    for chain in chains:
+        own = tuple(joint for joint in chain.joints if shared[joint] == 1)
+        if len(own) >= _LEAST_ARM:
+            alone.append(
+                Chain(own, chain.palm, chain.gripper_joints, chain.gripper_actuators, chain.evidence, chain.confidence)
+            )
+    if not alone and chains:
+        alone = [max(chains, key=lambda chain: len(chain.joints))]
+    # A gripper first, then as many joints as an arm has, then the file's order.
+    return sorted(alone, key=lambda chain: (not chain.gripper_joints, -min(len(chain.joints), 7)))
+
+
+class _Tree:
+    """Bodies welded together as one node, joined by hinges and slides."""
+
+    def __init__(self, model: mujoco.MjModel) -> None:
+        self.model = model
+        self.weld = model.body_weldid
+        self.children: dict[int, list[int]] = {}
+        self.parent: dict[int, int] = {}
+        for body in range(1, model.nbody):
+            if int(self.weld[body]) == body and model.body_jntnum[body]:
+                above = int(self.weld[model.body_parentid[body]])
+                self.children.setdefault(above, []).append(body)
+                self.parent[body] = above
+        self.driven = _driven(model)
+        self.data = mujoco.MjData(model)
+        mujoco.mj_fwdPosition(model, self.data)
+
+    def joints_of(self, node: int) -> list[int]:
+        first, count = int(self.model.body_jntadr[node]), int(self.model.body_jntnum[node])
+        return [j for j in range(first, first + count) if model_joint_is_single(self.model, j)]
+
+    def below(self, node: int) -> list[int]:
+        """Return the nodes below, `node` left out."""
+        found, pending = [], list(self.children.get(node, ()))
+        while pending:
+            at = pending.pop(0)
+            found.append(at)
+            pending += self.children.get(at, ())
+        return found
+
+    def depth(self, node: int) -> int:
+        return 1 + max((self.depth(child) for child in self.children.get(node, ())), default=0)
+
+    def span(self, node: int) -> float:
+        """Return how far geoms below a node's joint reach from it, metres."""
+        nodes = {node, *self.below(node)}
+        model = self.model
+        geoms = [g for g in range(model.ngeom) if int(self.weld[model.geom_bodyid[g]]) in nodes]
+        origin = self.data.xpos[node]
+        reaches = [float(np.linalg.norm(self.data.geom_xpos[g] - origin)) + model.geom_rbound[g] for g in geoms]
+        return max(reaches, default=0.0)
+
+    def is_finger(self, node: int) -> bool:
+        return self.depth(node) <= _FINGER_DEPTH and self.span(node) < _FINGER_SPAN
+
+    def is_active(self, node: int) -> bool:
+        return any(j in self.driven for n in (node, *self.below(node)) for j in self.joints_of(n))
+
+    def ends(self) -> list[int]:
+        """Return the nodes at which an arm may end: where only fingers follow, or nothing does."""
+        found = []
+        for node in [0, *self.parent]:
+            children = self.children.get(node, [])
+            if not children and node:
+                parent = self.parent[node]
+                siblings = self.children[parent]
+                if parent and len(siblings) > 1 and all(self.is_finger(n) for n in siblings):
+                    continue
+                if self._inside_hand(node):
+                    continue
+                found.append(node)
+            elif (
+                node and len(children) > 1 and all(self.is_finger(n) for n in children) and not self._inside_hand(node)
+            ):
+                found.append(node)
+        return found
+
+    def _inside_hand(self, node: int) -> bool:
+        """Tell whether a node is itself part of a finger of some palm above."""
+        walk = node
+        while walk in self.parent:
+            above = self.parent[walk]
+            siblings = self.children[above]
+            if above and len(siblings) > 1 and all(self.is_finger(n) for n in siblings):
+                return True
+            walk = above
+        return False
+
+
+def _driven(model: mujoco.MjModel) -> dict[int, list[int]]:
+    """Return joint -> actuators that pull it, directly or over a tendon."""
+    found: dict[int, list[int]] = {}
+    for actuator in range(model.nu):
+        for joint in actuator_joints(model, actuator):
+            found.setdefault(joint, []).append(actuator)
+    return found
+
+
+def actuator_joints(model: mujoco.MjModel, actuator: int) -> list[int]:
+    """Return the joints that an actuator drives."""
+    kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
+    if kind == mujoco.mjtTrn.mjTRN_JOINT.value:
+        return [target]
+    if kind == mujoco.mjtTrn.mjTRN_TENDON.value:
+        start, count = int(model.tendon_adr[target]), int(model.tendon_num[target])
+        wraps = range(start, start + count)
+        return [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
+    return []
+
+
+def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
+    path = [end]
+    while tree.parent.get(path[-1], 0):
+        path.append(tree.parent[path[-1]])
+    path.reverse()
+    children = tree.children.get(end, [])
+    palm, hand = end, tree.below(end) if children else []
+    evidence, confidence = "no joint beyond the last link closes on anything: no gripper", 0.9
+    if hand:
+        evidence, confidence = f"{len(children)} short branches on one body", 0.95
+    else:
+        closes, why = _is_jaw(model, tree, end)
+        if closes and len(path) > _LEAST_ARM:
+            hand, palm = [end], tree.parent[end]
+            path, evidence, confidence = path[:-1], why, 0.9
+    arm = [j for node in path for j in tree.joints_of(node) if j in tree.driven]
+    # What carries something else besides the arm (a torso with a head, a base with wheels) is held.
+    for node in path:
+        others = [
+            n
+            for n in tree.children.get(tree.parent.get(node, 0), ())
+            if n != node and tree.is_active(n) and tree.depth(n) > 1
+        ]
+        if others and tree.parent.get(node, 0):
+            above = path[: path.index(node)]
+            held = {j for n in above for j in tree.joints_of(n)}
+            rest = [j for j in arm if j not in held]
+            arm = rest if len(rest) >= _LEAST_ARM else arm
+    if len(arm) < _LEAST_ARM:
+        return None
+    joints = tuple(j for node in hand for j in tree.joints_of(node))
+    actuators = tuple(sorted({a for j in joints for a in tree.driven.get(j, ())}))
+    palm_body = _palm_body(model, palm, hand)
+    if hand and not actuators:
+        joints, evidence = (), "the joints beyond the last link have no actuator"
+    return Chain(tuple(arm), palm_body, joints, actuators, evidence, confidence)
+
+
+def _palm_body(model: mujoco.MjModel, palm: int, hand: list[int]) -> int:
+    """Return the body that the fingers hang on; without fingers the outermost one welded to the last link."""
+    parents = {
+        int(model.body_parentid[node]) for node in hand if int(model.body_weldid[model.body_parentid[node]]) == palm
+    }
+    if parents:
+        return min(parents)
+    welded = [b for b in range(palm, model.nbody) if int(model.body_weldid[b]) == palm]
+    with_shape = [b for b in welded if model.body_geomnum[b]]
+    return with_shape[-1] if with_shape else palm
+
+
+def _is_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> tuple[bool, str]:
+    """Tell whether a last joint closes its link against the one before it, as a jaw does."""
+    joints = tree.joints_of(node)
+    if len(joints) != 1:
+        return False, ""
+    joint, parent = joints[0], tree.parent.get(node, 0)
+    named = next((n for n in (model.joint(joint).name, model.body(node).name) if _HINT.search(n)), None)
+    mine = _geoms(model, tree, node)
+    other = _geoms(model, tree, parent)
+    if not mine or not other:
+        return bool(named), f"{named!r} by its name"
+    low, high = (float(bound[joint]) for bound in joint_bounds(model))
+    data = mujoco.MjData(model)
+    address = int(model.jnt_qposadr[joint])
+    swept = []
+    for value in np.linspace(low, high, 9):
+        data.qpos[:] = model.qpos0
+        data.qpos[address] = value
+        mujoco.mj_fwdPosition(model, data)
+        swept.append(_far_gap(model, data, joint, mine, other))
+    closes = min(swept) < 0.012 and max(swept) > min(swept) + 0.015
+    if named and (closes or not _WRIST.search(named)):
+        return True, f"{named!r} by its name" + (", and it closes on the link before it" if closes else "")
+    # A wrist folds back on its forearm too, at the end of a wide range; a jaw has a fixed jaw beside it.
+    end_only = swept.index(min(swept)) in (0, len(swept) - 1) and float(np.median(swept)) > min(swept) + 0.005
+    if closes and end_only and model.body_weldid[parent] and _stands_beside(model, tree, node, joint):
+        return True, "the last link closes on a fixed jaw of the one before it"
+    return False, ""
+
+
+def _geoms(model: mujoco.MjModel, tree: _Tree, node: int) -> list[int]:
+    all_of = [g for g in range(model.ngeom) if int(tree.weld[model.geom_bodyid[g]]) == node]
+    solid = [g for g in all_of if model.geom_contype[g] or model.geom_conaffinity[g]]
+    return solid or all_of
+
+
+def _far_gap(model: mujoco.MjModel, data: mujoco.MjData, joint: int, mine: list[int], other: list[int]) -> float:
+    """Return the distance from the moving link's far end to the fixed link, metres."""
+    points = _surface(model, data, mine)
+    anchor, axis = data.xanchor[joint], data.xaxis[joint]
+    lever = points - anchor
+    if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
+        lever = lever - np.outer(lever @ axis, axis)
+    distance = np.linalg.norm(lever, axis=1)
+    far = points[distance > 0.6 * distance.max()]
+    fixed = _surface(model, data, other)
+    far = far[:: max(1, len(far) // 200)]
+    fixed = fixed[:: max(1, len(fixed) // 1500)]
+    return float(np.linalg.norm(far[:, None] - fixed[None], axis=2).min())
+
+
+def _stands_beside(model: mujoco.MjModel, tree: _Tree, node: int, joint: int) -> bool:
+    """Tell whether the fixed link reaches about as far beyond the joint as the moving one."""
+    data = tree.data
+    anchor = data.xanchor[joint]
+    moving = _surface(model, data, _geoms(model, tree, node)) - anchor
+    fixed = _surface(model, data, _geoms(model, tree, tree.parent[node])) - anchor
+    far = moving[np.linalg.norm(moving, axis=1).argmax()]
+    ahead = far / np.linalg.norm(far)
+    return bool((fixed @ ahead).max() > 0.6 * np.linalg.norm(far))
+
+
+def _surface(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np.ndarray:
+    """Return points on geoms in the world: a mesh's vertices, the corners of anything else's box."""
+    found = []
+    for g in geoms:
+        if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH.value:
+            mesh = int(model.geom_dataid[g])
+            start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            local = model.mesh_vert[start : start + count].astype(float)
+        else:
+            grid = np.linspace(-1.0, 1.0, 5)
+            signs = np.array([[x, y, z] for x in grid for y in grid for z in grid])
+            local = model.geom_aabb[g, :3] + signs * model.geom_aabb[g, 3:]
+        found.append(data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T)
+    return np.concatenate(found) if found else np.zeros((1, 3))
+
+
+def surface_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np.ndarray:
+    """Return points on geoms in the world, shape (k, 3)."""
+    return _surface(model, data, geoms)

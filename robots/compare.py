@@ -1,0 +1,287 @@
+"""A sidecar held against what the model itself shows: joints, gripper, TCP, home and base."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.chain import actuator_joints
+from robosandbox.robots.finding import Check
+from robosandbox.robots.imported import compile_spec
+from robosandbox.robots.infer import TABLE_HEIGHT, Inference, collision_test
+from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.placement import find_workspace
+from robosandbox.robots.sidecar import Sidecar
+from robosandbox.types import Array, matrix_from_quat_xyzw
+
+_DOWN = np.array([0.0, 0.0, -1.0])
+_TCP_ASIDE = 0.010
+_TCP_BEYOND = 0.012
+_TCP_BEHIND = 0.045
+_APPROACH_DEG = 20.0
+_SUNK = 0.06
+_SINGULAR = 0.03
+_STRETCHED = 0.02
+_FORCE = 0.3
+_TABLE_HALF = 0.5
+_GRID = 0.1
+_LEAST_REACHED = 3
+
+
+def compare(found: Inference, given: Sidecar) -> list[Check]:
+    """Return the checks that need no simulation.
+
+    Args:
+        found: What was inferred from the same model.
+        given: The sidecar in question.
+    """
+    model = compile_spec(found.model.spec, found.model.path.name)
+    checks = [_joints(model, found, given)]
+    if given.gripper is not None:
+        checks += _gripper(model, found, given)
+    checks.append(_tcp(model, found, given))
+    if all(_has(model, mujoco.mjtObj.mjOBJ_JOINT, name) for name in given.arm.joints) and checks[0].ok:
+        checks += _placement(model, found, given)
+    return checks
+
+
+def _has(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> bool:
+    return bool(mujoco.mj_name2id(model, kind.value, name) >= 0)
+
+
+def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
+    listed, chain = given.arm.joints, found.sidecar.arm.joints
+    missing = [name for name in chain if name not in listed]
+    unknown = [name for name in listed if not _has(model, mujoco.mjtObj.mjOBJ_JOINT, name)]
+    if unknown:
+        return Check(
+            "joints", False, f"{unknown[0]!r} is not a joint of the model", f"arm.joints[{listed.index(unknown[0])}]"
+        )
+    if missing:
+        shown = ", ".join(repr(name) for name in missing)
+        return Check(
+            "joints",
+            False,
+            f"the list skips {shown}: the arm has {len(chain)} joints, so IK solves for another arm",
+            "arm.joints",
+        )
+    places = [listed.index(name) for name in chain]
+    if places != sorted(places):
+        return Check("joints", False, f"not from base to wrist; the order is {', '.join(chain)}", "arm.joints")
+    grip = set(found.sidecar.gripper.joints) if found.sidecar.gripper else set()
+    if given.gripper is not None and grip & set(listed):
+        return Check("joints", False, f"{sorted(grip & set(listed))[0]!r} moves the gripper, not the arm", "arm.joints")
+    return Check("joints", True, f"all {len(listed)} joints from the base to the tool, in order")
+
+
+def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
+    roles, measured = given.gripper, found.sidecar.gripper
+    if roles is None or measured is None:
+        return [Check("gripper", False, "the model has no gripper that could be measured", "gripper")]
+    checks = []
+    if _has(model, mujoco.mjtObj.mjOBJ_JOINT, roles.primary_joint):
+        joint = model.joint(roles.primary_joint).id
+        driven = any(joint in actuator_joints(model, a) for a in range(model.nu))
+        ours = roles.primary_joint in measured.joints
+        checks.append(
+            Check("primary_joint", True, f"{roles.primary_joint!r} has an actuator")
+            if driven and ours
+            else Check(
+                "primary_joint",
+                False,
+                f"{roles.primary_joint!r} "
+                + ("has no actuator" if ours else "does not move the fingers")
+                + f"; the one that has is {measured.primary_joint!r}",
+                "gripper.primary_joint",
+            )
+        )
+        if not checks[-1].ok:
+            return checks
+    if roles.primary_joint != measured.primary_joint:
+        return checks
+    low, high = sorted((measured.open_qpos, measured.closed_qpos))
+    slack = 0.1 * (high - low)
+    sign = np.sign(measured.open_qpos - measured.closed_qpos)
+    for name, value in (("open_qpos", roles.open_qpos), ("closed_qpos", roles.closed_qpos)):
+        if not low - 2 * slack <= value <= high + 2 * slack:
+            checks.append(
+                Check(
+                    "open_closed",
+                    False,
+                    f"{name} {value:g} is outside what the joint reaches ({low:g}..{high:g}); give a joint value",
+                    f"gripper.{name}",
+                )
+            )
+            return checks
+    if (roles.open_qpos - roles.closed_qpos) * sign < 0.0:
+        checks.append(
+            Check(
+                "open_closed",
+                False,
+                f"the wrong way round: the fingers are apart at {measured.open_qpos:g} and together at "
+                f"{measured.closed_qpos:g}",
+                "gripper.open_qpos",
+            )
+        )
+    elif abs(roles.closed_qpos - measured.closed_qpos) > 3 * slack:
+        checks.append(
+            Check("open_closed", False, f"does not close: it would at {measured.closed_qpos:g}", "gripper.closed_qpos")
+        )
+    elif abs(roles.open_qpos - measured.open_qpos) > 7 * slack:
+        checks.append(
+            Check("open_closed", False, f"hardly opens; it would to {measured.open_qpos:g}", "gripper.open_qpos")
+        )
+    else:
+        checks.append(Check("open_closed", True, f"apart at {roles.open_qpos:g}, together at {roles.closed_qpos:g}"))
+    return checks
+
+
+def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
+    """Hold the TCP against where the pads meet, in the frame of the inferred one."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    truth = found.sidecar.ee_site.inject
+    inject = given.ee_site.inject
+    assert truth is not None and truth.quat_xyzw is not None
+    origin, R = _world(model, data, truth.attach_body, truth.xyz, truth.quat_xyzw)
+    if inject is None:
+        site = (
+            model.site(str(given.ee_site.name))
+            if _has(model, mujoco.mjtObj.mjOBJ_SITE, str(given.ee_site.name))
+            else None
+        )
+        if site is None:
+            return Check("tcp", False, f"{given.ee_site.name!r} is not a site of the model", "ee_site.name")
+        point, field, turned = data.site_xpos[site.id].copy(), "ee_site.name", None
+    else:
+        if not _has(model, mujoco.mjtObj.mjOBJ_BODY, inject.attach_body):
+            return Check(
+                "tcp", False, f"{inject.attach_body!r} is not a body of the model", "ee_site.inject.attach_body"
+            )
+        quat = inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0)
+        point, R_given = _world(model, data, inject.attach_body, inject.xyz, quat)
+        field, turned = "ee_site.inject.xyz", R_given if inject.quat_xyzw else None
+        weld = model.body_weldid[[model.body(inject.attach_body).id, model.body(truth.attach_body).id]]
+        if weld[0] != weld[1]:
+            return Check(
+                "tcp",
+                False,
+                f"{inject.attach_body!r} does not move with the palm, {truth.attach_body!r}",
+                "ee_site.inject.attach_body",
+            )
+    aside_x, aside_y, along = R.T @ (point - origin)
+    where = f"{np.hypot(aside_x, aside_y) * 1000:.0f} mm beside and {along * 1000:+.0f} mm along the approach from"
+    what = "where the pads meet" if given.gripper else "the end of the last link"
+    if given.gripper is None or found.sidecar.gripper is None:
+        far = float(np.linalg.norm(point - origin)) > 0.15
+        return Check("tcp", not far, f"{where} {what}", field if far else None)
+    wrong = np.hypot(aside_x, aside_y) > _TCP_ASIDE or along > _TCP_BEYOND or along < -_TCP_BEHIND
+    if wrong:
+        return Check("tcp", False, f"{where} {what}: IK aims beside the fingers, not between them", field)
+    if turned is not None:
+        angle = float(np.degrees(np.arccos(np.clip(turned[:, 2] @ R[:, 2], -1.0, 1.0))))
+        if angle > _APPROACH_DEG:
+            return Check("tcp", False, f"its z points {angle:.0f} deg off the approach", "ee_site.inject.quat_xyzw")
+    return Check("tcp", True, f"{where} {what}")
+
+
+def _world(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    body: str,
+    xyz: tuple[float, float, float],
+    quat: tuple[float, float, float, float],
+) -> tuple[Array, Array]:
+    b = model.body(body).id
+    R = data.xmat[b].reshape(3, 3)
+    return data.xpos[b] + R @ np.array(xyz), R @ matrix_from_quat_xyzw(quat)
+
+
+def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
+    """Check home and base with the inferred TCP, so that a wrong one is not blamed twice."""
+    truth = found.sidecar.ee_site.inject
+    assert truth is not None and truth.quat_xyzw is not None
+    tool = Tool(model.body(truth.attach_body).id, np.array(truth.xyz), matrix_from_quat_xyzw(truth.quat_xyzw))
+    joints = tuple(model.joint(name).id for name in given.arm.joints)
+    start = model.qpos0.copy()
+    measured = found.sidecar.gripper
+    if measured is not None:
+        for name, value in found.open_joints.items():
+            start[model.joint(name).qposadr[0]] = value
+    kinematics = Kinematics(model, joints, tool, start)
+    q = np.array(given.arm.home_qpos)
+    base = np.array(given.base_pose.xyz)
+    table = TABLE_HEIGHT - base[2]
+    natural = max(found.workspace.floor, 0.0) if found.workspace.floor > -0.15 else found.workspace.floor
+    sunk = table - natural
+    checks = [
+        Check(
+            "base_height",
+            False,
+            f"the mounting plane is {sunk * 1000:.0f} mm below the table: the arm goes through it",
+            "base_pose.xyz",
+        )
+        if sunk > _SUNK
+        else Check("base_height", True, f"the mounting plane is {-sunk * 1000:+.0f} mm from the table top")
+    ]
+    outside = [
+        name
+        for name, value, low, high in zip(given.arm.joints, q, kinematics.lower, kinematics.upper, strict=True)
+        if not low - 1e-6 <= value <= high + 1e-6
+    ]
+    if outside:
+        checks.append(Check("home", False, f"{outside[0]!r} is outside its limits there", "arm.home_qpos"))
+    else:
+        checks.append(_home(found, kinematics, q, table, sunk > _SUNK))
+    if sunk <= _SUNK:
+        checks.append(_reach(kinematics, given, table))
+    return checks
+
+
+def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk: bool) -> Check:
+    itself = collision_test(found.model, kinematics, None)(q)
+    if itself is not None:
+        return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
+    ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
+    smallest, force = kinematics.lost_force(q, max(found.workspace.far, 1e-6))
+    if ratio < _SINGULAR or (smallest < _STRETCHED and force > _FORCE):
+        return Check(
+            "home",
+            False,
+            f"singular: the tool cannot move one way ({ratio:.3f} m/rad per metre); bend the elbow",
+            "arm.home_qpos",
+        )
+    position, _ = kinematics.forward(q)
+    if position[2] < table - 0.002 and not sunk:
+        return Check(
+            "home", False, f"has the tool {1000 * (table - position[2]):.0f} mm under the table", "arm.home_qpos"
+        )
+    return Check("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
+
+
+def _reach(kinematics: Kinematics, given: Sidecar, table: float) -> Check:
+    """Count points of the table at which the tool can be held down."""
+    R = matrix_from_quat_xyzw(given.base_pose.quat_xyzw)
+    base = np.array(given.base_pose.xyz)
+    space = find_workspace(kinematics, table)
+    reached = tried = 0
+    axis = base[:2] + (R @ np.array([*space.axis, 0.0]))[:2]
+    steps = np.arange(-_TABLE_HALF + _GRID / 2, _TABLE_HALF, _GRID)
+    for x in steps:
+        for y in steps:
+            if not space.near <= float(np.hypot(x - axis[0], y - axis[1])) <= space.far:
+                continue
+            tried += 1
+            local = R.T @ (np.array([x, y, TABLE_HEIGHT + 0.03]) - base)
+            if kinematics.solve(local, _DOWN, tilt=max(0.05, space.tilt), restarts=4) is not None:
+                reached += 1
+    share = reached / len(steps) ** 2
+    if (reached < _LEAST_REACHED and space.far - space.near > 2 * _GRID) or reached == 0:
+        return Check(
+            "reach",
+            False,
+            f"reaches {reached} of {len(steps) ** 2} points of the table; move the base so that its workspace "
+            f"({space.near:.2f}..{space.far:.2f} m from its axis) overlaps it",
+            "base_pose.xyz",
+        )
+    return Check("reach", True, f"points the tool down over {share * 100:.0f}% of the table")

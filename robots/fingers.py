@@ -1,0 +1,162 @@
+"""Fingers that can hold: shapes that collide, hollow ones cut into convex pieces, friction that carries."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.robots.imported import ImportedModel, compile_spec
+from robosandbox.robots.meshes import Mesh, convex_parts
+from robosandbox.robots.sweep import moving_groups, palm_of
+from robosandbox.robots.urdf import add_mesh
+from robosandbox.types import Array
+
+_CONCAVE = 1.35
+_MESH = mujoco.mjtGeom.mjGEOM_MESH.value
+_LEAST_RADIUS = 0.01
+_MOST_FACES = 150_000
+_FRICTION = (1.0, 0.02, 0.001)
+_QUICK = 0.004
+_STIFF = (0.97, 0.995, 0.001, 0.5, 2.0)
+
+
+def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> None:
+    """Make a gripper's bodies fit to hold things; what is changed is noted.
+
+    A mesh collides as its convex hull, which fills the very gap that a jaw closes; it is replaced by convex pieces.
+    """
+    spec = imported.spec
+    model = compile_spec(spec, imported.path.name)
+    joints = [model.joint(name).id for name in gripper_joints]
+    groups = moving_groups(model, joints)
+    palm = int(model.body_weldid[palm_of(model, joints)])
+    bodies = {b for group in groups for b in group}
+    bodies |= {b for b in range(1, model.nbody) if int(model.body_weldid[b]) == palm}
+    geoms = {geom.id: geom for geom in spec.geoms}
+    padded = {
+        g
+        for g, geom in geoms.items()
+        if model.geom_type[g] != _MESH and (geom.contype & 1 or geom.conaffinity & 1) and model.geom_rbound[g] > 0.002
+    }
+    for group in groups:
+        _ensure_solid(imported, model, geoms, group)
+    for g, geom in geoms.items():
+        if int(model.geom_bodyid[g]) not in bodies or not (geom.contype or geom.conaffinity):
+            continue
+        if not (geom.contype & 1 or geom.conaffinity & 1):
+            geom.contype = geom.conaffinity = 1
+            imported.notes.append(f"geom {geom.name or g} of the gripper touched nothing but its own kind: now it does")
+        if geom.priority <= 0:
+            geom.condim = max(int(geom.condim), 4)
+            geom.friction = np.maximum(geom.friction, _FRICTION)
+            # A grip presses a light object with many times its weight: at default softness fingers sink into it.
+            if float(geom.solimp[1]) < _STIFF[1] or float(geom.solimp[2]) > _STIFF[2] or float(geom.solref[0]) > _QUICK:
+                geom.solref = [_QUICK, 1.0]
+                geom.solimp = _STIFF
+                geom.priority = 1
+    # Pads that the author made of boxes stand proud of what carries them.
+    carriers = {int(model.jnt_bodyid[j]) for j in joints} | {palm_of(model, joints)}
+    fingers = {b for group in groups for b in group if b in carriers or int(model.body_weldid[b]) in carriers}
+    palms = {b for b in fingers if int(model.body_weldid[b]) == palm and b != palm_of(model, joints)}
+    if any(int(model.geom_bodyid[g]) in fingers - palms for g in padded):
+        return
+    for group in groups:
+        ends = _ends(model, group)
+        mine = [g for g in geoms if int(model.geom_bodyid[g]) in ends and (geoms[g].contype or geoms[g].conaffinity)]
+        for g in mine:
+            _cut(imported, model, g, geoms[g])
+
+
+def _ensure_solid(
+    imported: ImportedModel, model: mujoco.MjModel, geoms: dict[int, mujoco.MjsGeom], group: frozenset[int]
+) -> None:
+    mine = [g for g in geoms if int(model.geom_bodyid[g]) in group]
+    if any(geoms[g].contype or geoms[g].conaffinity for g in mine):
+        return
+    for g in mine:
+        geoms[g].contype = geoms[g].conaffinity = 1
+    if mine:
+        name = model.body(min(group)).name
+        imported.notes.append(f"finger {name!r} has no collision shape: its visual one is taken")
+
+
+def _ends(model: mujoco.MjModel, group: frozenset[int]) -> set[int]:
+    """Return the bodies of a side that carry no further link of it: its fingertips."""
+    carrying = {
+        int(model.body_weldid[model.body_parentid[b]])
+        for b in group
+        if model.body_jntnum[b] and int(model.body_weldid[model.body_parentid[b]]) in group
+    }
+    return {b for b in group if int(model.body_weldid[b]) not in carrying}
+
+
+def _cut(imported: ImportedModel, model: mujoco.MjModel, g: int, geom: mujoco.MjsGeom) -> None:
+    """Replace a hollow mesh's collision by convex pieces."""
+    if model.geom_type[g] != _MESH or model.geom_rbound[g] < _LEAST_RADIUS:
+        return
+    mesh = _mesh_of(model, int(model.geom_dataid[g]))
+    if len(mesh.faces) > _MOST_FACES or not is_concave(mesh):
+        return
+    parts = convex_parts(mesh)
+    if len(parts) < 2:
+        return
+    body = geom.parent
+    label = f"{body.name}_{g}"
+    for k, part in enumerate(parts):
+        name = f"{label}_part{k}"
+        add_mesh(imported.spec, name, part.vertices, part.faces)
+        body.add_geom(
+            name=name,
+            type=mujoco.mjtGeom.mjGEOM_MESH,
+            meshname=name,
+            pos=model.geom_pos[g],
+            quat=model.geom_quat[g],
+            contype=geom.contype,
+            conaffinity=geom.conaffinity,
+            condim=geom.condim,
+            friction=geom.friction,
+            solref=geom.solref,
+            solimp=geom.solimp,
+            priority=geom.priority,
+            mass=0.0,
+            group=3,
+            rgba=geom.rgba,
+        )
+    geom.contype = geom.conaffinity = 0
+    imported.notes.append(f"link {body.name!r}: a hollow collision mesh is cut into {len(parts)} convex pieces")
+
+
+def _mesh_of(model: mujoco.MjModel, mesh: int) -> Mesh:
+    start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+    first, number = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+    vertices = model.mesh_vert[start : start + count].astype(float)
+    return Mesh(vertices, model.mesh_face[first : first + number].copy())
+
+
+def is_concave(mesh: Mesh) -> bool:
+    """Tell whether a mesh's hull is a good deal larger than the mesh, or may be: an open one encloses nothing."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = float(ConvexHull(mesh.vertices).volume)
+    except QhullError:
+        return False
+    return not _is_closed(mesh) or hull > _CONCAVE * _volume(mesh.vertices, mesh.faces)
+
+
+def _is_closed(mesh: Mesh) -> bool:
+    """Tell whether every edge has a face on either side, so that the mesh encloses a volume."""
+    _, welded = np.unique(mesh.vertices.round(6), axis=0, return_inverse=True)
+    corners = welded.reshape(-1)[mesh.faces]
+    edges = np.sort(np.concatenate([corners[:, [0, 1]], corners[:, [1, 2]], corners[:, [2, 0]]]), axis=1)
+    _, counts = np.unique(edges, axis=0, return_counts=True)
+    return bool((counts == 2).mean() > 0.98)
+
+
+def _volume(vertices: Array, faces: NDArray[np.int32]) -> float:
+    """Return the volume that triangles enclose, by the divergence theorem."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return abs(float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) / 6.0)

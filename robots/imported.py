@@ -1,0 +1,72 @@
+"""A model as it came from its file: a MuJoCo spec, and what was changed to make it move."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from robosandbox.errors import InputError
+
+
+@dataclass(slots=True, kw_only=True)
+class ImportedModel:
+    """A robot or gripper as a spec of its own, without scene, options or keyframes.
+
+    Attributes:
+        name: What the model calls itself; the file's stem when it says nothing.
+        path: The file.
+        spec: Its bodies, joints, geoms and actuators, all named.
+        notes: What was repaired, added or left out, in sentences.
+        keyframes: Named joint values that the file or its SRDF gives, best first.
+        velocity: Velocity limits from the file, by joint.
+        made_actuators: Actuators that the file does not have.
+        disabled_pairs: Pairs of links that the SRDF lets touch.
+        choices: Names of the trees that were there to choose from, the chosen one first.
+    """
+
+    name: str
+    path: Path
+    spec: mujoco.MjSpec
+    notes: list[str] = field(default_factory=list)
+    keyframes: dict[str, dict[str, float]] = field(default_factory=dict)
+    velocity: dict[str, float] = field(default_factory=dict)
+    made_actuators: set[str] = field(default_factory=set)
+    disabled_pairs: list[tuple[str, str]] = field(default_factory=list)
+    choices: tuple[str, ...] = ()
+
+
+def compile_spec(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
+    """Return the compiled model.
+
+    Raises:
+        InputError: It does not compile; the compiler's own words, and the file.
+    """
+    try:
+        return spec.compile()
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"{source}: {one_line(error)}") from None
+
+
+def put_scalar(element: Any, field: str, value: float) -> None:
+    """Set a joint's damping or stiffness, which newer MuJoCo keeps as a polynomial's coefficients."""
+    old = np.asarray(getattr(element, field))
+    if old.ndim == 0:
+        setattr(element, field, value)
+    else:
+        coefficients = np.zeros(old.shape)
+        coefficients.flat[0] = value
+        setattr(element, field, coefficients)
+
+
+def get_scalar(element: Any, field: str) -> float:
+    """Return a joint's damping or stiffness: the coefficient of the linear term."""
+    return float(np.asarray(getattr(element, field)).flat[0])
+
+
+def one_line(error: Exception) -> str:
+    """Return an exception's text in one line."""
+    return " ".join(str(error).split())

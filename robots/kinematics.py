@@ -1,0 +1,169 @@
+"""A small solver for questions of placement: where can this arm hold its tool down?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robosandbox.types import Array
+
+_ITERATIONS = 40
+_METRES_PER_RADIAN = 0.2
+_POSITION = 1e-3
+_LIBRARY = 1500
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """A TCP on a body: position and rotation (z approach, y closing) in the body's frame."""
+
+    body: int
+    position: Array
+    rotation: Array
+
+
+class Kinematics:
+    """Forward and inverse kinematics of arm joints in a robot compiled alone.
+
+    Args:
+        model: The robot.
+        joints: Ids of its arm joints.
+        tool: Where its TCP is.
+        qpos: Everything else stays like this, shape (nq,).
+    """
+
+    def __init__(self, model: mujoco.MjModel, joints: tuple[int, ...], tool: Tool, qpos: Array | None = None) -> None:
+        self.model, self.tool = model, tool
+        self.data = mujoco.MjData(model)
+        if qpos is not None:
+            self.data.qpos[:] = qpos
+        self.addresses = model.jnt_qposadr[list(joints)].copy()
+        self.dofs = model.jnt_dofadr[list(joints)].copy()
+        limited = model.jnt_limited[list(joints)].astype(bool)
+        slide = model.jnt_type[list(joints)] == mujoco.mjtJoint.mjJNT_SLIDE.value
+        ranges = model.jnt_range[list(joints)]
+        free = np.where(slide, 0.5, np.pi)
+        self.lower = np.where(limited, ranges[:, 0], -free)
+        self.upper = np.where(limited, ranges[:, 1], free)
+        self._jacp, self._jacr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        self._library: tuple[Array, Array, Array] | None = None
+
+    @property
+    def n(self) -> int:
+        """The number of arm joints."""
+        return len(self.addresses)
+
+    def forward(self, q: Array) -> tuple[Array, Array]:
+        """Return the TCP's position (3,) and rotation (3, 3) in the robot's frame."""
+        self.data.qpos[self.addresses] = q
+        mujoco.mj_kinematics(self.model, self.data)
+        rotation = self.data.xmat[self.tool.body].reshape(3, 3)
+        return self.data.xpos[self.tool.body] + rotation @ self.tool.position, rotation @ self.tool.rotation
+
+    def jacobian(self, point: Array) -> tuple[Array, Array]:
+        """Return the linear and angular Jacobians (3, n) of a point on the tool body, at the last `forward`."""
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_jac(self.model, self.data, self._jacp, self._jacr, point, self.tool.body)
+        return self._jacp[:, self.dofs], self._jacr[:, self.dofs]
+
+    def conditioning(self, q: Array) -> float:
+        """Return how far the arm is from losing a direction of motion: 0 singular; metres per radian."""
+        position, _ = self.forward(q)
+        linear, _ = self.jacobian(position)
+        return float(np.linalg.svd(linear, compute_uv=False)[-1])
+
+    def lost_force(self, q: Array, length: float) -> tuple[float, float]:
+        """Return the smallest singular value of the whole Jacobian, and how much of the lost direction is translation.
+
+        An arm that is stretched out, or folded onto its own axis, holds any force along a line without a motor: the lost
+        direction is a force. A wrist whose axes line up loses a turn: a couple, of which an arm can make its way out.
+
+        Args:
+            q: Shape (n,).
+            length: What makes metres comparable to radians.
+        """
+        position, _ = self.forward(q)
+        linear, angular = self.jacobian(position)
+        u, s, _ = np.linalg.svd(np.vstack([linear / length, angular]), full_matrices=False)
+        last = min(6, self.n) - 1
+        return float(s[last]), float(np.linalg.norm(u[:3, last]))
+
+    def centring(self, q: Array) -> float:
+        """Return how far the joint nearest to a limit is from it: 0 at the limit, 1 in the middle."""
+        half = (self.upper - self.lower) / 2.0
+        return float((1.0 - np.abs(q - (self.upper + self.lower) / 2.0) / half).min())
+
+    def solve(
+        self, point: Array, approach: Array, *, tilt: float = 0.03, restarts: int = 8, seed: Array | None = None
+    ) -> Array | None:
+        """Return a configuration with the TCP at `point` (3,) pointing along `approach` (3,), or None.
+
+        Args:
+            point: In the robot's frame.
+            approach: Unit vector; the turn about it is free.
+            tilt: How far off it may point, radians.
+            restarts: How many sampled starts are tried.
+            seed: Tried first, shape (n,).
+        """
+        starts = [] if seed is None else [seed]
+        starts += list(self.starts(point, approach, restarts))
+        for start in starts:
+            q = self.descend(point, approach, start, tilt)
+            if q is not None:
+                return q
+        return None
+
+    def samples(self) -> tuple[Array, Array, Array]:
+        """Return random configurations (k, n), their TCP positions (k, 3) and approach directions (k, 3)."""
+        if self._library is None:
+            rng = np.random.default_rng(0)
+            q = rng.uniform(self.lower, self.upper, (_LIBRARY, self.n))
+            positions, approaches = np.empty((_LIBRARY, 3)), np.empty((_LIBRARY, 3))
+            for k in range(_LIBRARY):
+                position, rotation = self.forward(q[k])
+                positions[k], approaches[k] = position, rotation[:, 2]
+            self._library = (q, positions, approaches)
+        return self._library
+
+    def starts(self, point: Array, approach: Array, count: int) -> Array:
+        """Return sampled configurations (count, n), those nearest to a target first."""
+        q, positions, approaches = self.samples()
+        angle = np.arccos(np.clip(approaches @ approach, -1.0, 1.0))
+        cost = np.linalg.norm(positions - point, axis=1) + _METRES_PER_RADIAN * angle
+        return q[np.argsort(cost, kind="stable")[:count]]
+
+    def descend(self, point: Array, approach: Array, start: Array, tilt: float) -> Array | None:
+        """Return where one descent from `start` (n,) reaches the target, or None."""
+        q = np.clip(start, self.lower, self.upper)
+        for iteration in range(_ITERATIONS):
+            position, rotation = self.forward(q)
+            error = point - position
+            axis = rotation[:, 2]
+            turn = np.cross(axis, approach)
+            off = float(np.arctan2(np.linalg.norm(turn), axis @ approach))
+            if off > 1e-9 and np.linalg.norm(turn) < 1e-6:
+                turn = rotation[:, 0] * off
+            elif off > 1e-9:
+                turn = turn / np.linalg.norm(turn) * off
+            # Within the tolerance position alone counts, lightly tied to the direction.
+            weight = _METRES_PER_RADIAN if off > tilt else 0.2 * _METRES_PER_RADIAN
+            if np.linalg.norm(error) < _POSITION and off <= tilt:
+                return q
+            if iteration == _ITERATIONS // 2 and np.linalg.norm(error) > 0.2:
+                return None
+            linear, angular = self.jacobian(position)
+            stacked = np.vstack([linear, weight * angular])
+            target = np.concatenate([error, weight * turn])
+            damping = 1e-5 + 0.02 * float(target @ target)
+            step = np.linalg.solve(stacked.T @ stacked + damping * np.eye(self.n), stacked.T @ target)
+            blocked = ((q + step < self.lower) & (q <= self.lower)) | ((q + step > self.upper) & (q >= self.upper))
+            if blocked.any() and not blocked.all():
+                free = ~blocked
+                part = stacked[:, free]
+                step = np.zeros(self.n)
+                step[free] = np.linalg.solve(part.T @ part + damping * np.eye(int(free.sum())), part.T @ target)
+            largest = float(np.abs(step).max())
+            q = np.clip(q + step * min(1.0, 0.5 / max(largest, 1e-9)), self.lower, self.upper)
+        return None

@@ -1,0 +1,164 @@
+"""Triangle meshes from files: STL read here, OBJ, DAE and the rest through trimesh, imported when first needed."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.errors import InputError
+from robosandbox.types import Array
+
+MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
+_MAX_FACES = 500_000
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """Triangles in metres, in the file's frame.
+
+    Attributes:
+        vertices: Shape (v, 3).
+        faces: Vertex indices, shape (f, 3).
+        rgba: The file's own mean colour; None when it says none.
+    """
+
+    vertices: Array
+    faces: NDArray[np.int32]
+    rgba: tuple[float, float, float, float] | None = None
+
+
+def read_mesh(path: Path, element: str) -> Mesh:
+    """Read a mesh file.
+
+    Args:
+        path: STL, OBJ, DAE or another format that trimesh reads.
+        element: What names it, for messages.
+
+    Raises:
+        InputError: It is no mesh, or has no triangles.
+    """
+    return _read(path, path.stat().st_mtime_ns, element)
+
+
+@lru_cache(maxsize=256)
+def _read(path: Path, stamp: int, element: str) -> Mesh:
+    del stamp  # part of the cache key
+    suffix = path.suffix.lower()
+    if suffix not in MESH_SUFFIXES:
+        raise InputError(f"{element}: {path.name} is no mesh that can be read; use {', '.join(MESH_SUFFIXES)}")
+    try:
+        mesh = _read_binary_stl(path) if suffix == ".stl" else None
+        mesh = mesh or _read_with_trimesh(path)
+    except InputError:
+        raise
+    except Exception as error:  # a broken mesh file raises anything in its reader
+        said = " ".join(str(error).split())[:120] or type(error).__name__
+        raise InputError(f"{element}: {path.name} cannot be read as a mesh: {said}") from None
+    if len(mesh.faces) == 0 or not np.isfinite(mesh.vertices).all() or mesh.faces.max() >= len(mesh.vertices):
+        raise InputError(f"{element}: {path.name} has no usable triangles")
+    if len(mesh.faces) > _MAX_FACES:
+        raise InputError(f"{element}: {path.name} has {len(mesh.faces):,} triangles; simplify it to {_MAX_FACES:,}")
+    return mesh
+
+
+def _read_binary_stl(path: Path) -> Mesh | None:
+    """Return the mesh of a binary STL; None for one in text."""
+    content = path.read_bytes()
+    if len(content) < 84:
+        raise InputError(f"{path.name}: is too short for an STL")
+    count = int.from_bytes(content[80:84], "little")
+    if len(content) < 84 + 50 * count or (content[:5] == b"solid" and len(content) != 84 + 50 * count):
+        return None
+    record = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    triangles = np.frombuffer(content, record, count, 84)["corners"].astype(np.float64)
+    vertices, inverse = np.unique(triangles.reshape(-1, 3), axis=0, return_inverse=True)
+    return Mesh(vertices, inverse.reshape(-1, 3).astype(np.int32))
+
+
+def _read_with_trimesh(path: Path) -> Mesh:
+    import trimesh
+
+    loaded: Any = trimesh.load(path, force="mesh", process=False)
+    vertices = np.asarray(loaded.vertices, dtype=np.float64)
+    # trimesh leaves a COLLADA file's unit to the reader: "0.01 * meters".
+    unit = str(loaded.units or "").partition(" * meters")
+    if unit[1]:
+        vertices = vertices * float(unit[0])
+    rgba = None
+    if path.suffix.lower() != ".stl":
+        try:
+            colours = np.asarray(loaded.visual.to_color().face_colors, dtype=float) / 255.0
+            if len(colours):
+                red, green, blue, alpha = np.median(colours, axis=0)
+                rgba = (float(red), float(green), float(blue), float(alpha))
+        except Exception:  # colour is decoration; a file whose texture is missing still has its shape
+            rgba = None
+    return Mesh(vertices, np.asarray(loaded.faces, dtype=np.int32), rgba)
+
+
+def volumes(mesh: Mesh) -> tuple[float, float]:
+    """Return the enclosed volume and the convex hull's, cubic metres."""
+    import trimesh
+
+    body: Any = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
+    return abs(float(body.volume)), float(body.convex_hull.volume)
+
+
+def convex_parts(mesh: Mesh, *, most: int = 12) -> list[Mesh]:
+    """Return convex pieces that together fill the mesh; computed once and kept in the user's cache.
+
+    Approximate convex decomposition by voxels (V-HACD, K. Mamou).
+    """
+    digest = hashlib.sha256()
+    digest.update(f"1 {most}".encode())
+    digest.update(np.ascontiguousarray(mesh.vertices.round(7)).tobytes())
+    digest.update(np.ascontiguousarray(mesh.faces).tobytes())
+    kept = _cache_folder() / f"{digest.hexdigest()[:32]}.npz"
+    try:
+        with np.load(kept, allow_pickle=False) as stored:
+            return [Mesh(stored[f"v{i}"], stored[f"f{i}"]) for i in range(int(stored["count"]))]
+    except (OSError, ValueError, KeyError):
+        pass  # not computed yet, or a damaged file that is written anew
+    parts = _decompose(mesh, most)
+    try:
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        partial = kept.with_name(f"{kept.stem}.{os.getpid()}.npz")
+        arrays: dict[str, Any] = {"count": np.array(len(parts))}
+        for i, part in enumerate(parts):
+            arrays |= {f"v{i}": part.vertices, f"f{i}": part.faces}
+        np.savez(partial, **arrays)
+        partial.replace(kept)
+    except OSError:
+        pass  # a read-only home costs the time again, nothing else
+    return parts
+
+
+def _decompose(mesh: Mesh, most: int) -> list[Mesh]:
+    import vhacdx
+
+    faces = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
+    pieces = vhacdx.compute_vhacd(
+        mesh.vertices,
+        faces,
+        maxConvexHulls=most,
+        resolution=200_000,
+        minimumVolumePercentErrorAllowed=0.5,
+        asyncACD=False,
+    )
+    parts = []
+    for vertices, corners in pieces:
+        triangles = np.asarray(corners, dtype=np.int32).reshape(-1, 3)
+        parts.append(Mesh(np.asarray(vertices, dtype=np.float64), triangles))
+    return parts
+
+
+def _cache_folder() -> Path:
+    base = os.environ.get("XDG_CACHE_HOME")
+    return (Path(base) if base else Path.home() / ".cache") / "robosandbox" / "hulls"

@@ -1,0 +1,270 @@
+"""Where an arm stands so that its workspace covers the table, and a home from which it starts well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.kinematics import Kinematics
+from robosandbox.robots.surfaces import world_points
+from robosandbox.types import Array
+
+_DOWN = np.array([0.0, 0.0, -1.0])
+_TILTS = (0.03, 0.3, 0.6, 1.0)
+_RADII = 26
+_HEIGHTS = (0.02, 0.10)
+_LEAST_BAND = 0.06
+_WORK_X = 0.13
+_TABLE_HALF = 0.5
+_BASE_MARGIN = 0.05
+_FORWARD = 0.15
+_HOME_STARTS = 14
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """What an arm reaches over a table on which it stands; lengths in metres, in the robot's frame.
+
+    Attributes:
+        floor: Height of the table top that its base stands on.
+        axis: The first joint's axis on the ground, shape (2,).
+        forward: Direction of the middle of its workspace, radians about z.
+        near: Least horizontal distance from the axis at which the tool points down at the table.
+        far: The largest.
+        tilt: How far from straight down it has to point there, radians.
+    """
+
+    floor: float
+    axis: Array
+    forward: float
+    near: float
+    far: float
+    tilt: float
+
+    @property
+    def middle(self) -> float:
+        """The distance at which to work."""
+        return (self.near + self.far) / 2.0
+
+    def point(self, distance: float, height: float) -> Array:
+        """Return a point straight ahead, shape (3,)."""
+        ahead = np.array([np.cos(self.forward), np.sin(self.forward)])
+        return np.array([*(self.axis + distance * ahead), self.floor + height])
+
+
+def base_bottom(model: mujoco.MjModel) -> float:
+    """Return the lowest point of what does not move, or of the first link, metres in the robot's frame."""
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    weld = model.body_weldid[model.geom_bodyid]
+    chosen = [g for g in range(model.ngeom) if weld[g] == 0]
+    if not chosen:
+        first = next((b for b in range(1, model.nbody) if model.body_jntnum[b]), 0)
+        chosen = [g for g in range(model.ngeom) if weld[g] == first]
+    # Collision shapes are often simplified beyond the base's foot; what is seen is what stands.
+    seen = [g for g in chosen if not (model.geom_contype[g] or model.geom_conaffinity[g])]
+    points = world_points(model, data, seen or chosen, 0.005)
+    return float(points[:, 2].min()) if len(points) else 0.0
+
+
+def find_workspace(
+    kinematics: Kinematics, floor: float, collides: Callable[[Array], str | None] = lambda q: None
+) -> Workspace:
+    """Return where the tool can point down at a table at height `floor`."""
+    model, data = kinematics.model, kinematics.data
+    _, positions, approaches = kinematics.samples()
+    joint = int(model.dof_jntid[kinematics.dofs[0]])
+    axis = data.xanchor[joint][:2].copy()
+    shoulder = float(data.xanchor[joint][2])
+    reach = float(np.linalg.norm(positions - data.xanchor[joint], axis=1).max())
+    forward = _forward(positions - [*axis, 0.0], approaches)
+    # From a pedestal as high as the arm is long nothing on its foot's level is reached: the table comes up to the arm.
+    for level in (floor, shoulder - 0.35 * reach):
+        best: tuple[float, Workspace] | None = None
+        for tilt in _TILTS:
+            found = _band(kinematics, Workspace(level, axis, forward, 0.0, reach, tilt), reach, collides)
+            if found is not None and (best is None or found.far - found.near > best[0]):
+                best = (found.far - found.near, found)
+            if best is not None and best[0] >= _LEAST_BAND:
+                break
+        if best is not None:
+            return best[1]
+        if shoulder - floor < 0.5 * reach:
+            break
+    return Workspace(floor, axis, forward, 0.3 * reach, 0.7 * reach, np.pi)
+
+
+def _forward(offsets: Array, approaches: Array) -> float:
+    """Return the middle of the arc in which the tool points down, snapped to a right angle; 0 for a full turn."""
+    down = approaches[:, 2] < -0.5
+    chosen = offsets[down] if down.sum() > 30 else offsets
+    flat = chosen[:, :2]
+    length = np.linalg.norm(flat, axis=1)
+    units = flat[length > 1e-6] / length[length > 1e-6, None]
+    mean = units.mean(axis=0)
+    if float(np.linalg.norm(mean)) < _FORWARD:
+        return 0.0
+    angle = float(np.arctan2(mean[1], mean[0]))
+    quarter = round(angle / (np.pi / 2.0)) * np.pi / 2.0
+    return quarter if abs(angle - quarter) < np.radians(20.0) else angle
+
+
+def _band(
+    kinematics: Kinematics, space: Workspace, reach: float, collides: Callable[[Array], str | None]
+) -> Workspace | None:
+    """Return the longest run of distances at which the tool points down, both at the table and above it."""
+    radii = np.linspace(0.04 * reach, reach, _RADII)
+    fine = []
+    seed: Array | None = None
+    for radius in radii:
+        good = True
+        for height in _HEIGHTS:
+            q = kinematics.solve(space.point(float(radius), height), _DOWN, tilt=space.tilt, restarts=6, seed=seed)
+            seed = q if q is not None else seed
+            good = q is not None and collides(q) is None
+            if not good:
+                break
+        fine.append(good)
+    runs: list[tuple[int, int]] = []
+    for k, good in enumerate(fine):
+        if good and runs and runs[-1][1] == k - 1:
+            runs[-1] = (runs[-1][0], k)
+        elif good:
+            runs.append((k, k))
+    if not runs:
+        return None
+    first, last = max(runs, key=lambda run: run[1] - run[0])
+    return Workspace(space.floor, space.axis, space.forward, float(radii[first]), float(radii[last]), space.tilt)
+
+
+def base_pose(space: Workspace, table_height: float) -> tuple[tuple[float, float, float], float]:
+    """Return the base's position in the world and its yaw, so that the workspace's middle lies on the table."""
+    yaw = -space.forward
+    turn = np.array([[np.cos(yaw), -np.sin(yaw)], [np.sin(yaw), np.cos(yaw)]])
+    axis = turn @ space.axis
+    axis_x = max(_WORK_X - space.middle, -_TABLE_HALF + _BASE_MARGIN)
+    x, y, z = axis_x - axis[0], -axis[1], table_height - space.floor
+    return (round(float(x), 3), round(float(y), 3), round(float(z), 4)), yaw
+
+
+@dataclass(frozen=True, slots=True)
+class Home:
+    """A start configuration and where it comes from."""
+
+    q: Array
+    evidence: str
+    confidence: float
+
+
+def find_home(
+    kinematics: Kinematics,
+    space: Workspace,
+    names: tuple[str, ...],
+    keyframes: Mapping[str, Mapping[str, float]],
+    collides: Callable[[Array], str | None],
+) -> Home:
+    """Return a keyframe that holds the tool down clear of everything, or an optimized posture.
+
+    Args:
+        kinematics: The arm.
+        space: What it reaches.
+        names: Its joints.
+        keyframes: Named joint values from the model or its SRDF.
+        collides: What touches at a configuration (n,), or None.
+    """
+    rejected = []
+    for title in sorted(keyframes, key=lambda name: "home" not in name.lower()):
+        values = keyframes[title]
+        if not all(name in values for name in names):
+            continue
+        q = np.array([values[name] for name in names])
+        fault = _fault(kinematics, space, q, collides)
+        if fault is None:
+            return Home(q, f"keyframe {title!r} of the model: tool down, clear of itself and the table", 0.95)
+        rejected.append(f"{title!r} {fault}")
+    note = f"; not its keyframes: {', '.join(rejected[:2])}" if rejected else ""
+    best: tuple[float, Array] | None = None
+    for height in (0.55, 0.4, 0.7, 0.3):
+        for distance in (space.middle, 0.75 * space.middle + 0.25 * space.near):
+            point = space.point(distance, max(0.08, height * space.middle))
+            for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
+                solved = kinematics.descend(point, _DOWN, start, max(0.03, space.tilt))
+                if solved is None:
+                    continue
+                q = _unwound(kinematics, solved)
+                score = _score(kinematics, space, q)
+                if (best is None or score > best[0]) and collides(q) is None:
+                    best = (score, q)
+        if best is not None and best[0] > 0.35:
+            break
+    if best is not None:
+        return Home(
+            _rounded(kinematics, best[1]),
+            f"optimized: tool down over the table, far from limits and singularities{note}",
+            0.85,
+        )
+    q, positions, approaches = kinematics.samples()
+    order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
+    free = next((k for k in order if collides(q[k]) is None), order[0])
+    return Home(
+        _rounded(kinematics, q[free]), f"the sampled posture that points down best; check it on the picture{note}", 0.3
+    )
+
+
+def _rounded(kinematics: Kinematics, q: Array) -> Array:
+    """Return the configuration to four digits, within the limits all the same."""
+    inside: Array = np.clip(
+        np.round(q, 4), np.ceil(kinematics.lower * 1e4) / 1e4, np.floor(kinematics.upper * 1e4) / 1e4
+    )
+    return inside
+
+
+def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callable[[Array], str | None]) -> str | None:
+    if (q < kinematics.lower - 1e-6).any() or (q > kinematics.upper + 1e-6).any():
+        return "is outside the joint limits"
+    position, rotation = kinematics.forward(q)
+    if rotation[2, 2] > -np.cos(max(0.45, space.tilt)):
+        return "does not point the tool down"
+    if position[2] < space.floor + 0.05:
+        return "has the tool at or below the table"
+    reach = np.linalg.norm(position[:2] - space.axis)
+    if not 0.7 * space.near <= reach <= 1.05 * space.far:
+        return "has the tool outside the workspace over the table"
+    ahead = np.array([np.cos(space.forward), np.sin(space.forward)])
+    if (position[:2] - space.axis) @ ahead < 0.5 * reach:
+        return "looks away from the workspace"
+    if kinematics.conditioning(q) < 0.03 * space.far:
+        return "is close to a singularity"
+    touching = collides(q)
+    return f"has {touching}" if touching else None
+
+
+def _score(kinematics: Kinematics, space: Workspace, q: Array) -> float:
+    """Return how well a posture suits as a home; near 1 is best."""
+    conditioning = min(1.0, kinematics.conditioning(q) / (0.3 * space.far))
+    centring = min(1.0, kinematics.centring(q) / 0.4)
+    # Elbow up: the links' mean height over the table.
+    kinematics.forward(q)
+    joints = kinematics.model.dof_jntid[kinematics.dofs]
+    heights = kinematics.data.xanchor[joints, 2] - space.floor
+    up = float(np.clip(heights.mean() / (0.5 * space.far), 0.0, 1.0))
+    side = np.array([-np.sin(space.forward), np.cos(space.forward)])
+    aside = float(np.abs((kinematics.data.xanchor[joints, :2] - space.axis) @ side).mean()) / space.far
+    full = kinematics.upper - kinematics.lower > 2.0 * np.pi - 0.1
+    turned = float(np.abs(q[full]).mean() / np.pi) if full.any() else 0.0
+    return 0.3 * conditioning + 0.25 * centring + 0.45 * up - 3.0 * aside - 0.2 * turned
+
+
+def _unwound(kinematics: Kinematics, q: Array) -> Array:
+    """Return the same posture with every hinge within half a turn of zero, where its limits allow."""
+    wound = q.copy()
+    for i, joint in enumerate(kinematics.model.dof_jntid[kinematics.dofs]):
+        if kinematics.model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE.value:
+            continue
+        near = (q[i] + np.pi) % (2.0 * np.pi) - np.pi
+        if kinematics.lower[i] <= near <= kinematics.upper[i]:
+            wound[i] = near
+    return wound

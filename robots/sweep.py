@@ -1,0 +1,260 @@
+"""Driving a gripper over its whole control range and recording what moves."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+
+from robosandbox.robots.surfaces import world_points
+from robosandbox.types import Array
+
+_SAMPLES = 64
+_SETTLE_SECONDS = 0.5
+_SWEEP_SECONDS = 1.5
+_MOST_SETTLES = 8
+_STILL = 0.003
+_JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
+
+
+@dataclass(frozen=True, slots=True)
+class Sweep:
+    """A gripper's samples on the way from one end of its controls to the other.
+
+    Attributes:
+        joints: Values of its joints, shape (k, g).
+        lengths: Lengths of its actuators, shape (k, actuators).
+        qpos: The whole configuration, shape (k, nq).
+    """
+
+    joints: Array
+    lengths: Array
+    qpos: Array
+
+
+def servo_map(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
+    """Return (scale, offset): the control that holds actuator length x is `scale * x + offset`.
+
+    Raises:
+        ValueError: The actuator is no position servo.
+    """
+    gain, bias = model.actuator_gainprm[actuator], model.actuator_biasprm[actuator]
+    if model.actuator_biastype[actuator] != mujoco.mjtBias.mjBIAS_AFFINE.value or gain[0] == 0.0 or bias[1] >= 0.0:
+        raise ValueError("is not a position servo")
+    return -float(bias[1] / gain[0]), -float(bias[0] / gain[0])
+
+
+def control_range(model: mujoco.MjModel, actuator: int) -> tuple[float, float]:
+    """Return the least and largest control of an actuator, from its range or its joint's.
+
+    Raises:
+        ValueError: Neither is limited.
+    """
+    if model.actuator_ctrllimited[actuator]:
+        low, high = model.actuator_ctrlrange[actuator]
+        return float(low), float(high)
+    joint = int(model.actuator_trnid[actuator, 0])
+    if model.actuator_trntype[actuator] == _JOINT and model.jnt_limited[joint]:
+        scale, offset = servo_map(model, actuator)
+        gear = model.actuator_gear[actuator, 0]
+        low, high = np.sort(model.jnt_range[joint] * gear * scale + offset)
+        return float(low), float(high)
+    raise ValueError("has neither a control range nor a limited joint")
+
+
+def palm_of(model: mujoco.MjModel, joint_ids: Sequence[int]) -> int:
+    """Return the body that carries all these joints."""
+    chains = []
+    for joint in joint_ids:
+        body, chain = int(model.body_parentid[model.jnt_bodyid[joint]]), []
+        while True:
+            chain.append(body)
+            if body == 0:
+                break
+            body = int(model.body_parentid[body])
+        chains.append(chain)
+    return next(body for body in chains[0] if all(body in chain for chain in chains))
+
+
+def moving_groups(model: mujoco.MjModel, joint_ids: Sequence[int]) -> list[frozenset[int]]:
+    """Return the gripper's sides: bodies below each child of the palm that moves, and the palm for a lone jaw."""
+    palm = palm_of(model, joint_ids)
+    roots: dict[int, set[int]] = {}
+    moved = {int(model.jnt_bodyid[j]) for j in joint_ids}
+    for body in range(1, model.nbody):
+        path = []
+        walk = body
+        while walk != palm and walk != 0:
+            path.append(walk)
+            walk = int(model.body_parentid[walk])
+        if walk == palm and path and any(b in moved for b in path):
+            roots.setdefault(path[-1], set()).add(body)
+    groups = [frozenset(bodies) for bodies in roots.values()]
+    if len(groups) == 1:
+        weld = int(model.body_weldid[palm])
+        groups.append(frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld) - groups[0])
+    return groups
+
+
+def collision_geoms(model: mujoco.MjModel, bodies: frozenset[int]) -> list[int]:
+    """Return the geoms of these bodies that collide, or all when none does."""
+    geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in bodies]
+    solid = [g for g in geoms if model.geom_contype[g] or model.geom_conaffinity[g]]
+    return solid or geoms
+
+
+def polarities(
+    model: mujoco.MjModel, data: mujoco.MjData, joint_ids: Sequence[int], actuator_ids: Sequence[int]
+) -> list[int]:
+    """Return for each actuator whether a larger control takes its finger the way the first one's does: 1, or -1.
+
+    One actuator has nothing to agree with. Of several, each finger's far end is watched against the others'.
+    """
+    if len(actuator_ids) < 2:
+        return [1] * len(actuator_ids)
+    groups = moving_groups(model, joint_ids)
+    signs = []
+    keep = data.qpos.copy()
+    for actuator in actuator_ids:
+        joint = int(model.actuator_trnid[actuator, 0])
+        if model.actuator_trntype[actuator] != _JOINT:
+            signs.append(1)
+            continue
+        mine = next((g for g in groups if int(model.jnt_bodyid[joint]) in g), groups[0])
+        others = frozenset().union(*(g for g in groups if g is not mine))
+        low, high = model.jnt_range[joint] if model.jnt_limited[joint] else (-0.5, 0.5)
+        gaps = []
+        for share in (0.1, 0.9):
+            data.qpos[:] = keep
+            data.qpos[model.jnt_qposadr[joint]] = low + share * (high - low)
+            mujoco.mj_fwdPosition(model, data)
+            first = world_points(model, data, collision_geoms(model, mine), 0.01).mean(axis=0)
+            second = world_points(model, data, collision_geoms(model, others), 0.01).mean(axis=0)
+            gaps.append(float(np.linalg.norm(first - second)))
+        rising = (gaps[1] > gaps[0]) == (model.actuator_gear[actuator, 0] > 0.0)
+        signs.append(1 if rising else -1)
+    data.qpos[:] = keep
+    mujoco.mj_fwdPosition(model, data)
+    return [sign * signs[0] for sign in signs]
+
+
+def sweep_gripper(
+    model: mujoco.MjModel, data: mujoco.MjData, joint_ids: Sequence[int], actuator_ids: Sequence[int]
+) -> Sweep:
+    """Drive the gripper from one end of its control range to the other and sample it on the way.
+
+    The arm's joints stay where they are in `data`. Gravity is off.
+
+    Raises:
+        ValueError: An actuator has no range.
+    """
+    actuators, joints_wanted = list(actuator_ids), list(joint_ids)
+    still = _alone(model, joints_wanted)
+    ranges = np.array([control_range(model, actuator) for actuator in actuators])
+    for row, sign in enumerate(polarities(model, data, joint_ids, actuator_ids)):
+        if sign < 0:
+            ranges[row] = ranges[row, ::-1]
+    addresses = model.jnt_qposadr[joints_wanted]
+    for actuator in range(model.nu):
+        if actuator not in actuators:
+            _hold(model, data, actuator)
+    driven = _driven_addresses(model, joints_wanted)
+    for joint in _inside(model, joints_wanted):
+        # Fingers that start outside their limits may start inside one another.
+        if model.jnt_limited[joint]:
+            address = model.jnt_qposadr[joint]
+            data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[joint])
+    frozen = data.qpos.copy()
+    dofs = _driven_dofs(model, joints_wanted)
+    settle = int(_SETTLE_SECONDS / model.opt.timestep)
+    steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
+
+    def advance(fraction: float, count: int) -> None:
+        data.ctrl[actuators] = ranges[:, 0] + fraction * (ranges[:, 1] - ranges[:, 0])
+        for _ in range(max(1, count // 10)):
+            mujoco.mj_step(still, data, 10)
+            # The arm is no part of the sweep: it is put back, however its own servos pull.
+            arm = frozen.copy()
+            arm[driven] = data.qpos[driven]
+            data.qpos[:] = arm
+            speed = np.zeros(model.nv)
+            speed[dofs] = data.qvel[dofs]
+            data.qvel[:] = speed
+
+    def rest(fraction: float) -> None:
+        for _ in range(_MOST_SETTLES):
+            advance(fraction, settle)
+            if float(np.abs(data.qvel[dofs]).max(initial=0.0)) < _STILL:
+                return
+
+    rest(0.0)
+    joints, lengths, qpos = [], [], []
+    for k in range(_SAMPLES + 1):
+        advance(k / _SAMPLES, steps if k else 0)
+        if k == _SAMPLES:
+            rest(1.0)
+        place(model, data, data.qpos)
+        joints.append(data.qpos[addresses].copy())
+        lengths.append(data.actuator_length[actuators].copy())
+        qpos.append(data.qpos.copy())
+    # MuJoCo starts over from its reference posture when accelerations explode.
+    exploded = data.warning[mujoco.mjtWarning.mjWARN_BADQACC.value].number > 0
+    if exploded or not np.isfinite(qpos).all():
+        raise ValueError("makes the simulation diverge when it is driven over its range")
+    return Sweep(np.array(joints), np.array(lengths), np.array(qpos))
+
+
+def place(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> None:
+    """Put a model into a configuration."""
+    data.qpos[:] = qpos
+    mujoco.mj_fwdPosition(model, data)
+
+
+def _alone(model: mujoco.MjModel, joint_ids: list[int]) -> mujoco.MjModel:
+    """Return the model without gravity, in which the gripper touches nothing but itself."""
+    still = copy.copy(model)
+    still.opt.gravity[:] = 0.0
+    still.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    palm = int(model.body_weldid[palm_of(model, joint_ids)])
+    root = palm_of(model, joint_ids)
+    for g in range(model.ngeom):
+        body = int(model.geom_bodyid[g])
+        if not (_is_below(model, body, root) or int(model.body_weldid[body]) == palm):
+            still.geom_contype[g] = still.geom_conaffinity[g] = 0
+    return still
+
+
+def _hold(model: mujoco.MjModel, data: mujoco.MjData, actuator: int) -> None:
+    joint = int(model.actuator_trnid[actuator, 0])
+    if model.actuator_trntype[actuator] != _JOINT:
+        return
+    try:
+        scale, offset = servo_map(model, actuator)
+    except ValueError:
+        return
+    length = data.qpos[model.jnt_qposadr[joint]] * model.actuator_gear[actuator, 0]
+    data.ctrl[actuator] = scale * length + offset
+
+
+def _inside(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
+    """Return all joints below the gripper joints' common parent."""
+    root = palm_of(model, joint_ids)
+    inside = {body for body in range(model.nbody) if _is_below(model, body, root)} - {root}
+    return [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in inside]
+
+
+def _driven_addresses(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
+    return [int(model.jnt_qposadr[j]) for j in _inside(model, joint_ids)]
+
+
+def _driven_dofs(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
+    return [int(model.jnt_dofadr[j]) for j in _inside(model, joint_ids)]
+
+
+def _is_below(model: mujoco.MjModel, body: int, root: int) -> bool:
+    while body and body != root:
+        body = int(model.body_parentid[body])
+    return body == root

@@ -1,0 +1,287 @@
+"""URDF to a MuJoCo spec: every link, fixed ones too, every mesh, mimic joints, repaired inertias."""
+
+from __future__ import annotations
+
+import io
+import logging
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import mujoco
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.robots import inertia
+from robosandbox.robots.files import ModelFiles, read_xml
+from robosandbox.robots.imported import ImportedModel, put_scalar
+from robosandbox.robots.meshes import Mesh, read_mesh
+from robosandbox.robots.srdf import read_srdf
+from robosandbox.robots.urdf_lint import check_urdf
+from robosandbox.types import Array
+
+_GREY = (0.7, 0.7, 0.72, 1.0)
+_VISUAL_GROUP, _COLLISION_GROUP = 2, 3
+_MOVING = {"revolute": "HINGE", "continuous": "HINGE", "prismatic": "SLIDE"}
+
+
+def import_urdf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel:
+    """Read a URDF as it is.
+
+    Args:
+        path: The file.
+        package_paths: Where package:// and relative names are looked up, before ROS_PACKAGE_PATH.
+
+    Raises:
+        InputError: The file is wrong or names a file that is not there; the message names the element.
+    """
+    content = read_xml(path)
+    root = ElementTree.fromstring(content)
+    check_urdf(root, path.name)
+    robot = _parse(content, path)
+    files = ModelFiles.of(path, package_paths)
+    model = ImportedModel(name=str(robot.name or path.stem), path=path, spec=mujoco.MjSpec())
+    _Builder(model, robot, files).build()
+    read_srdf(model)
+    return model
+
+
+def _parse(content: bytes, path: Path) -> Any:
+    import yourdfpy
+
+    logging.getLogger("yourdfpy").setLevel(logging.ERROR)
+    try:
+        return yourdfpy.URDF.load(io.BytesIO(content), build_scene_graph=False, load_meshes=False).robot
+    except Exception as error:  # what passes the check above and still fails is the parser's to say
+        said = " ".join(str(error).split())[:160]
+        raise InputError(f"{path.name}: cannot be read as a URDF: {said or type(error).__name__}") from None
+
+
+class _Builder:
+    def __init__(self, model: ImportedModel, robot: Any, files: ModelFiles) -> None:
+        self.model, self.spec, self.robot, self.files = model, model.spec, robot, files
+        self.spec.modelname = model.name
+        self.spec.compiler.degree = False
+        self.spec.compiler.autolimits = True
+        self.colours = {
+            item.name: tuple(float(c) for c in item.color.rgba)
+            for item in robot.materials
+            if item.color is not None and item.color.rgba is not None
+        }
+        self.meshes: dict[tuple[str, tuple[float, ...], bool], str] = {}
+        self.pieces: dict[str, list[tuple[Array, Array]]] = {}
+
+    def build(self) -> None:
+        links = {link.name: link for link in self.robot.links}
+        below: dict[str, list[Any]] = {}
+        for joint in self.robot.joints:
+            below.setdefault(joint.parent, []).append(joint)
+        children = {joint.child for joint in self.robot.joints}
+        root = next(name for name in links if name not in children)
+        bare = not (links[root].visuals or links[root].collisions)
+        if root == "world" and bare:
+            # MuJoCo's world is the root's frame already.
+            bodies = {root: self.spec.worldbody}
+        else:
+            name = "base_world" if root == "world" else root
+            bodies = {root: self.spec.worldbody.add_body(name=name)}
+            self._fill(bodies[root], links[root], moving=False)
+        pending = [root]
+        while pending:
+            for joint in below.get(pending.pop(), ()):
+                body = bodies[joint.parent].add_body(name=joint.child)
+                bodies[joint.child] = body
+                if joint.origin is not None:
+                    body.pos, body.quat = _pos_quat(np.asarray(joint.origin, dtype=float))
+                moving = self._add_joint(body, joint)
+                self._fill(body, links[joint.child], moving=moving)
+                pending.append(joint.child)
+        for joint in self.robot.joints:
+            self._add_mimic(joint)
+
+    def _add_joint(self, body: mujoco.MjsBody, joint: Any) -> bool:
+        if joint.type not in _MOVING:
+            if joint.type != "fixed":
+                self.model.notes.append(f"joint {joint.name!r} is {joint.type}: held fixed, as an arm's base is")
+            return False
+        limit = joint.limit
+        if joint.type != "continuous" and limit.lower == limit.upper:
+            self.model.notes.append(f"joint {joint.name!r} has limits that are equal: held fixed")
+            return False
+        axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
+        added = body.add_joint(
+            name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{_MOVING[joint.type]}"), axis=axis
+        )
+        if joint.type != "continuous":
+            added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
+            added.range = [float(limit.lower or 0.0), float(limit.upper or 0.0)]
+        else:
+            added.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        if joint.dynamics is not None:
+            put_scalar(added, "damping", max(0.0, float(joint.dynamics.damping or 0.0)))
+            added.frictionloss = max(0.0, float(joint.dynamics.friction or 0.0))
+        if limit is not None:
+            effort, speed = abs(float(limit.effort or 0.0)), abs(float(limit.velocity or 0.0))
+            if 0.0 < effort < 1e5:
+                added.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
+                added.actfrcrange = [-effort, effort]
+            if speed > 0.0:
+                self.model.velocity[joint.name] = speed
+        return True
+
+    def _add_mimic(self, joint: Any) -> None:
+        if joint.mimic is None or joint.type not in _MOVING:
+            return
+        names = {item.name for item in self.spec.joints}
+        if joint.name not in names or joint.mimic.joint not in names:
+            return
+        multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
+        equality = self.spec.add_equality(
+            name=f"{joint.name}_mimic",
+            type=mujoco.mjtEq.mjEQ_JOINT,
+            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            name1=joint.name,
+            name2=joint.mimic.joint,
+            solref=[0.005, 1.0],
+            solimp=[0.95, 0.99, 0.001, 0.5, 2.0],
+        )
+        data = np.zeros(len(equality.data))
+        data[:2] = float(joint.mimic.offset or 0.0), multiplier
+        equality.data = data
+
+    def _fill(self, body: mujoco.MjsBody, link: Any, *, moving: bool) -> None:
+        low, high = np.full(3, np.inf), np.full(3, -np.inf)
+        for solid, items in ((True, link.collisions), (False, link.visuals)):
+            for item in items:
+                if item.geometry is None:
+                    continue
+                corners = self._add_geom(body, link.name, item, solid)
+                if corners is not None:
+                    low, high = np.minimum(low, corners.min(axis=0)), np.maximum(high, corners.max(axis=0))
+        if not np.isfinite(low).all():
+            low, high = np.full(3, -0.01), np.full(3, 0.01)
+        inertia.write(body, self._inertial(link, moving, low, high))
+
+    def _inertial(self, link: Any, moving: bool, low: Array, high: Array) -> inertia.Inertial | None:
+        given = link.inertial
+        if given is None or given.mass is None:
+            if not moving:
+                return None
+            made = inertia.of_box(low, high)
+            self.model.notes.append(f"link {link.name!r} moves and has no inertia: {made.mass:.3g} kg from its shape")
+            return made
+        mass = float(given.mass)
+        origin = np.eye(4) if given.origin is None else np.asarray(given.origin, dtype=float)
+        matrix = np.zeros((3, 3)) if given.inertia is None else np.asarray(given.inertia, dtype=float)
+        matrix = origin[:3, :3] @ matrix @ origin[:3, :3].T
+        wrong = inertia.fault(mass, matrix)
+        if wrong is None:
+            return inertia.Inertial(mass, origin[:3, 3], matrix)
+        if not moving and (mass <= 1e-6 or not np.any(matrix)):
+            # A tool frame of no extent: a point that rides along.
+            return None if mass <= 0.0 else inertia.of_box(origin[:3, 3], origin[:3, 3], mass)
+        made = inertia.of_box(low, high, mass if mass > 0.0 and np.isfinite(mass) else None)
+        self.model.notes.append(f"link {link.name!r}: inertia {wrong}; replaced by that of its shape")
+        return made
+
+    def _add_geom(self, body: mujoco.MjsBody, link: str, item: Any, solid: bool) -> Array | None:
+        """Add a visual or collision shape; return its bounding corners in the link, shape (8, 3)."""
+        shape = item.geometry
+        options: dict[str, Any] = {"group": _COLLISION_GROUP if solid else _VISUAL_GROUP, "mass": 0.0}
+        options |= {"contype": int(solid), "conaffinity": int(solid)}
+        origin = np.eye(4) if item.origin is None else np.asarray(item.origin, dtype=float)
+        options["pos"], options["quat"] = _pos_quat(origin)
+        rgba = _GREY if solid else self._colour(item)
+        half = np.zeros(3)
+        if shape.box is not None:
+            half = np.abs(np.asarray(shape.box.size, dtype=float)) / 2.0
+            options |= {"type": mujoco.mjtGeom.mjGEOM_BOX, "size": half}
+        elif shape.cylinder is not None:
+            radius, length = float(shape.cylinder.radius), float(shape.cylinder.length)
+            half = np.array([radius, radius, length / 2.0])
+            options |= {"type": mujoco.mjtGeom.mjGEOM_CYLINDER, "size": [radius, length / 2.0, 0.0]}
+        elif shape.sphere is not None:
+            radius = float(shape.sphere.radius)
+            half = np.full(3, radius)
+            options |= {"type": mujoco.mjtGeom.mjGEOM_SPHERE, "size": [radius, 0.0, 0.0]}
+        elif shape.mesh is not None:
+            return self._add_mesh_geom(body, link, shape.mesh, solid, options, rgba, origin)
+        else:
+            self.model.notes.append(f"link {link!r}: a {'collision' if solid else 'visual'} without a known shape")
+            return None
+        body.add_geom(rgba=rgba or _GREY, **options)
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+        placed: Array = corners @ origin[:3, :3].T + origin[:3, 3]
+        return placed
+
+    def _add_mesh_geom(
+        self,
+        body: mujoco.MjsBody,
+        link: str,
+        shape: Any,
+        solid: bool,
+        options: dict[str, Any],
+        rgba: tuple[float, ...] | None,
+        origin: Array,
+    ) -> Array | None:
+        scale = np.ones(3) if shape.scale is None else np.broadcast_to(np.asarray(shape.scale, dtype=float), 3)
+        element = f"{self.model.path.name}: link {link!r}"
+        path = self.files.find(str(shape.filename), f"link {link!r} <mesh>")
+        mesh = read_mesh(path, element)
+        vertices = mesh.vertices * scale
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        if float((high - low).max()) > 20.0:
+            raise InputError(
+                f"{element}: mesh {path.name} is {(high - low).max():.0f} m large; give it scale='0.001 0.001 0.001'"
+            )
+        if float((high - low).max()) < 1e-5 or np.prod(scale) == 0.0:
+            self.model.notes.append(f"link {link!r}: mesh {path.name} has no extent; left out")
+            return None
+        name = self._mesh(str(path), tuple(float(s) for s in scale), solid, mesh)
+        options |= {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name}
+        body.add_geom(rgba=rgba or mesh.rgba or _GREY, **options)
+        corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * (high - low) + low
+        placed: Array = corners @ origin[:3, :3].T + origin[:3, 3]
+        return placed
+
+    def _mesh(self, path: str, scale: tuple[float, ...], solid: bool, mesh: Mesh) -> str:
+        key = (path, scale, solid)
+        if key not in self.meshes:
+            name = f"{Path(path).stem}_{len(self.meshes)}"
+            add_mesh(self.spec, name, mesh.vertices * np.array(scale), mesh.faces, mirrored=bool(np.prod(scale) < 0.0))
+            self.meshes[key] = name
+        return self.meshes[key]
+
+    def _colour(self, item: Any) -> tuple[float, ...] | None:
+        material = item.material
+        if material is None:
+            return None
+        if material.color is not None and material.color.rgba is not None:
+            return tuple(float(c) for c in material.color.rgba)
+        return self.colours.get(material.name)
+
+
+def add_mesh(spec: mujoco.MjSpec, name: str, vertices: Array, faces: Any, *, mirrored: bool = False) -> None:
+    """Add a mesh from arrays; one that encloses nothing is taken as its hull."""
+    corners = np.asarray(faces, dtype=np.int32)
+    spec.add_mesh(
+        name=name,
+        uservert=np.asarray(vertices, dtype=np.float32).ravel(),
+        userface=(corners[:, ::-1] if mirrored else corners).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX if _is_solid(vertices) else _SHELL,
+    )
+
+
+_SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+
+
+def _is_solid(vertices: Array) -> bool:
+    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return len(vertices) >= 4 and bool(spread[-1] > 1e-4 * spread[0])
+
+
+def _pos_quat(origin: Array) -> tuple[Array, Array]:
+    quat = np.zeros(4)
+    mujoco.mju_mat2Quat(quat, origin[:3, :3].flatten())
+    return origin[:3, 3].copy(), quat

@@ -1,0 +1,113 @@
+"""`robot infer` and `robot check`: a sidecar from a model, and whether one fits."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.robots.infer import Inference
+
+app = typer.Typer(help="Bring your own robot: infer its sidecar, check it.", no_args_is_help=True)
+
+Model = Annotated[str, typer.Argument(help="A URDF or MJCF file, a bundled robot, or menagerie:<name>.")]
+GripperModel = Annotated[
+    Path | None, typer.Option("--gripper", help="A gripper's model to mount on an arm that has none.")
+]
+ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model has several.")]
+PackagePath = Annotated[
+    list[Path] | None, typer.Option("--package-path", help="Where package:// names are looked up; may be repeated.")
+]
+SidecarFile = Annotated[
+    Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
+]
+Output = Annotated[Path | None, typer.Option("-o", "--output", help="Write the sidecar here.")]
+PictureFile = Annotated[Path | None, typer.Option("--picture", help="A picture of TCP, closing axis, home and reach.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
+
+
+@app.command("infer")
+def infer(
+    model: Model,
+    gripper: GripperModel = None,
+    arm: ArmName = None,
+    output: Output = None,
+    picture: PictureFile = None,
+    package_path: PackagePath = None,
+    json: Json = False,
+) -> int:
+    """Work out a robot's sidecar from its model, with the evidence for each field."""
+    from robosandbox.robots.explain import document, to_yaml
+    from robosandbox.robots.infer import infer as work_out
+
+    found = work_out(_model(model), gripper=_file(gripper, "--gripper"), arm=arm, package_paths=package_path or ())
+    if output is not None:
+        try:
+            output.parent.mkdir(parents=True, exist_ok=True)
+            output.write_text(to_yaml(found, output.resolve().parent), encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"--output: {output}: {error.strerror}") from None
+    if picture is not None:
+        _draw(found, picture)
+    if len(found.choices) > 1:
+        print(f"{found.model.path.name}: arms to choose from with --arm: {', '.join(found.choices)}", file=sys.stderr)
+    for note in found.notes:
+        print(f"note: {note}", file=sys.stderr)
+    if json:
+        print_json(document(found))
+    elif output is None:
+        print(to_yaml(found, Path.cwd()), end="")
+    return EXIT_DONE
+
+
+@app.command("check")
+def check(
+    model: Model,
+    sidecar: SidecarFile = None,
+    gripper: GripperModel = None,
+    arm: ArmName = None,
+    package_path: PackagePath = None,
+    json: Json = False,
+) -> int:
+    """Check a robot and its sidecar, first on paper and then in simulation, up to a pick."""
+    from robosandbox.testing.robot_check import check_robot
+
+    report = check_robot(
+        model,
+        sidecar=sidecar,
+        gripper=_file(gripper, "--gripper"),
+        arm=arm,
+        package_paths=tuple(package_path or ()),
+    )
+    if json:
+        print_json(report.document())
+    else:
+        for item in report.checks:
+            mark = "ok  " if item.ok else "FAIL"
+            print(f"{mark} {item.name:<14} {item.detail}" + (f"  [change {item.field}]" if item.field else ""))
+        print("sound" if report.ok else "not sound")
+    return EXIT_DONE if report.ok else EXIT_FAILED
+
+
+def _model(name: str) -> Path:
+    from robosandbox.robots.locate import resolve_robot
+
+    return resolve_robot(Path(name)).resolve()
+
+
+def _file(path: Path | None, option: str) -> Path | None:
+    if path is not None and not path.is_file():
+        raise InputError(f"{option}: {path}: no such file")
+    return path.resolve() if path is not None else None
+
+
+def _draw(found: Inference, picture: Path) -> None:
+    from robosandbox.sim.portrait import draw_robot
+
+    draw_robot(found.model, found.sidecar, found.workspace, picture)

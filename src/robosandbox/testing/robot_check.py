@@ -1,0 +1,164 @@
+"""Is a sidecar right for its robot? Checked against what the model itself shows, then in simulation up to a pick.
+
+Each symptom of a wrong sidecar has one cause; a check that fails names the field to change.
+"""
+
+from __future__ import annotations
+
+import re
+import tempfile
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from robosandbox.errors import InputError
+from robosandbox.robots.compare import compare
+from robosandbox.robots.explain import to_yaml
+from robosandbox.robots.finding import Check
+from robosandbox.robots.importing import import_model
+from robosandbox.robots.infer import Inference, infer, infer_imported
+from robosandbox.robots.loader import RobotModel, load_robot
+from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot
+from robosandbox.robots.mount import mount
+from robosandbox.robots.sidecar import Sidecar
+from robosandbox.testing.robot_trial import try_out
+from robosandbox.validation import load_yaml_model, parse_yaml, read_text
+
+_FIELD = re.compile(r"\b(?:arm|gripper|ee_site|base_pose)(?:\.[a-z_]+|\[\d+\])+")
+
+
+@dataclass(slots=True)
+class RobotReport:
+    """What was checked of a robot.
+
+    Attributes:
+        loads: The model and the sidecar load.
+        sidecar: The sidecar in use, as data; empty when it could not be read.
+        checks: In the order in which they were made.
+    """
+
+    loads: bool = False
+    sidecar: dict[str, Any] = field(default_factory=dict)
+    checks: list[Check] = field(default_factory=list)
+
+    @property
+    def ok(self) -> bool:
+        """It loads and every check that counts passed; that an arm without a gripper cannot pick does not count."""
+        return self.loads and all(item.ok or not item.counts for item in self.checks)
+
+    def document(self) -> dict[str, Any]:
+        """Return the report as JSON data."""
+        return {
+            "loads": self.loads,
+            "ok": self.ok,
+            "sidecar": self.sidecar,
+            "checks": [
+                {"name": item.name, "ok": item.ok, "detail": item.detail, "field": item.field} for item in self.checks
+            ],
+        }
+
+
+def check_robot(
+    model: Path | str,
+    *,
+    sidecar: Path | None = None,
+    gripper: Path | None = None,
+    arm: str | None = None,
+    package_paths: Iterable[Path] = (),
+) -> RobotReport:
+    """Check a robot.
+
+    Args:
+        model: URDF, MJCF, or a bundled robot's name.
+        sidecar: Its sidecar; the one beside the model, a shipped one, or an inferred one when left out.
+        gripper: A gripper's model to mount, when there is no sidecar that does.
+        arm: Which arm, where the model has several and no sidecar says.
+        package_paths: Where package:// names are looked up.
+
+    Raises:
+        InputError: The files cannot be found at all; what is wrong in them is in the report.
+    """
+    paths = tuple(Path(item) for item in package_paths)
+    path = resolve_robot(Path(model)).resolve()
+    config = find_sidecar(path, sidecar)
+    report = RobotReport()
+    try:
+        imported = import_model(path, paths)
+    except InputError as error:
+        report.checks.append(Check("load", False, str(error)))
+        return report
+    if config is None and gripper is None and (known := known_sidecar(imported)) is not None:
+        config = known[0]
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            if config is None:
+                found = infer(path, gripper=gripper, arm=arm, package_paths=paths)
+                config = Path(folder) / f"{path.stem}.robosandbox.yaml"
+                config.write_text(to_yaml(found), encoding="utf-8")
+                given = found.sidecar
+            else:
+                given = _read(config)
+                if given.gripper is not None and given.gripper.attach is not None:
+                    gripper_path = resolve_robot(config.parent / given.gripper.attach.model).resolve()
+                    mount(imported, given.gripper.attach, gripper_path, paths)
+                found = _infer_for(imported, given)
+        except InputError as error:
+            report.checks.append(Check("load", False, str(error), _field_of(config, str(error))))
+            return report
+        report.sidecar = given.model_dump(mode="json", exclude_none=True)
+        report.checks += compare(found, given)
+        robot = _load(report, path, config, paths)
+        if robot is not None:
+            report.loads = True
+            report.checks.insert(0, Check("load", True, _summary(robot)))
+            report.checks += try_out(path, config, robot, [item for item in report.checks if not item.ok])
+    return report
+
+
+def _load(report: RobotReport, path: Path, config: Path, paths: tuple[Path, ...]) -> RobotModel | None:
+    try:
+        return load_robot(path, config, paths)
+    except InputError as error:
+        # What the comparison has named already is the cause; the loader saw its consequence.
+        named = next((item.field for item in report.checks if not item.ok and item.field), None)
+        report.checks.insert(0, Check("load", False, str(error), named or _field_of(config, str(error))))
+        return None
+
+
+def _read(config: Path) -> Sidecar:
+    return load_yaml_model(config, Sidecar)
+
+
+def _infer_for(imported: Any, given: Sidecar) -> Inference:
+    """Infer the arm that the sidecar is about, where the model has several."""
+    names = {item.name for item in imported.spec.joints}
+    anchor = next((name for name in reversed(given.arm.joints) if name in names), None)
+    try:
+        return infer_imported(imported, arm=anchor)
+    except InputError:
+        return infer_imported(imported)
+
+
+def _field_of(config: Path | None, message: str) -> str | None:
+    """Return the sidecar field that an error is about."""
+    if config is not None and config.is_file():
+        try:
+            data = parse_yaml(read_text(config), config.name)
+            arm = data.get("arm", {}) if isinstance(data, dict) else {}
+            counts = {
+                key: len(arm[key]) for key in ("joints", "actuators", "home_qpos") if isinstance(arm.get(key), list)
+            }
+        except (InputError, AttributeError):
+            counts = {}
+        # Two lists of one length and a shorter joint list: a joint was skipped, not the rest made up.
+        if counts.get("joints", 99) < max(counts.values(), default=0):
+            return "arm.joints"
+    found = _FIELD.search(message)
+    return found.group(0) if found else None
+
+
+def _summary(robot: RobotModel) -> str:
+    hand = f"gripper opens to {robot.gripper.geometry.max_aperture * 1000:.0f} mm" if robot.gripper else "no gripper"
+    repairs = f"; {len(robot.notes)} notes on the model" if robot.notes else ""
+    return f"{len(robot.sidecar.arm.joints)} arm joints, {hand}{repairs}"

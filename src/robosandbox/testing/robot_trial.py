@@ -1,0 +1,193 @@
+"""A robot put to the test in simulation: servos, home, gripper, a pick."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.robots.finding import Check
+from robosandbox.robots.loader import RobotModel
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.tasks.session import open_session
+from robosandbox.tasks.success import Displaced, Lifted
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory
+
+CUBE = "red_cube"
+CUBE_HALF = 0.012
+_STEP = 0.1
+_TRACKED = 0.02
+_TRACK_SECONDS = 2.0
+_HELD = 0.02
+_OPENS = 0.8
+_CLOSES = 0.004
+_PUSH_M = 0.06
+
+
+def try_out(path: Path, config: Path, robot: RobotModel, failed: list[Check]) -> list[Check]:
+    """Return the checks made in simulation.
+
+    Args:
+        path: The model.
+        config: Its sidecar.
+        robot: What was loaded of them.
+        failed: What is known to be wrong; a failure here is then its consequence.
+    """
+    blame = next((item.field for item in failed if item.field), None)
+    checks: list[Check] = []
+    scene = Scene(robot_urdf=path, robot_config=config)
+    sim = MuJoCoBackend()
+    try:
+        sim.load(scene)
+    except InputError as error:
+        return [Check("start", False, str(error), blame or _start_field(str(error)))]
+    with sim:
+        checks.append(_home_is_held(sim, blame))
+        checks.append(_servos_track(sim, blame))
+        if robot.gripper is not None:
+            checks.append(_gripper_moves(sim, blame))
+    checks.append(_pick(path, config, robot, blame) if robot.gripper else _push(path, config, robot, blame))
+    if robot.gripper is None:
+        checks.append(
+            Check(
+                "pick",
+                False,
+                "no gripper: nothing at its end closes, so it cannot hold things; it can push, tap and go home "
+                "(--gripper mounts one)",
+                "gripper",
+                counts=False,
+            )
+        )
+    return checks
+
+
+def _start_field(message: str) -> str:
+    return "base_pose.xyz" if "'table'" in message or "'floor'" in message else "arm.home_qpos"
+
+
+def _home_is_held(sim: MuJoCoBackend, blame: str | None) -> Check:
+    home = sim.robot.home_q
+    sim.step(1.0)
+    off = np.abs(sim.observe().q - home)
+    touching = [f"{a} on {b}" for a, b in sim.arm_contacts()]
+    worst = int(off.argmax())
+    if touching:
+        return Check("home_held", False, f"at home {touching[0]}", blame or "arm.home_qpos")
+    if off[worst] > _HELD:
+        return Check(
+            "home_held",
+            False,
+            f"{sim.robot.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
+            blame or f"arm.actuators[{worst}]",
+        )
+    return Check("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
+
+
+def _servos_track(sim: MuJoCoBackend, blame: str | None) -> Check:
+    robot = sim.robot
+    worst, who = 0.0, 0
+    for joint in range(robot.n):
+        target = robot.home_q.copy()
+        step = _STEP if target[joint] + _STEP <= robot.upper[joint] else -_STEP
+        target[joint] += step * (0.2 if np.isfinite(robot.upper[joint]) and robot.upper[joint] < 0.5 else 1.0)
+        target = np.clip(target, robot.lower, robot.upper)
+        for goal in (target, robot.home_q):
+            sim.execute(Trajectory(q=_ramp(sim.observe().q, goal), dt=0.01))
+            for _ in range(round(_TRACK_SECONDS / sim.control_timestep)):
+                if np.abs(sim.observe().q - goal).max() < 0.2 * _TRACKED:
+                    break
+                sim.trim(goal)
+            off = float(np.abs(sim.observe().q - goal).max())
+            if off > worst:
+                worst, who = off, int(np.abs(sim.observe().q - goal).argmax())
+    if worst > _TRACKED:
+        return Check(
+            "servos", False, f"{robot.joints[who]} stays {worst:.3f} off its command", blame or f"arm.actuators[{who}]"
+        )
+    return Check("servos", True, f"each joint follows a step of {_STEP} within {worst:.4f}")
+
+
+def _ramp(start: Array, goal: Array) -> Array:
+    share = np.linspace(0.0, 1.0, 60)[:, None]
+    ramp: Array = start + share * (goal - start)
+    return ramp
+
+
+def _gripper_moves(sim: MuJoCoBackend, blame: str | None) -> Check:
+    gripper = sim.robot.gripper
+    assert gripper is not None
+    geometry = gripper.geometry
+    widths = []
+    for closed in (1.0, 0.0):
+        sim.set_gripper(closed)
+        sim.step(2.0)
+        state = sim.observe().gripper
+        widths.append(state.width if state else 0.0)
+    shut, opened = widths
+    if opened < _OPENS * geometry.max_aperture or opened <= shut:
+        return Check("gripper", False, f"opens to {opened * 1000:.0f} mm only", blame or "gripper.open_qpos")
+    if shut > geometry.min_aperture + _CLOSES:
+        return Check("gripper", False, f"closes to {shut * 1000:.0f} mm only", blame or "gripper.closed_qpos")
+    return Check("gripper", True, f"closes to {shut * 1000:.1f} mm, opens to {opened * 1000:.0f} mm")
+
+
+def work_point(robot: RobotModel, share: float = 0.5) -> tuple[float, float]:
+    """Return a point of the table that a robot reaches: straight ahead, `share` of the way from near to far."""
+    space, base = robot.workspace, robot.base_pose
+    local = space.point(space.near + share * (space.far - space.near), 0.0)
+    world = base.position + base.rotation @ local
+    return round(float(world[0]), 3), round(float(world[1]), 3)
+
+
+def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table_height: float = 0.04) -> Task:
+    """Return the task of picking a 24 mm cube at a point of the table."""
+    cube = SceneObject(
+        id=CUBE,
+        kind="box",
+        size=(CUBE_HALF,) * 3,
+        pose=Pose(xyz=(*at, table_height + CUBE_HALF + 0.001)),
+        rgba=(0.85, 0.2, 0.2, 1.0),
+        mass=0.05,
+    )
+    return Task(
+        name="pick_cube",
+        prompt="pick up the red cube",
+        scene=Scene(robot_urdf=path, robot_config=config, objects=(cube,), table_height=table_height),
+        success=Lifted(kind="lifted", object=CUBE, min_mm=50.0),
+    )
+
+
+def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
+    at = work_point(robot)
+    try:
+        with open_session(cube_task(path, config, at)) as session:
+            episode = session.run()
+            verdict = session.judge()
+    except InputError as error:
+        return Check("pick", False, str(error), blame)
+    where = f"a 24 mm cube at ({at[0]:.2f}, {at[1]:.2f})"
+    if verdict.success:
+        return Check("pick", True, f"held {where} and lifted it by {verdict.detail['dz_mm']:.0f} mm")
+    return Check("pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(episode.final_detail))
+
+
+def _pick_field(message: str) -> str | None:
+    if "out of reach" in message:
+        return "base_pose.xyz"
+    return "ee_site.inject.xyz" if "closed on nothing" in message else None
+
+
+def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
+    task = cube_task(path, config, work_point(robot, 0.4))
+    wanted = Displaced(kind="displaced", object=CUBE, direction="forward", min_mm=0.6 * _PUSH_M * 1000)
+    task = task.model_copy(update={"prompt": f"push the red cube {_PUSH_M * 100:.0f} cm forward", "success": wanted})
+    try:
+        with open_session(task) as session:
+            episode = session.run()
+            verdict = session.judge()
+    except InputError as error:
+        return Check("push", False, str(error), blame)
+    detail = f"pushed a cube {_PUSH_M * 1000:.0f} mm forward" if verdict.success else episode.final_detail
+    return Check("push", verdict.success, detail, None if verdict.success else blame)

