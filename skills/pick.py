@@ -9,6 +9,7 @@ import numpy as np
 
 from robosandbox.errors import (
     CollisionError,
+    CollisionEvidence,
     GraspError,
     GraspEvidence,
     Phase,
@@ -35,6 +36,7 @@ _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
 _ATTEMPTS = 3
+_STRAIGHT_DOWN = 0.999
 _LOW_HOVERS = (0.055, 0.035)
 _HOVER_CLEARANCE = 0.004
 
@@ -164,6 +166,7 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
     arm.use(scene)
     q = arm.q
     failures: list[SkillError] = []
+    telling: list[SkillError] = []
     for grasp in _nearest_first(arm, candidates):
         aperture = min(geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE)
         try:
@@ -176,9 +179,18 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
             check_rise(arm, grasp.tcp_pose, LIFT_HEIGHT / 2.0, hover)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
+            if not _is_of_leaning(error, grasp):
+                telling.append(error)
             continue
         return _GraspPlan(grasp, aperture, approach, descent)
-    raise _most_telling(failures)
+    raise _most_telling(failures, telling or failures)
+
+
+def _is_of_leaning(error: SkillError, grasp: Grasp) -> bool:
+    """Tell whether a leaning hand touches what the object stands on, which says nothing of why it had to lean."""
+    evidence = error.evidence
+    leaning = float(grasp.tcp_pose.rotation[2, 2]) > -_STRAIGHT_DOWN
+    return leaning and isinstance(evidence, CollisionEvidence) and evidence.other == "table"
 
 
 def _hover(arm: Manipulator, grasp: Grasp, target: DetectedObject, q: Array) -> Array:
@@ -207,14 +219,14 @@ def _nearest_first(arm: Manipulator, candidates: list[Grasp]) -> list[Grasp]:
     return sorted(candidates, key=key)
 
 
-def _most_telling(failures: list[SkillError]) -> SkillError:
-    """Return the failure that came closest to working: a collision, else the smallest residual."""
+def _most_telling(failures: list[SkillError], telling: list[SkillError]) -> SkillError:
+    """Return, of the telling ones, the failure that came closest to working: a collision, else the smallest residual."""
     counts = Counter(str(error.code) for error in failures)
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    collisions = [error for error in telling if isinstance(error, CollisionError)]
     if collisions:
         chosen: SkillError = collisions[0]
     else:
-        unreachable = [error for error in failures if isinstance(error, UnreachableError)]
+        unreachable = [error for error in telling if isinstance(error, UnreachableError)]
         chosen = min(unreachable, key=lambda error: _residual(error))
     tried = ", ".join(f"{count} {code}" for code, count in sorted(counts.items()))
     chosen.message = f"{chosen.message} (grasps tried: {tried})"
