@@ -27,9 +27,7 @@ class TaskHouse:
             objects only.
     """
 
-    def __init__(
-        self, *, perception: str = "ground_truth", what_if: bool = True, allowed: Sequence[Path] = ()
-    ) -> None:
+    def __init__(self, *, perception: str = "ground_truth", what_if: bool = True, allowed: Sequence[Path] = ()) -> None:
         self._perception = perception
         self._what_if = what_if
         self._allowed = tuple(folder.resolve() for folder in allowed)
