@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from urllib.parse import unquote
@@ -120,6 +121,21 @@ class ModelFiles:
                 f"{self.model.name}: {element}: {name!r} leads outside {self.root} and the search paths; "
                 "give its folder with --package-path"
             )
+
+
+@contextmanager
+def searching(package_paths: Iterable[Path]) -> Iterator[None]:
+    """Put folders at the head of ROS_PACKAGE_PATH for a while, for all that loads robots by way of a scene."""
+    before = os.environ.get(PACKAGE_PATH_VARIABLE)
+    added = [str(Path(path).resolve()) for path in package_paths]
+    os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join([*added, *([before] if before else [])])
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ[PACKAGE_PATH_VARIABLE]
+        else:
+            os.environ[PACKAGE_PATH_VARIABLE] = before
 
 
 def _refuse_escape(rest: str, model: Path, name: str) -> None:

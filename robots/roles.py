@@ -11,7 +11,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.chain import actuator_joints
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.sweep import servo_map
+from robosandbox.robots.sweep import palm_of, servo_map
 from robosandbox.validation import did_you_mean
 
 _ARM_JOINTS = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
@@ -54,10 +54,24 @@ def apply_roles(sidecar: Sidecar, imported: ImportedModel) -> Sidecar:
                 )
         else:
             named = tuple(_adopt(imported, [name for name in moved if name not in named], name) for name in named)
-        update["gripper"] = roles.model_copy(update={"actuator": None, "actuators": named})
+        every = (*roles.joints, *_linked_joints(model, roles.joints, arm.joints))
+        update["gripper"] = roles.model_copy(update={"joints": every, "actuator": None, "actuators": named})
     completed = sidecar.model_copy(update=update)
     _check_actuator_names(completed, spec, path)
     return completed
+
+
+def _linked_joints(model: mujoco.MjModel, listed: tuple[str, ...], arm: tuple[str, ...]) -> list[str]:
+    """Return the other joints of the gripper's mechanism: what a linkage or a mimic moves along, listed or not."""
+    root = palm_of(model, [model.joint(name).id for name in listed])
+    found = []
+    for j in range(model.njnt):
+        name, body = str(model.joint(j).name), int(model.jnt_bodyid[j])
+        while body and body != root:
+            body = int(model.body_parentid[body])
+        if root and body == root and int(model.jnt_bodyid[j]) != root and name not in (*listed, *arm):
+            found.append(name)
+    return found
 
 
 def _adopt(imported: ImportedModel, there: list[str], wanted: str) -> str:

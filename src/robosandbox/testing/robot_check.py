@@ -15,6 +15,7 @@ from typing import Any
 from robosandbox.errors import InputError
 from robosandbox.robots.compare import compare
 from robosandbox.robots.explain import to_yaml
+from robosandbox.robots.files import searching
 from robosandbox.robots.finding import Check
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import Inference, infer, infer_imported
@@ -80,6 +81,13 @@ def check_robot(
         InputError: The files cannot be found at all; what is wrong in them is in the report.
     """
     paths = tuple(Path(item) for item in package_paths)
+    with searching(paths):
+        return _check(model, sidecar, gripper, arm, paths)
+
+
+def _check(
+    model: Path | str, sidecar: Path | None, gripper: Path | None, arm: str | None, paths: tuple[Path, ...]
+) -> RobotReport:
     path = resolve_robot(Path(model)).resolve()
     config = find_sidecar(path, sidecar)
     report = RobotReport()
