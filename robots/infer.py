@@ -286,12 +286,12 @@ def _measure_hand(
     widest, narrowest = float(gaps.max()), float(gaps.min())
     if abs(open_value - closed_value) < 1e-4:
         return None, Finding(0.5, f"{model.joint(primary).name} does not move under its actuator")
-    names = tuple(str(model.actuator(a).name) for a in actuators)
+    names = [str(model.actuator(a).name) for a in actuators]
     roles = GripperRoles(
         joints=gripper,
         primary_joint=str(model.joint(primary).name),
         actuator=names[0] if len(names) == 1 else None,
-        actuators=names if len(names) > 1 else (),
+        actuators=tuple(names) if len(names) > 1 else (),
         open_qpos=open_value,
         closed_qpos=closed_value,
     )

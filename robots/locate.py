@@ -56,7 +56,7 @@ def _from_menagerie(name: str) -> Path:
     if not robot or ".." in Path(name).parts:
         raise InputError(f"robot_urdf: 'menagerie:{name}' names no robot; write menagerie:<name>[/<entry>]")
     try:
-        import mujoco_menagerie
+        import mujoco_menagerie  # pyright: ignore[reportMissingImports]  an optional package
     except ImportError:
         local = os.environ.get("MENAGERIE_ROOT")
         if local is None:

@@ -78,7 +78,8 @@ def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, act
     slide = joint.type == mujoco.mjtJoint.mjJNT_SLIDE
     low, high = joint_bounds(model)
     # A slide is a finger more often than not: what counts is its own travel.
-    stuck, wanted = (0.1 * (high[j] - low[j]),) * 2 if slide else (_STUCK_ERROR, _FULL_EFFORT_ERROR)
+    travel = 0.1 * float(high[j] - low[j])
+    stuck, wanted = (travel, travel) if slide else (_STUCK_ERROR, _FULL_EFFORT_ERROR)
     if friction <= stuck * stiffness:
         return
     mass = max(load.inertia[model.jnt_dofadr[j]], 1e-5) + get_armature(joint)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -201,12 +202,11 @@ def _hover(arm: Manipulator, grasp: Grasp, target: DetectedObject, q: Array) -> 
     """
     top = float(bounds(target)[1][2]) - grasp.tcp_pose.xyz[2]
     least = max(top, 0.0) + arm.geometry.tip_depth + _HOVER_CLEARANCE
-    for height in (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least)):
-        try:
+    *higher, lowest = (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least))
+    for height in higher:
+        with suppress(UnreachableError):
             return arm.motion.ik(withdrawn(grasp.tcp_pose, height), q)
-        except UnreachableError as error:
-            unreachable = error
-    raise unreachable
+    return arm.motion.ik(withdrawn(grasp.tcp_pose, lowest), q)
 
 
 def _nearest_first(arm: Manipulator, candidates: list[Grasp]) -> list[Grasp]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -143,12 +144,11 @@ def _hover(arm: Manipulator, tcp_goal: Pose, q: Array) -> Array:
     Raises:
         UnreachableError: Not even just above it.
     """
-    for height in _LOWER_HOVERS:
-        try:
+    *higher, lowest = _LOWER_HOVERS
+    for height in higher:
+        with suppress(UnreachableError):
             return arm.motion.ik(raised(tcp_goal, height), q)
-        except UnreachableError as error:
-            failure = error
-    raise failure
+    return arm.motion.ik(raised(tcp_goal, lowest), q)
 
 
 def _release(arm: Manipulator, object_id: str, allowed: tuple[str, ...]) -> None:
