@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
+from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
-from robosandbox.types import ObservedScene, SkillCall, Workspace
+from robosandbox.types import Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
 
@@ -26,7 +27,7 @@ class AgentContext:
         grasp: Ways to hold things.
         motion: Configurations and paths.
         what_if: Whether skills may try repairs on copies of the world.
-        workspace: Where the arm may work; None is anywhere.
+        limits: What no call and no motion may pass.
         listeners: Called with each phase that begins.
         phase: The phase that began last.
     """
@@ -36,7 +37,7 @@ class AgentContext:
     grasp: GraspPlanner
     motion: MotionPlanner
     what_if: bool = True
-    workspace: Workspace | None = None
+    limits: Limits | None = None
     listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
@@ -45,8 +46,10 @@ class AgentContext:
 
     def __post_init__(self) -> None:
         self.sim.tick_hooks.append(self._check)
-        if self.workspace is not None:
-            self.sim.tick_hooks.append(WorkspaceGuard(self.sim, self.workspace))
+        if self.limits is not None and self.limits.workspace is not None:
+            self.sim.tick_hooks.append(WorkspaceGuard(self.sim, self.limits.workspace))
+        if self.limits is not None and self.limits.max_force is not None:
+            self.sim.tick_hooks.append(ForceGuard(self.sim, self.limits.max_force))
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
@@ -58,8 +61,8 @@ class AgentContext:
         Raises:
             LimitError: It leads outside.
         """
-        if self.workspace is not None:
-            check_call(call, self.look(), self.workspace)
+        if self.limits is not None and self.limits.workspace is not None:
+            check_call(call, self.look(), self.limits.workspace)
 
     def fork(self) -> AgentContext:
         """Return a context in a copy of the world, for trying things out; nothing there touches this one.
@@ -75,7 +78,7 @@ class AgentContext:
             grasp=self.grasp,
             motion=self.motion,
             what_if=False,
-            workspace=self.workspace,
+            limits=self.limits,
         )
         # A cancel stops what is tried out, too.
         copy._cancelled = self._cancelled

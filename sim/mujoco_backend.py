@@ -289,6 +289,22 @@ class MuJoCoBackend:
         """Return the object that both sides of the gripper touch."""
         return self._contacts()[1]
 
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+        world, data = self._loaded, self._live
+        strongest = (0.0, "", "")
+        force = np.zeros(6)
+        for index in range(data.ncon):
+            bodies = [int(world.model.geom_bodyid[geom]) for geom in data.contact.geom[index]]
+            inside = [body in world.robot.bodies for body in bodies]
+            if inside[0] == inside[1]:
+                continue
+            mujoco.mj_contactForce(world.model, data, index, force)
+            if force[0] > strongest[0]:
+                inner, outer = bodies if inside[0] else bodies[::-1]
+                strongest = (float(force[0]), world.names[inner], world.names[outer])
+        return strongest
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
         world, data = self._loaded, self._live

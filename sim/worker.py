@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable
 from typing import Literal
 
-from robosandbox.errors import CancelledError
+from robosandbox.errors import SkillError
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 
 _log = logging.getLogger(__name__)
@@ -131,8 +131,9 @@ class Worker:
     def _run(self, job: Job) -> None:
         try:
             job()
-        except CancelledError:
-            _log.debug("a cancel came when nothing ran")
+        except SkillError as error:
+            # A cancel that came too late, or a limit passed while nothing ran: there is no goal to tell.
+            _log.info("while idle: %s", error)
         except Exception:
             # The thread outlives any fault: the world must go on being served.
             _log.exception("fault in the world's thread")

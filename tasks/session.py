@@ -216,7 +216,7 @@ def open_session(
         grasp=AnalyticTopDown(),
         motion=DLSMotionPlanner(),
         what_if=what_if,
-        workspace=chosen.limits.workspace if chosen.limits else None,
+        limits=chosen.limits,
     )
     agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
     agent.permits.append(ctx.permit)

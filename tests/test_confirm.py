@@ -116,6 +116,22 @@ def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
         assert max(heights[lowest:]) < 0.32
 
 
+@pytest.mark.parametrize(("allowed", "stopped"), [(5.0, True), (40.0, False)])
+def test_the_arm_stops_when_it_presses_too_hard(allowed: float, stopped: bool) -> None:
+    task = find_task("pick_cube_franka").model_copy(update={"limits": Limits(max_force=allowed)})
+    with open_session(task, what_if=False) as session:
+        episode = session.run()
+    assert episode.success is not stopped
+    if stopped:
+        assert episode.error is not None and isinstance(episode.error.evidence, LimitEvidence)
+        assert episode.error.evidence.value > episode.error.evidence.high == allowed
+
+
+def test_limits_that_limit_nothing_are_refused() -> None:
+    with pytest.raises(ValueError, match="limits nothing"):
+        Limits()
+
+
 def test_without_limits_the_same_plan_works() -> None:
     with open_session("put_in_bin") as session:
         assert session.run().success

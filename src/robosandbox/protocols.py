@@ -88,6 +88,10 @@ class Sim(Protocol):
         """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
         ...
 
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+        ...
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now."""
         ...

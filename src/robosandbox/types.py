@@ -291,13 +291,21 @@ class Workspace(StrictModel):
 
 
 class Limits(StrictModel):
-    """What no planner can pass.
+    """What no planner can pass; at least one of them.
 
     Attributes:
         workspace: Where the arm may work.
+        max_force: With which the robot may press on anything, its grip included, N.
     """
 
-    workspace: Workspace
+    workspace: Workspace | None = None
+    max_force: Positive | None = None
+
+    @model_validator(mode="after")
+    def _limits_something(self) -> Self:
+        if self.workspace is None and self.max_force is None:
+            raise ValueError("limits nothing; give workspace or max_force, or leave it out")
+        return self
 
 
 # What is sensed.

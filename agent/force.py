@@ -1,0 +1,49 @@
+"""How hard the robot may press, whatever anybody plans: checked at every control tick."""
+
+from __future__ import annotations
+
+from robosandbox.errors import LimitError, LimitEvidence, Phase
+from robosandbox.protocols import Sim
+
+# Impacts last a tick or two; pressing lasts.
+_TICKS = 3
+
+
+class ForceGuard:
+    """A tick hook that stops the arm when it presses on something harder than allowed.
+
+    Args:
+        sim: Whose arm.
+        max_force: Newtons.
+    """
+
+    def __init__(self, sim: Sim, max_force: float) -> None:
+        self._sim = sim
+        self._max_force = max_force
+        self._ticks = 0
+        self._told = False
+
+    def __call__(self) -> None:
+        """Check the contacts.
+
+        Raises:
+            LimitError: One was too strong for several ticks. It is raised once, so that what cleans up may move, and
+                again after the force has been within the limit.
+        """
+        force, body, other = self._sim.strongest_contact()
+        if force <= self._max_force:
+            self._ticks, self._told = 0, False
+            return
+        self._ticks += 1
+        if self._told or self._ticks < _TICKS:
+            return
+        self._told = True
+        self._sim.hold()
+        raise LimitError(
+            f"{body} presses on {other} with {force:.0f} N, and limits.max_force allows {self._max_force:g}; the arm holds: "
+            "clear what is in the way, or allow more",
+            phase=Phase.CHECK,
+            evidence=LimitEvidence(
+                quantity=f"force of {body} on {other}, N", value=force, low=0.0, high=self._max_force
+            ),
+        )
