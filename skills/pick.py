@@ -201,12 +201,13 @@ def _hover(arm: Manipulator, grasp: Grasp, target: DetectedObject, q: Array) -> 
     """
     top = float(bounds(target)[1][2]) - grasp.tcp_pose.xyz[2]
     least = max(top, 0.0) + arm.geometry.tip_depth + _HOVER_CLEARANCE
-    for height in (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least)):
+    *higher, lowest = (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least))
+    for height in higher:
         try:
             return arm.motion.ik(withdrawn(grasp.tcp_pose, height), q)
-        except UnreachableError as error:
-            unreachable = error
-    raise unreachable
+        except UnreachableError:
+            continue
+    return arm.motion.ik(withdrawn(grasp.tcp_pose, lowest), q)
 
 
 def _nearest_first(arm: Manipulator, candidates: list[Grasp]) -> list[Grasp]:
