@@ -237,6 +237,11 @@ def _sentence(row: Row) -> str:
 def table(rows: list[Row]) -> str:
     """Return the results as Markdown."""
     lines = [
+        "# Arms",
+        "",
+        "Unedited model files, no sidecar of one's own; written by `benchmarks/arms.py --markdown`. A 24 mm cube in the middle of",
+        "each arm's workspace, moved by up to 5 cm (other tasks than pick: 2 cm) and turned to any angle; 95% intervals.",
+        "",
         "| arm | joints | reach m | opens mm | check | " + " | ".join(TASKS) + " | first pick s |",
         "|---|---|---|---|---|" + "---|" * len(TASKS) + "---|",
     ]

@@ -290,14 +290,19 @@ def _measure_hand(
     roles = GripperRoles(
         joints=gripper,
         primary_joint=str(model.joint(primary).name),
+<<<<<<< HEAD
         actuator=names[0] if len(names) == 1 else None,
         actuators=tuple(names) if len(names) > 1 else (),
+=======
+        actuator=next(iter(names)) if len(names) == 1 else None,
+        actuators=names if len(names) > 1 else (),
+>>>>>>> 98c09fe9b62a75a1045631104b218c2aa714b87e
         open_qpos=open_value,
         closed_qpos=closed_value,
     )
     findings = {
         "gripper.joints": Finding(chain.confidence, chain.evidence),
-        "gripper.primary_joint": Finding(0.95, f"driven by {names[0]!r}"),
+        "gripper.primary_joint": Finding(0.95, f"driven by {', '.join(repr(name) for name in names)}"),
         "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest * 1000:.0f} mm apart there"),
         "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest * 1000:.1f} mm apart there"),
         "ee_site.inject.xyz": Finding(sure, why),

@@ -55,6 +55,7 @@ def _from_menagerie(name: str) -> Path:
     robot, _, entry = name.partition("/")
     if not robot or ".." in Path(name).parts:
         raise InputError(f"robot_urdf: 'menagerie:{name}' names no robot; write menagerie:<name>[/<entry>]")
+<<<<<<< HEAD
     try:
         import mujoco_menagerie  # pyright: ignore[reportMissingImports]  an optional package
     except ImportError:
@@ -64,16 +65,26 @@ def _from_menagerie(name: str) -> Path:
                 f"robot_urdf: 'menagerie:{name}' needs the package mujoco-menagerie; pip install mujoco-menagerie, or "
                 "set MENAGERIE_ROOT to a copy of MuJoCo Menagerie"
             ) from None
+=======
+    local = os.environ.get("MENAGERIE_ROOT")
+    if local is not None:
+>>>>>>> 98c09fe9b62a75a1045631104b218c2aa714b87e
         return _in_tree(Path(local), robot, entry)
-    if os.environ.get("MENAGERIE_ROOT"):
-        return _in_tree(Path(os.environ["MENAGERIE_ROOT"]), robot, entry)
     try:
-        found = mujoco_menagerie.get_model_path(name) if hasattr(mujoco_menagerie, "get_model_path") else None
-        found = found or mujoco_menagerie.path(robot)
+        import mujoco_menagerie  # pyright: ignore[reportMissingImports]
+    except ImportError:
+        raise InputError(
+            f"robot_urdf: 'menagerie:{name}' needs the package mujoco-menagerie; pip install 'robosandbox[menagerie]', or "
+            "set MENAGERIE_ROOT to a copy of MuJoCo Menagerie"
+        ) from None
+    there = list(mujoco_menagerie.names())
+    if robot not in there:
+        raise InputError(f"robot_urdf: 'menagerie:{robot}' is not in MuJoCo Menagerie{did_you_mean(robot, there)}")
+    found = mujoco_menagerie.get(robot)
+    try:
+        return Path(found.xml(entry or found.default_model))
     except Exception as error:  # a download fails in as many ways as networks do
         raise InputError(f"robot_urdf: 'menagerie:{name}': {' '.join(str(error).split())}") from None
-    place = Path(str(found))
-    return place if place.is_file() else _entry(place, entry, robot)
 
 
 def _in_tree(root: Path, robot: str, entry: str) -> Path:

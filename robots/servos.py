@@ -83,7 +83,7 @@ def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, act
     if friction <= stuck * stiffness:
         return
     mass = max(load.inertia[model.jnt_dofadr[j]], 1e-5) + get_armature(joint)
-    kp = max(min(2.0 * friction / wanted, 1e5), stiffness)
+    kp = max(min(2.0 * friction / float(wanted), 1e5), stiffness)
     joint.armature = get_armature(joint) + max(0.0, kp / (2.0 * _MAX_FREQUENCY) ** 2 - mass)
     force = friction + (_GRIP_FORCE if slide else max(2.0 * friction, float(load.gravity[model.jnt_dofadr[j]])))
     _write_servo(actuator, joint, kp, 2.0 * float(np.sqrt(kp * max(mass, kp / (2.0 * _MAX_FREQUENCY) ** 2))), force)

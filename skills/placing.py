@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -26,7 +25,8 @@ _RELEASE_CLEARANCE = 0.012
 _RELEASE_SECONDS = 0.1
 _TABLE_HALF_EXTENT = 0.5
 _SPACING = 0.008
-_LOWER_HOVERS = (HOVER_HEIGHT, 0.05, 0.03)
+_HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
+_LOWEST_HOVER = 0.03
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,11 +144,12 @@ def _hover(arm: Manipulator, tcp_goal: Pose, q: Array) -> Array:
     Raises:
         UnreachableError: Not even just above it.
     """
-    *higher, lowest = _LOWER_HOVERS
-    for height in higher:
-        with suppress(UnreachableError):
+    for height in _HIGHER_HOVERS:
+        try:
             return arm.motion.ik(raised(tcp_goal, height), q)
-    return arm.motion.ik(raised(tcp_goal, lowest), q)
+        except UnreachableError:
+            continue
+    return arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q)
 
 
 def _release(arm: Manipulator, object_id: str, allowed: tuple[str, ...]) -> None:

@@ -263,3 +263,13 @@ def test_robot_command_writes_a_sidecar_that_is_found(tmp_path):
     found = infer(tmp_path / "toy.urdf")
     (tmp_path / "toy.robosandbox.yaml").write_text(to_yaml(found, tmp_path))
     assert load_robot(tmp_path / "toy.urdf").sidecar.arm.joints == found.sidecar.arm.joints
+
+
+def test_menagerie_reads_a_local_tree(tmp_path, monkeypatch):
+    (tmp_path / "toy_arm").mkdir()
+    shutil.copy(TOYS / "toy_tendon.xml", tmp_path / "toy_arm" / "toy.xml")
+    shutil.copy(TOYS / "toy_tendon.xml", tmp_path / "toy_arm" / "scene.xml")
+    monkeypatch.setenv("MENAGERIE_ROOT", str(tmp_path))
+    assert load_robot(Path("menagerie:toy_arm")).name == "toy"
+    with pytest.raises(InputError, match=r"menagerie:toy_amr.*did you mean 'toy_arm'"):
+        load_robot(Path("menagerie:toy_amr"))
