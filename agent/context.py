@@ -22,12 +22,12 @@ class AgentContext:
     """A sim and the parts that skills use to work in it.
 
     Attributes:
-        sim: The world.
+        sim: The world, loaded.
         perception: What is where in it.
         grasp: Ways to hold things.
         motion: Configurations and paths.
         what_if: Whether skills may try repairs on copies of the world.
-        limits: What no call and no motion may pass.
+        limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         listeners: Called with each phase that begins.
         phase: The phase that began last.
     """
@@ -46,10 +46,15 @@ class AgentContext:
 
     def __post_init__(self) -> None:
         self.sim.tick_hooks.append(self._check)
-        if self.limits is not None and self.limits.workspace is not None:
-            self.sim.tick_hooks.append(WorkspaceGuard(self.sim, self.limits.workspace))
-        if self.limits is not None and self.limits.max_force is not None:
-            self.sim.tick_hooks.append(ForceGuard(self.sim, self.limits.max_force))
+        for limits in self._all_limits():
+            if limits.workspace is not None:
+                self.sim.tick_hooks.append(WorkspaceGuard(self.sim, limits.workspace))
+            if limits.max_force is not None:
+                self.sim.tick_hooks.append(ForceGuard(self.sim, limits.max_force))
+
+    def _all_limits(self) -> list[Limits]:
+        """Return the robot's own limits, and this context's."""
+        return [limits for limits in (self.sim.robot.limits, self.limits) if limits is not None]
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
@@ -61,8 +66,9 @@ class AgentContext:
         Raises:
             LimitError: It leads outside.
         """
-        if self.limits is not None and self.limits.workspace is not None:
-            check_call(call, self.look(), self.limits.workspace)
+        for limits in self._all_limits():
+            if limits.workspace is not None:
+                check_call(call, self.look(), limits.workspace)
 
     def fork(self) -> AgentContext:
         """Return a context in a copy of the world, for trying things out; nothing there touches this one.

@@ -290,13 +290,8 @@ def _measure_hand(
     roles = GripperRoles(
         joints=gripper,
         primary_joint=str(model.joint(primary).name),
-<<<<<<< HEAD
-        actuator=names[0] if len(names) == 1 else None,
-        actuators=tuple(names) if len(names) > 1 else (),
-=======
         actuator=next(iter(names)) if len(names) == 1 else None,
-        actuators=names if len(names) > 1 else (),
->>>>>>> 98c09fe9b62a75a1045631104b218c2aa714b87e
+        actuators=tuple(names) if len(names) > 1 else (),
         open_qpos=open_value,
         closed_qpos=closed_value,
     )

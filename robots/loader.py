@@ -99,6 +99,7 @@ class RobotModel:
             reach=(self.workspace.near, self.workspace.far),
             tool_half=self.tool_half,
             gripper=self._bind_gripper(model, prefix),
+            limits=self.sidecar.limits,
         )
 
     def _bind_gripper(self, model: mujoco.MjModel, prefix: str) -> Gripper | None:

@@ -55,20 +55,8 @@ def _from_menagerie(name: str) -> Path:
     robot, _, entry = name.partition("/")
     if not robot or ".." in Path(name).parts:
         raise InputError(f"robot_urdf: 'menagerie:{name}' names no robot; write menagerie:<name>[/<entry>]")
-<<<<<<< HEAD
-    try:
-        import mujoco_menagerie  # pyright: ignore[reportMissingImports]  an optional package
-    except ImportError:
-        local = os.environ.get("MENAGERIE_ROOT")
-        if local is None:
-            raise InputError(
-                f"robot_urdf: 'menagerie:{name}' needs the package mujoco-menagerie; pip install mujoco-menagerie, or "
-                "set MENAGERIE_ROOT to a copy of MuJoCo Menagerie"
-            ) from None
-=======
     local = os.environ.get("MENAGERIE_ROOT")
     if local is not None:
->>>>>>> 98c09fe9b62a75a1045631104b218c2aa714b87e
         return _in_tree(Path(local), robot, entry)
     try:
         import mujoco_menagerie  # pyright: ignore[reportMissingImports]

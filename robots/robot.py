@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.types import Array, GripperState
+from robosandbox.types import Array, GripperState, Limits
 
 Indices = NDArray[np.integer[Any]]
 
@@ -149,6 +149,7 @@ class Robot:
         gripper: None for an arm without one.
         tool_half: How far what is at the TCP reaches along its x and y; of an arm without a gripper its last link.
         reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
+        limits: The sidecar's; what nobody's plan may pass.
     """
 
     name: str
@@ -170,6 +171,7 @@ class Robot:
     gripper: Gripper | None
     reach: tuple[float, float]
     tool_half: tuple[float, float] = (0.01, 0.01)
+    limits: Limits | None = None
 
     @property
     def n(self) -> int:

@@ -7,7 +7,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, model_validator
 
-from robosandbox.types import Finite, Positive, QuatXyzw, StrictModel, Vec3
+from robosandbox.types import Finite, Limits, Positive, QuatXyzw, StrictModel, Vec3
 
 Name = Annotated[str, Field(min_length=1)]
 
@@ -146,9 +146,10 @@ class BasePose(StrictModel):
 
 
 class Sidecar(StrictModel):
-    """Roles of a robot's elements: arm, gripper, TCP, base."""
+    """Roles of a robot's elements: arm, gripper, TCP, base; and what this robot may never do."""
 
     arm: ArmRoles
     gripper: GripperRoles | None = None
     ee_site: EeSite
     base_pose: BasePose = BasePose()
+    limits: Limits | None = None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -204,15 +203,10 @@ def _hover(arm: Manipulator, grasp: Grasp, target: DetectedObject, q: Array) -> 
     least = max(top, 0.0) + arm.geometry.tip_depth + _HOVER_CLEARANCE
     *higher, lowest = (HOVER_HEIGHT, *(h for h in _LOW_HOVERS if h >= least))
     for height in higher:
-<<<<<<< HEAD
-        with suppress(UnreachableError):
-            return arm.motion.ik(withdrawn(grasp.tcp_pose, height), q)
-=======
         try:
             return arm.motion.ik(withdrawn(grasp.tcp_pose, height), q)
         except UnreachableError:
             continue
->>>>>>> 98c09fe9b62a75a1045631104b218c2aa714b87e
     return arm.motion.ik(withdrawn(grasp.tcp_pose, lowest), q)
 
 

@@ -210,6 +210,15 @@ def open_session(
     if camera is not None:
         options["picture"] = lambda: sim.observe([camera]).images[camera]
     mind = make_planner(planner, skills, options, dialogue=dialogue)
+    try:
+        sim.load(chosen.scene)
+        _check_start_q(chosen, sim)
+        if camera is not None and camera not in sim.cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(sim.cameras)}")
+    except InputError as error:
+        sim.close()
+        # With a robot of the caller's own the task is not to blame.
+        raise error if robot is not None else InputError(f"{chosen.name}: {error}") from None
     ctx = AgentContext(
         sim=sim,
         perception=load_plugin("perceptions", perception)(),
@@ -220,15 +229,6 @@ def open_session(
     )
     agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
     agent.permits.append(ctx.permit)
-    try:
-        sim.load(chosen.scene)
-        _check_start_q(chosen, sim)
-        if camera is not None and camera not in sim.cameras:
-            raise InputError(f"camera {camera!r} is not one of {', '.join(sim.cameras)}")
-    except InputError as error:
-        sim.close()
-        # With a robot of the caller's own the task is not to blame.
-        raise error if robot is not None else InputError(f"{chosen.name}: {error}") from None
     start = sim.truth()
     extents = {
         item.id: tuple(half / item.scale for half in start.objects[item.id].size)

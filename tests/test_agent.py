@@ -23,6 +23,7 @@ class Clock:
     def __init__(self) -> None:
         self.time = 0.0
         self.tick_hooks: list[Callable[[], None]] = []
+        self.robot = SimpleNamespace(limits=None)
 
     def step(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.01)):

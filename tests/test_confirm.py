@@ -2,6 +2,8 @@
 
 import io
 import json
+from importlib import resources
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -125,6 +127,18 @@ def test_the_arm_stops_when_it_presses_too_hard(allowed: float, stopped: bool) -
     if stopped:
         assert episode.error is not None and isinstance(episode.error.evidence, LimitEvidence)
         assert episode.error.evidence.value > episode.error.evidence.high == allowed
+
+
+def test_limits_of_the_sidecar_hold_in_every_task(tmp_path: Path) -> None:
+    bundled = Path(str(resources.files("robosandbox.robots") / "franka_panda"))
+    for file in bundled.iterdir():
+        if file.is_file():
+            (tmp_path / file.name).write_bytes(file.read_bytes())
+    sidecar = tmp_path / "panda.robosandbox.yaml"
+    sidecar.write_text(sidecar.read_text() + "\nlimits: {max_force: 5.0}\n")
+    with open_session("pick_cube_franka", robot=tmp_path / "panda.xml", what_if=False) as session:
+        episode = session.run()
+    assert episode.error is not None and episode.error.code is ErrorCode.LIMIT
 
 
 def test_limits_that_limit_nothing_are_refused() -> None:
