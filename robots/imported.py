@@ -11,6 +11,17 @@ import numpy as np
 
 from robosandbox.errors import InputError
 
+# By the prefix of a compiled model's arrays: what must be finite, and what its rows belong to.
+_NUMBERS = {
+    "body": ("pos", "quat", "mass", "inertia", "ipos", "iquat"),
+    "geom": ("pos", "quat", "size", "friction"),
+    "site": ("pos", "quat"),
+    "jnt": ("pos", "axis", "range", "stiffness"),
+    "dof": ("damping", "armature", "frictionloss"),
+    "actuator": ("gainprm", "biasprm", "gear", "ctrlrange", "forcerange"),
+}
+_OWNERS = {"body": "body", "geom": "geom", "site": "site", "jnt": "joint", "dof": "joint", "actuator": "actuator"}
+
 
 @dataclass(slots=True, kw_only=True)
 class ImportedModel:
@@ -43,12 +54,28 @@ def compile_spec(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
     """Return the compiled model.
 
     Raises:
-        InputError: It does not compile; the compiler's own words, and the file.
+        InputError: It does not compile, in the compiler's own words; or a number in it is not finite.
     """
     try:
-        return spec.compile()
+        model = spec.compile()
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{source}: {one_line(error)}") from None
+    _check_finite(model, source)
+    return model
+
+
+def _check_finite(model: mujoco.MjModel, source: str) -> None:
+    """Refuse numbers that the compiler lets through and that nothing can be computed with."""
+    for kind, arrays in _NUMBERS.items():
+        for name in arrays:
+            values = np.asarray(getattr(model, f"{kind}_{name}"))
+            rows = ~np.isfinite(values).all(axis=tuple(range(1, values.ndim)))
+            if rows.any():
+                index = int(rows.argmax())
+                owner = _OWNERS[kind]
+                row = int(model.dof_jntid[index]) if kind == "dof" else index
+                element = getattr(model, owner)(row).name
+                raise InputError(f"{source}: {owner} {element!r}: its {name} is not finite; give plain numbers")
 
 
 def put_scalar(element: Any, field: str, value: float) -> None:

@@ -239,7 +239,7 @@ def test_hollow_mesh_is_cut_into_convex_parts():
 _JUNK = st.sampled_from(["nan", "inf", "-1", "0", "1e9", "", "abc", "0 0", "../../x", "j1", "world", "<", "é", "0x1"])
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_mutated_file_gives_a_robot_or_an_error_that_names_it(data, tmp_path):
     name = data.draw(st.sampled_from(["toy.urdf", "toy_tendon.xml"]))
@@ -256,6 +256,15 @@ def test_mutated_file_gives_a_robot_or_an_error_that_names_it(data, tmp_path):
         load_robot(path)
     except InputError as error:
         assert name in str(error)
+
+
+@pytest.mark.parametrize("number", ["inf", "nan", "1e400"])
+def test_number_that_is_none_is_named_with_its_element(tmp_path, number):
+    text = (TOYS / "toy_tendon.xml").read_text()
+    path = tmp_path / "toy_tendon.xml"
+    path.write_text(text.replace('name="hand" pos=".05 0 0"', f'name="hand" pos="{number} 0 0"'))
+    with pytest.raises(InputError, match=r"toy_tendon\.xml: .*(hand|number|pos)"):
+        load_robot(path)
 
 
 def test_robot_command_writes_a_sidecar_that_is_found(tmp_path):
