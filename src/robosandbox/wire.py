@@ -68,6 +68,10 @@ class Message(StrictModel):
         return self.model_dump_json().encode()
 
 
+class FromClient(Message):
+    """What a sim is asked: read strictly, so that a number in quotes is no number."""
+
+
 MessageT = TypeVar("MessageT", bound=Message)
 
 
@@ -86,7 +90,11 @@ def decode(payload: bytes, model: type[MessageT]) -> MessageT:
     if isinstance(data, dict) and data.get("protocol", PROTOCOL) != PROTOCOL:
         raise _invalid("protocol", f"speaks version {str(data['protocol'])[:20]}; here it is {PROTOCOL}")
     try:
-        return model.model_validate(data)
+        return (
+            model.model_validate_json(payload, strict=True)
+            if issubclass(model, FromClient)
+            else model.model_validate(data)
+        )
     except ValidationError as error:
         problem = error.errors(include_url=False, include_context=False, include_input=False)[0]
         where = ".".join(str(part)[:40] for part in problem["loc"][:4])
@@ -105,11 +113,11 @@ def _invalid(field: str, problem: str) -> InvalidMessageError:
 # Requests.
 
 
-class Ask(Message):
+class Ask(FromClient):
     """A question without arguments: `info`, `truth`, `checkpoint`, `obs/objects`, `obs/state`. May be left out."""
 
 
-class SendGoal(Message):
+class SendGoal(FromClient):
     """Run a skill. Sent again with the same id it runs once, and the answer says how far it is.
 
     Attributes:
@@ -129,7 +137,7 @@ class SendGoal(Message):
     boot_id: Annotated[str, Field(max_length=64)] | None = None
 
 
-class GoalRef(Message):
+class GoalRef(FromClient):
     """The goal that `cancel_goal` or `get_result` is about.
 
     Attributes:
@@ -139,7 +147,7 @@ class GoalRef(Message):
     goal_id: GoalId
 
 
-class Reset(Message):
+class Reset(FromClient):
     """Start over: with a seed's layout, or from a checkpoint.
 
     Attributes:
@@ -151,7 +159,7 @@ class Reset(Message):
     checkpoint: Annotated[str, Field(max_length=64)] | None = None
 
 
-class Load(Message):
+class Load(FromClient):
     """Load another task; all checkpoints are forgotten.
 
     Attributes:
@@ -165,7 +173,7 @@ class Load(Message):
     robot: Annotated[str, Field(max_length=1000)] | None = None
 
 
-class Clock(Message):
+class Clock(FromClient):
     """Let simulated time pass, or change how it passes.
 
     Attributes:
