@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Sequence
 
 import zenoh
@@ -15,11 +14,10 @@ from robosandbox.errors import InvalidMessageError, MessageEvidence
 from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
 from robosandbox.sim.requests import Request
 from robosandbox.validation import did_you_mean
-from robosandbox.wire import JSON, KEPT_RESULTS, STATE_HZ, Camera, Feedback, Goal, Message, Picture, key
+from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Message, Picture, key
 
 _log = logging.getLogger(__name__)
 _OBJECTS_HZ = 5.0
-_KEPT_FEEDBACK = 32
 
 
 class _Ticker:
@@ -140,47 +138,31 @@ class ObjectStream(_Stream):
 
 
 class GoalNews:
-    """Publishes status and feedback of goals, kept for late joiners as long as their results are."""
+    """Publishes status and feedback of goals.
+
+    Nothing is declared per goal: Zenoh keeps some memory of each key that was ever declared, and goals have no end. Late
+    joiners ask `get_result`.
+    """
 
     def __init__(self, session: zenoh.Session, robot_id: str) -> None:
         self._session = session
         self._robot_id = robot_id
-        self._publishers: OrderedDict[str, tuple[ext.AdvancedPublisher, ext.AdvancedPublisher]] = OrderedDict()
 
     def status(self, goal: Goal) -> None:
         """Publish how far a goal is."""
-        self._of(goal.goal_id)[0].put(goal.encode())
+        self._put(goal.goal_id, "status", goal)
 
     def feedback(self, feedback: Feedback) -> None:
         """Publish that a phase begins."""
-        self._of(feedback.goal_id)[1].put(feedback.encode())
+        self._put(feedback.goal_id, "feedback", feedback)
 
-    def close(self) -> None:
-        """Forget all goals."""
-        while self._publishers:
-            self._drop_oldest()
-
-    def _of(self, goal_id: str) -> tuple[ext.AdvancedPublisher, ext.AdvancedPublisher]:
-        found = self._publishers.get(goal_id)
-        if found is None:
-            found = (self._declare(goal_id, "status", 4), self._declare(goal_id, "feedback", _KEPT_FEEDBACK))
-            self._publishers[goal_id] = found
-            while len(self._publishers) > KEPT_RESULTS:
-                self._drop_oldest()
-        return found
-
-    def _declare(self, goal_id: str, name: str, kept: int) -> ext.AdvancedPublisher:
-        return ext.declare_advanced_publisher(
-            self._session,
+    def _put(self, goal_id: str, name: str, message: Message) -> None:
+        self._session.put(
             key(self._robot_id, "goal", goal_id, name),
+            message.encode(),
             encoding=JSON,
             congestion_control=zenoh.CongestionControl.DROP,
-            cache=ext.CacheConfig(max_samples=kept),
         )
-
-    def _drop_oldest(self) -> None:
-        for publisher in self._publishers.popitem(last=False)[1]:
-            publisher.undeclare()
 
 
 class CameraStreams:

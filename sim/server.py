@@ -179,7 +179,6 @@ class SimServer:
             self._saver.join()
             self._save(self._freeze())
         self._cameras.close()
-        self._news.close()
 
     def __enter__(self) -> Self:
         self.start()
