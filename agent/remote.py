@@ -12,7 +12,7 @@ from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.wire import SkillInfo
 
 if TYPE_CHECKING:
-    from robosandbox.agent.client import RemoteRobot
+    from robosandbox.agent.remote_robot import RemoteRobot
 
 
 class RemoteContext:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -130,27 +130,38 @@ class Ledger:
             entry.goal = entry.goal.model_copy(update={"status": GoalStatus.EXECUTING, "began": time})
             return True
 
-    def finish(self, goal_id: str, time: float, outcome: SkillResult | ErrorRecord) -> Goal:
+    def ended(self, goal_id: str, time: float, outcome: SkillResult | ErrorRecord) -> Goal:
+        """Return a goal as it ends, which `finish` then makes known."""
+        if isinstance(outcome, SkillResult):
+            change: dict[str, Any] = {"status": GoalStatus.SUCCEEDED, "result": outcome}
+        else:
+            cancelled = outcome.code is CancelledError.code
+            change = {"status": GoalStatus.CANCELLED if cancelled else GoalStatus.FAILED, "error": outcome}
+        return self.find(goal_id).model_copy(update={**change, "ended": time})
+
+    def finish(self, ended: Goal) -> None:
         """Record how a goal ended."""
         with self._lock:
-            entry = self._live.pop(goal_id)
-            if isinstance(outcome, SkillResult):
-                change: dict[str, Any] = {"status": GoalStatus.SUCCEEDED, "result": outcome}
-            else:
-                cancelled = outcome.code is CancelledError.code
-                change = {"status": GoalStatus.CANCELLED if cancelled else GoalStatus.FAILED, "error": outcome}
-            entry.goal = entry.goal.model_copy(update={**change, "ended": time})
+            entry = self._live.pop(ended.goal_id)
+            entry.goal = ended
             self._keep(entry)
-            return entry.goal
 
-    def cancel(self, goal_id: str, *, abandoned: bool = False) -> tuple[Goal, bool]:
-        """Ask for a goal's end; return it, and whether it is the one that executes."""
+    def cancel(self, goal_id: str, stop: Callable[[], None], *, abandoned: bool = False) -> None:
+        """Ask for a goal's end.
+
+        Args:
+            goal_id: Which.
+            stop: Called if it executes, while no other goal can take its place.
+            abandoned: Whether its client was lost.
+        """
         entry = self.entry(goal_id)
         with self._lock:
-            if not entry.goal.status.final:
-                entry.cancelled = True
-                entry.abandoned = entry.abandoned or abandoned
-            return entry.goal, entry.goal.status is GoalStatus.EXECUTING
+            if entry.goal.status.final:
+                return
+            entry.cancelled = True
+            entry.abandoned = entry.abandoned or abandoned
+            if entry.goal.status is GoalStatus.EXECUTING:
+                stop()
 
     def of_client(self, client_id: str) -> tuple[str, ...]:
         """Return the ids of a client's goals that have not ended."""
@@ -169,13 +180,14 @@ class Ledger:
 
     # Across restarts.
 
-    def dump(self) -> list[dict[str, Any]]:
-        """Return all goals as JSON data."""
+    def dump(self, ended: Goal | None = None) -> list[dict[str, Any]]:
+        """Return all goals as JSON data, one of them as it ends."""
         with self._lock:
             entries = [*self._ended.values(), *self._live.values()]
-            return [
-                {"goal": entry.goal.model_dump(mode="json"), "arguments": dict(entry.arguments)} for entry in entries
+            goals = [
+                (entry, ended if ended and ended.goal_id == entry.goal.goal_id else entry.goal) for entry in entries
             ]
+            return [{"goal": goal.model_dump(mode="json"), "arguments": dict(entry.arguments)} for entry, goal in goals]
 
     def adopt(self, dumped: Iterable[Mapping[str, Any]], robot_id: str) -> None:
         """Take over the goals of the process before; what it left unfinished has failed."""

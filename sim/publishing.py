@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
 import zenoh
@@ -47,7 +48,7 @@ class _Ticker:
             due = max(due + self._period, time.monotonic() - self._period)
 
 
-class _Stream:
+class _Stream(ABC):
     """Asks the world's thread for a message at a steady rate, and publishes.
 
     At most one question is open: a planning skill answers none for a while.
@@ -79,14 +80,14 @@ class _Stream:
         finally:
             self._asked = False
 
-    def _tick(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _tick(self) -> None: ...
 
-    def _hear(self, message: Message) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _hear(self, message: Message) -> None: ...
 
-    def _undeclare(self) -> None:
-        raise NotImplementedError
+    @abstractmethod
+    def _undeclare(self) -> None: ...
 
 
 class StateStream(_Stream):

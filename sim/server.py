@@ -7,7 +7,6 @@ import threading
 import uuid
 from collections import OrderedDict
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any, Self
 
 import mujoco
@@ -16,36 +15,34 @@ import zenoh
 from robosandbox.errors import (
     BusyError,
     BusyEvidence,
-    CancelledError,
     ConnectionEvidence,
     ConnectionLostError,
-    ErrorRecord,
     ForbiddenError,
     InputError,
-    InternalError,
     InvalidArgumentError,
     InvalidMessageError,
     MessageEvidence,
     ServiceUnavailableError,
-    SkillError,
     UnknownGoalError,
 )
 from robosandbox.protocols import Skill
 from robosandbox.sim.cameras import Studio
 from robosandbox.sim.checkpoint import Checkpoint, SavedWorld, StateFile
-from robosandbox.sim.goals import Ledger, LiveGoal
+from robosandbox.sim.execution import Executor
+from robosandbox.sim.goals import Ledger
 from robosandbox.sim.host import Host, Loader
+from robosandbox.sim.presence import Clients
 from robosandbox.sim.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
 from robosandbox.sim.requests import Request, serve
+from robosandbox.sim.saving import Saver
 from robosandbox.sim.survey import info_of, state_of, true_state_of
 from robosandbox.sim.worker import Pace, Worker
-from robosandbox.types import SkillCall, SkillResult
 from robosandbox.validation import did_you_mean
 from robosandbox.wire import (
     KEPT_CHECKPOINTS,
     Ask,
     Clock,
-    Feedback,
+    Goal,
     GoalRef,
     Info,
     Load,
@@ -59,16 +56,7 @@ from robosandbox.wire import (
 )
 
 _log = logging.getLogger(__name__)
-_SAVE_SECONDS = 2.0
 _STOP_SECONDS = 10.0
-_REST_TRIALS = 5
-_CLIENT_GRACE_SECONDS = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class _Frozen:
-    number: int
-    world: SavedWorld
 
 
 class SimServer:
@@ -108,26 +96,19 @@ class SimServer:
         self._load = load
         self._default_pace: Pace = pace
         self._truth = truth
-        self._state_file = state_file
         self._skills: dict[str, Skill] = {}
         self._worker = Worker(host.sim, pace)
         self._ledger = Ledger(self.boot_id)
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
         self._lock = threading.Lock()
         self._doing: str | None = None
-        self._running: LiveGoal | None = None
         self._pace_owner: str | None = None
-        self._clients: set[str] = set()
-        self._timers: set[threading.Timer] = set()
-        self._stopping = threading.Event()
-        self._save_lock = threading.Lock()
-        self._frozen_count = 0
-        self._saved_count = 0
-        self._saver: threading.Thread | None = None
         self._declared: list[Any] = []
         self._info = self._survey()
         self.studio = Studio(host.sim, self._worker.read, self.boot_id)
-        self._news = GoalNews(session, robot_id)
+        self._saver = Saver(state_file, self._worker.read, self._freeze)
+        self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._saver.save)
+        self._clients = Clients(session, robot_id, self._on_client_gone)
         self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
         self._objects = ObjectStream(session, robot_id, self._worker.read, self._read_objects)
         self._cameras = CameraStreams(session, robot_id, self.studio)
@@ -151,20 +132,16 @@ class SimServer:
         self._state.start()
         self._objects.start()
         self._cameras.follow(self._info.cameras)
-        if self._state_file is not None:
-            self._saver = threading.Thread(target=self._save_now_and_then, name="saver", daemon=True)
-            self._saver.start()
+        self._saver.start()
         # Last: whoever sees the token may ask anything.
         self._declared.append(self._session.liveliness().declare_token(alive))
 
     def stop(self) -> None:
         """Cancel what runs, save, and leave the arm holding."""
-        self._stopping.set()
         for declared in reversed(self._declared):
             declared.undeclare()
         self._declared.clear()
-        for timer in tuple(self._timers):
-            timer.cancel()
+        self._clients.stop()
         for goal_id in self._ledger.live():
             self._cancel(goal_id)
         idle = threading.Event()
@@ -175,9 +152,9 @@ class SimServer:
         self._state.stop()
         self._objects.stop()
         stopped = self._worker.stop(_STOP_SECONDS)
-        if self._saver is not None and stopped:
-            self._saver.join()
-            self._save(self._freeze())
+        self._saver.stop()
+        if stopped:
+            self._saver.save()
         self._cameras.close()
 
     def __enter__(self) -> Self:
@@ -221,9 +198,7 @@ class SimServer:
             self._declared.append(serve(self._session, self._key(suffix), handle, any_robot=True))
         for kind in ("rgb", "depth"):
             self._declared.append(serve(self._session, self._key("obs/camera/*", kind), self._cameras.on_request))
-        self._declared.append(
-            self._session.liveliness().declare_subscriber(self._key("client/*"), self._on_client, history=True)
-        )
+        self._clients.start()
 
     # Questions.
 
@@ -250,7 +225,7 @@ class SimServer:
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
     def _read_state(self) -> Message:
-        return state_of(self._host.sim, self.boot_id, self._running, self._host.ctx.phase)
+        return state_of(self._host.sim, self.boot_id, self._executor.running, self._host.ctx.phase)
 
     def _read_objects(self) -> Objects:
         return Objects(boot_id=self.boot_id, scene=self._host.ctx.look())
@@ -282,7 +257,7 @@ class SimServer:
                 else:
                     self._host.restore(self._checkpoint(str(message.checkpoint)))
             self._info = self._survey()
-            self._save(self._freeze())
+            self._saver.save()
             return self._read_truth()
 
         self._exclusively("reset", request, reset)
@@ -308,7 +283,7 @@ class SimServer:
             self._checkpoints.clear()
             self._info = self._survey()
             self._cameras.follow(self._info.cameras)
-            self._save(self._freeze())
+            self._saver.save()
             return self._read_truth()
 
         self._exclusively("load", request, load)
@@ -378,10 +353,9 @@ class SimServer:
         request.answer(goal)
         if not new:
             return
-        self._worker.order(lambda: self._execute(goal.goal_id))
-        if message.client_id is not None and message.client_id not in self._clients:
-            # The token of a client that has died meanwhile never comes.
-            self._after(_CLIENT_GRACE_SECONDS, lambda: self._forget_unless_present(str(message.client_id)))
+        self._worker.order(lambda: self._executor.execute(goal.goal_id, self._host, self._skills))
+        if message.client_id is not None:
+            self._clients.expect(message.client_id)
 
     def _on_cancel_goal(self, request: Request) -> None:
         goal_id = request.message(GoalRef).goal_id
@@ -401,92 +375,9 @@ class SimServer:
             raise UnknownGoalError(f"goal {goal_id} is a {goal.skill} goal, not {name[:60]!r}")
 
     def _cancel(self, goal_id: str, *, abandoned: bool = False) -> None:
-        _, executing = self._ledger.cancel(goal_id, abandoned=abandoned)
-        if executing:
-            self._host.ctx.cancel()
+        self._ledger.cancel(goal_id, self._host.ctx.cancel, abandoned=abandoned)
 
-    def _execute(self, goal_id: str) -> None:
-        """Run a goal to its end; in the world's thread."""
-        entry, host = self._ledger.entry(goal_id), self._host
-        sim = host.sim
-        outcome: SkillResult | ErrorRecord
-        self._running = entry
-        try:
-            with host.ctx.goal(entry.timeout):
-                # From here on a cancel reaches the context; one that came before is in the ledger.
-                if not self._ledger.start(goal_id, sim.time):
-                    raise CancelledError("cancelled before it began")
-                self._news.status(entry.goal)
-                outcome = self._call(entry, host)
-        except SkillError as error:
-            outcome = self._abandoned(error) if entry.abandoned else error.record()
-        except Exception as fault:
-            outcome = InternalError.log(entry.goal.skill, fault, _log).record()
-        if isinstance(outcome, ErrorRecord):
-            self._come_to_rest(host)
-        self._running = None
-        # Saved before it is told: a step that somebody knows to be done is never undone by a restart.
-        goal = self._ledger.finish(goal_id, sim.time, outcome)
-        self._save(self._freeze())
-        self._news.status(goal)
-
-    def _abandoned(self, error: SkillError) -> ErrorRecord:
-        """Return what a client reads that lost its connection and came back: nobody has cancelled."""
-        return ConnectionLostError(
-            "the connection to the client was lost and the goal stopped; look what is done and send what is left",
-            phase=error.phase,
-            evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
-        ).record()
-
-    @staticmethod
-    def _come_to_rest(host: Host) -> None:
-        for _ in range(_REST_TRIALS):
-            try:
-                # A new goal of the context, in which no deadline and no earlier cancel counts.
-                with host.ctx.goal():
-                    host.sim.rest()
-                return
-            except SkillError as error:
-                # Another cancel, or a limit that the braking arm still passes.
-                _log.debug("on the way to rest: %s", error)
-
-    def _call(self, entry: LiveGoal, host: Host) -> SkillResult:
-        began = host.sim.time
-
-        def tell(phase: str) -> None:
-            entry.phases += 1
-            now = host.sim.time
-            self._news.feedback(
-                Feedback(
-                    goal_id=entry.goal.goal_id,
-                    skill=entry.goal.skill,
-                    phase=phase,
-                    number=entry.phases,
-                    time=now,
-                    elapsed=now - began,
-                )
-            )
-
-        host.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
-        host.ctx.listeners.append(tell)
-        try:
-            return self._skills[entry.goal.skill](host.ctx, entry.checked)
-        finally:
-            host.ctx.listeners.remove(tell)
-
-    # Clients that go away.
-
-    def _on_client(self, sample: zenoh.Sample) -> None:
-        client_id = str(sample.key_expr).rpartition("/")[2]
-        if sample.kind == zenoh.SampleKind.PUT:
-            self._clients.add(client_id)
-            return
-        self._clients.discard(client_id)
-        self._forget_unless_present(client_id)
-
-    def _forget_unless_present(self, client_id: str) -> None:
-        if client_id in self._clients:
-            return
+    def _on_client_gone(self, client_id: str) -> None:
         for goal_id in self._ledger.of_client(client_id):
             _log.info("client %s is gone; its goal %s is cancelled", client_id, goal_id)
             self._cancel(goal_id, abandoned=True)
@@ -494,60 +385,13 @@ class SimServer:
             self._pace_owner = None
             self._worker.set_pace(self._default_pace)
 
-    def _after(self, seconds: float, job: Callable[[], None]) -> None:
-        def run() -> None:
-            self._timers.discard(timer)
-            job()
-
-        timer = threading.Timer(seconds, run)
-        timer.daemon = True
-        self._timers.add(timer)
-        timer.start()
-
-    # Saving.
-
-    def _freeze(self) -> _Frozen | None:
-        """Return the world as a value; in the world's thread, between ticks."""
-        if self._state_file is None:
-            return None
-        self._frozen_count += 1
-        return _Frozen(
-            self._frozen_count,
-            SavedWorld(
-                mujoco=mujoco.__version__,
-                task=self._host.task.model_dump(mode="json"),
-                checkpoint=self._host.checkpoint(),
-                goals=self._ledger.dump(),
-            ),
+    def _freeze(self, ended: Goal | None) -> SavedWorld:
+        return SavedWorld(
+            mujoco=mujoco.__version__,
+            task=self._host.task.model_dump(mode="json"),
+            checkpoint=self._host.checkpoint(),
+            goals=self._ledger.dump(ended),
         )
-
-    def _save(self, frozen: _Frozen | None) -> None:
-        if frozen is None or self._state_file is None:
-            return
-        with self._save_lock:
-            # The saver's thread may come late with a state from before a goal's end.
-            if frozen.number <= self._saved_count:
-                return
-            try:
-                self._state_file.save(frozen.world)
-                self._saved_count = frozen.number
-            except OSError as error:
-                _log.error("the state was not saved in %s: %s", self._state_file.path, error.strerror)
-
-    def _save_now_and_then(self) -> None:
-        frozen: list[_Frozen | None] = []
-        while not self._stopping.wait(_SAVE_SECONDS):
-            ready = threading.Event()
-
-            def freeze(ready: threading.Event = ready) -> None:
-                frozen.append(self._freeze())
-                ready.set()
-
-            self._worker.read(freeze)
-            while not ready.wait(0.1):
-                if self._stopping.is_set():
-                    return
-            self._save(frozen.pop())
 
 
 def _wrong(field: str, problem: str) -> InvalidMessageError:

@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.client import RemoteRobot
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
 from robosandbox.agent.remote import RemoteContext
+from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import InputError
 from robosandbox.sim.truth import ObjectTruth, Truth
 from robosandbox.tasks.judge import Verdict, judge

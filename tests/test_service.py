@@ -27,6 +27,7 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.protocols import SkillContext
+from robosandbox.sim.checkpoint import SavedWorld, StateFile
 from robosandbox.sim.server import SimServer
 from robosandbox.skills.base import Skill
 from robosandbox.tasks.bench import run_bench
@@ -252,6 +253,36 @@ def test_goal_of_a_lost_client_has_failed_and_not_been_cancelled(sim: SimProcess
                 found.outcome()
     assert lost.value.evidence is not None and lost.value.evidence.restarted is False  # type: ignore[union-attr]
     robot.set_pace("fast")
+
+
+def test_request_of_a_client_is_small_and_a_task_may_be_larger(robot: RemoteRobot) -> None:
+    with pytest.raises(InvalidMessageError, match="64,000"):
+        robot.send("pick", {"object": "x" * 70_000})
+    with pytest.raises(InputError) as refused:
+        robot.load(document={"name": "x" * 70_000})
+    assert "bytes" not in str(refused.value)
+
+
+def test_goal_is_saved_as_ended_before_anybody_hears_so(tmp_path: Path) -> None:
+    file = StateFile(tmp_path / "world.json")
+    house = TaskHouse()
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session, _ = open_listener(endpoint)
+    server = SimServer(house.open("home"), session, robot_id="robot", load=house.load, pace="fast", state_file=file)
+    told: list[tuple[str, str]] = []
+    save = file.save
+
+    def late_save(world: SavedWorld) -> None:
+        known = [robot.result("home", item["goal"]["goal_id"]).status for item in world.goals]
+        told.extend((status, item["goal"]["status"]) for status, item in zip(known, world.goals, strict=True))
+        save(world)
+
+    with session, server, connect(endpoint) as client:
+        robot = client.robot()
+        file.save = late_save  # type: ignore[method-assign]
+        robot.send("home").wait()
+        file.save = save  # type: ignore[method-assign]
+    assert ("executing", "succeeded") in told
 
 
 def test_result_of_an_unknown_goal_is_an_error(robot: RemoteRobot) -> None:

@@ -7,7 +7,7 @@ Numbers are finite, SI units and radians, poses in the world frame. docs/protoco
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Any, Final, Literal, Self, TypeVar
+from typing import Annotated, Any, ClassVar, Final, Literal, Self, TypeVar
 
 from pydantic import ConfigDict, Field, ValidationError
 from pydantic_core import from_json
@@ -30,6 +30,7 @@ ROOT = "robosandbox"
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 DEFAULT_ROBOT_ID = "robot"
 MAX_MESSAGE_BYTES = 1_000_000
+MAX_REQUEST_BYTES = 64_000
 KEPT_RESULTS = 256
 KEPT_CHECKPOINTS = 64
 STATE_HZ = 50.0
@@ -60,6 +61,7 @@ class Message(StrictModel):
 
     # A NaN among a skill's arguments is to be refused by the sim, not to arrive as null.
     model_config = ConfigDict(ser_json_inf_nan="constants")
+    max_bytes: ClassVar[int] = MAX_MESSAGE_BYTES
 
     protocol: Literal[1] = PROTOCOL
 
@@ -71,6 +73,8 @@ class Message(StrictModel):
 class FromClient(Message):
     """What a sim is asked: read strictly, so that a number in quotes is no number."""
 
+    max_bytes: ClassVar[int] = MAX_REQUEST_BYTES
+
 
 MessageT = TypeVar("MessageT", bound=Message)
 
@@ -81,8 +85,8 @@ def decode(payload: bytes, model: type[MessageT]) -> MessageT:
     Raises:
         InvalidMessageError: It is too long, no JSON, of another protocol version, or has a wrong field.
     """
-    if len(payload) > MAX_MESSAGE_BYTES:
-        raise _invalid("", f"the message has {len(payload):,} bytes; at most {MAX_MESSAGE_BYTES:,} are read")
+    if len(payload) > model.max_bytes:
+        raise _invalid("", f"the message has {len(payload):,} bytes; at most {model.max_bytes:,} are read")
     try:
         data = from_json(payload, allow_inf_nan=False)
     except ValueError as error:
@@ -167,6 +171,8 @@ class Load(FromClient):
         document: A task as its YAML would have it; in place of a name.
         robot: A bundled robot's name or an allowed file, in place of the task's.
     """
+
+    max_bytes: ClassVar[int] = MAX_MESSAGE_BYTES
 
     task: Annotated[str, Field(max_length=64)] | None = None
     document: dict[str, Any] | None = None

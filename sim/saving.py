@@ -1,0 +1,96 @@
+"""Saving the served world: at each goal's end, after each change, and every few seconds."""
+
+from __future__ import annotations
+
+import logging
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from robosandbox.sim.cameras import Read
+from robosandbox.sim.checkpoint import SavedWorld, StateFile
+from robosandbox.wire import Goal
+
+_log = logging.getLogger(__name__)
+_PERIOD_SECONDS = 2.0
+
+# Returns the world as a value, a goal that is about to end in it as ended; in the world's thread.
+Freeze = Callable[[Goal | None], SavedWorld]
+
+
+@dataclass(frozen=True, slots=True)
+class _Frozen:
+    number: int
+    world: SavedWorld
+
+
+class Saver:
+    """Keeps a state file at the newest state.
+
+    Args:
+        file: Where; None to save nothing.
+        read: Runs a job in the world's thread, between control ticks.
+        freeze: Returns what is to be saved.
+    """
+
+    def __init__(self, file: StateFile | None, read: Read, freeze: Freeze) -> None:
+        self._file = file
+        self._read = read
+        self._freeze = freeze
+        self._writing = threading.Lock()
+        self._stopping = threading.Event()
+        self._frozen = 0
+        self._saved = 0
+        self._thread = threading.Thread(target=self._loop, name="saver", daemon=True)
+
+    def start(self) -> None:
+        """Save every few seconds from now on."""
+        if self._file is not None:
+            self._thread.start()
+
+    def stop(self) -> None:
+        """End the periodic saving; wait for one that is under way."""
+        self._stopping.set()
+        if self._thread.is_alive():
+            self._thread.join()
+
+    def save(self, ended: Goal | None = None) -> None:
+        """Save the world as it is; in the world's thread, or when it has ended.
+
+        Args:
+            ended: A goal as it ends, before anybody hears of it: a step that somebody knows to be done is never undone
+                by a restart.
+        """
+        if self._file is not None:
+            self._write(self._take(ended), self._file)
+
+    def _take(self, ended: Goal | None = None) -> _Frozen:
+        self._frozen += 1
+        return _Frozen(self._frozen, self._freeze(ended))
+
+    def _write(self, frozen: _Frozen, file: StateFile) -> None:
+        with self._writing:
+            # The saver's thread may come late with a state from before a goal's end.
+            if frozen.number <= self._saved:
+                return
+            try:
+                file.save(frozen.world)
+                self._saved = frozen.number
+            except OSError as error:
+                _log.error("the state was not saved in %s: %s", file.path, error.strerror)
+
+    def _loop(self) -> None:
+        taken: list[_Frozen] = []
+        while not self._stopping.wait(_PERIOD_SECONDS):
+            ready = threading.Event()
+
+            def take(ready: threading.Event = ready) -> None:
+                taken.append(self._take())
+                ready.set()
+
+            self._read(take)
+            while not ready.wait(0.1):
+                if self._stopping.is_set():
+                    return
+            if self._file is not None:
+                self._write(taken.pop(), self._file)
