@@ -18,6 +18,7 @@ from robosandbox.types import (
     CONTAINER_KINDS,
     CONTAINER_WALL,
     DIRECTION_AXES,
+    ROUND_CONTAINERS,
     SIDE_AXES,
     Array,
     DetectedObject,
@@ -53,7 +54,7 @@ def centre(obj: DetectedObject) -> Array:
     """Return the centre of the object's hull in the world, shape (3,)."""
     if obj.kind not in CONTAINER_KINDS:
         return obj.pose.position
-    height = obj.size[1] if obj.kind == "bowl" else obj.size[2]
+    height = obj.size[1] if obj.kind in ROUND_CONTAINERS else obj.size[2]
     return obj.pose.position + obj.pose.rotation[:, 2] * (height / 2.0)
 
 
@@ -78,7 +79,7 @@ def support(obj: DetectedObject, directions: Array) -> Array:
             extent = obj.size[0] * radial + obj.size[1] * axial
         case "capsule":
             extent = obj.size[0] + obj.size[1] * axial
-        case "bowl":
+        case "bowl" | "cup":
             extent = (obj.size[0] + CONTAINER_WALL) * radial + obj.size[1] / 2.0 * axial
         case "box" | "mesh" | "bin" | "drawer":
             extent = np.abs(local) @ _half_extents(obj)
@@ -145,7 +146,7 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
         )
     rotation = container.pose.rotation
     local = rotation.T @ (centre(obj) - container.pose.position)
-    if container.kind == "bowl":
+    if container.kind in ROUND_CONTAINERS:
         margin = container.size[0] - math.hypot(local[0], local[1])
         height = container.size[1]
     else:

@@ -14,7 +14,7 @@ from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import DetectedObject
 
 NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
-CONTAINERS = frozenset({"bin", "bowl", "drawer"})
+CONTAINERS = frozenset({"bin", "bowl", "cup", "drawer"})
 SHAPE_KINDS: dict[str, frozenset[str]] = {
     "cube": frozenset({"box"}),
     "block": frozenset({"box"}),
@@ -30,7 +30,7 @@ SHAPE_KINDS: dict[str, frozenset[str]] = {
 THING_KINDS: dict[str, frozenset[str]] = {
     "can": frozenset({"cylinder"}),
     "bottle": frozenset({"cylinder", "capsule"}),
-    "mug": frozenset({"bowl"}),
+    "mug": frozenset({"bowl", "cup"}),
 }
 """Words for a thing: they fit its usual shape only where the id names no other thing."""
 

@@ -23,7 +23,7 @@ def half_extents(item: DetectedObject) -> tuple[float, float, float]:
             return size[0], size[0], size[1]
         case "capsule":
             return size[0], size[0], size[0] + size[1]
-        case "bowl":
+        case "bowl" | "cup":
             return size[0] + 0.004, size[0] + 0.004, size[1] / 2
         case "drawer":
             x, y, z = size[1] / 2, size[0] / 2, size[2] / 2
@@ -68,7 +68,7 @@ class World:
 
     def _bottom(self, item: DetectedObject) -> float:
         z = item.pose.xyz[2]
-        return z if item.kind in ("bin", "bowl", "drawer") else z - self._extents[item.id][2]
+        return z if item.kind in ("bin", "bowl", "cup", "drawer") else z - self._extents[item.id][2]
 
     def _parents(self) -> Iterator[tuple[str, Parent]]:
         for item in self.objects.values():
@@ -86,7 +86,7 @@ class World:
                     continue
                 low = self._bottom(other)
                 top = low + 2 * ez
-                if other.kind in ("bin", "bowl", "drawer") and low - 0.01 <= bottom < top - 0.002:
+                if other.kind in ("bin", "bowl", "cup", "drawer") and low - 0.01 <= bottom < top - 0.002:
                     found = (low, ("in", other.id))
                 elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
                     found = (top, ("on", other.id))
@@ -105,7 +105,9 @@ class World:
         """Return the radius of the circle around an object seen from above."""
         x, y, _ = self._extents[name]
         return (
-            math.hypot(x, y) if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl") else max(x, y)
+            math.hypot(x, y)
+            if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl", "cup")
+            else max(x, y)
         )
 
     def on_top_of(self, name: str) -> list[str]:

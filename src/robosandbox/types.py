@@ -150,10 +150,10 @@ def frozen_array(values: Any) -> Array:
 
 # Scenes.
 
-ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "drawer"]
+ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "cup", "drawer"]
 
 # The pose's origin is the geometric centre of box, sphere, cylinder, capsule and of a mesh's box, and the centre of the
-# bottom face of the containers bin, bowl and drawer. Cylinder, capsule and bowl stand along local z; a capsule's
+# bottom face of the containers bin, bowl, cup and drawer. Cylinder, capsule, bowl and cup stand along local z; a capsule's
 # half_height leaves its caps out. Heights of containers run from the bottom face to the rim, floor included; their
 # walls and floor are CONTAINER_WALL thick, outside the inner measures. A drawer is depth along local x, width along
 # local y, and opens towards local -x.
@@ -165,12 +165,16 @@ OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
     "mesh": (),
     "bin": ("inner_half_x", "inner_half_y", "height"),
     "bowl": ("inner_radius", "height"),
+    "cup": ("inner_radius", "height"),
     "drawer": ("width", "depth", "height", "max_open"),
 }
 
 CONTAINER_WALL = 0.004
 
-CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "drawer"})
+CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "cup", "drawer"})
+
+# Containers with a round inside.
+ROUND_CONTAINERS: frozenset[str] = frozenset({"bowl", "cup"})
 
 MAX_PROMPT_LENGTH = 4000
 

@@ -73,7 +73,7 @@ def _size(item: DetectedObject) -> str:
             return f"diameter {2.0 * size[0]:.0f}, length {2.0 * (size[0] + size[1]):.0f}"
         case "bin":
             extents = [2.0 * size[0], 2.0 * size[1], size[2]]
-        case "bowl":
+        case "bowl" | "cup":
             return f"diameter {2.0 * size[0]:.0f}, height {size[1]:.0f}"
         case "drawer":
             extents = [size[1], size[0], size[2]]
