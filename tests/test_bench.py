@@ -21,6 +21,7 @@ ROW = Row(
     physics_steps=2000,
     reason="plan_complete",
     detail={"dz_mm": 166.905, "min_mm": 50.0},
+    settings={},
     versions={},
 )
 

@@ -67,7 +67,7 @@ def test_nothing_at_the_root_hides_a_module(name: str) -> None:
     assert not (ROOT / name).exists()
 
 
-@pytest.mark.parametrize("group", ["skills", "planners", "perceptions"])
+@pytest.mark.parametrize("group", ["skills", "planners", "perceptions", "engines"])
 def test_every_entry_point_loads_under_its_own_name(group: str) -> None:
     points = [point for point in entry_points(group=f"robosandbox.{group}") if point.value.startswith("robosandbox.")]
     assert points

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -35,6 +35,15 @@ def bench(
     task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
+    engine: Annotated[
+        str | None, typer.Option("--engine", help="What runs the episodes: ray; processes of this machine if left out.")
+    ] = None,
+    ray_address: Annotated[
+        str | None, typer.Option("--ray-address", help="A running cluster; one on this machine if left out.")
+    ] = None,
+    resume: Annotated[
+        Path | None, typer.Option("--resume", help="Append each row to this JSON Lines file; run what it lacks.")
+    ] = None,
     planner: Annotated[str, typer.Option("--planner", help="What turns prompts into plans.")] = "stub",
     base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
     model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
@@ -56,10 +65,16 @@ def bench(
     if connect and jobs > 1:
         raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
 
+    if connect and engine:
+        raise InputError(f"--engine: {engine}; with --connect there is one world, so leave it out")
+    if ray_address and engine != "ray":
+        raise InputError("--ray-address: goes with --engine ray")
+
     from robosandbox.agent.planners import make_planner
     from robosandbox.plugins import load_plugin
     from robosandbox.skills.catalogue import load_skills
     from robosandbox.tasks.bench import BenchSettings, run_bench
+    from robosandbox.tasks.row_file import RowFile
 
     chosen = _choose(tasks or [], task_file or [])
     options = {"base_url": base_url, "model": model}
@@ -78,10 +93,26 @@ def bench(
         # Looked up now, not earlier: a progress bar puts its own streams in place.
         print(*lines, sep="\n", file=sys.stderr if json == "-" else sys.stdout, flush=True)
 
+    runs_on = load_plugin("engines", engine)(jobs, ray_address) if engine else None
+    kept = RowFile(resume, settings) if resume is not None else None
+
     width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
     rows: list[Row] = []
-    with _progress(len(chosen) * seeds) as done, _world(connect, robot_id, zenoh_config, settings) as remote:
-        for row in run_bench(chosen, seeds, jobs=jobs, settings=settings, on_done=done, remote=remote):
+    with (
+        _progress(len(chosen) * seeds) as done,
+        _world(connect, robot_id, zenoh_config, settings) as remote,
+        closing(kept) if kept else nullcontext(),
+    ):
+
+        def hear(row: Row) -> None:
+            if kept is not None:
+                kept.add(row)
+            done(1)
+
+        known = kept.rows if kept else ()
+        for row in run_bench(
+            chosen, seeds, jobs=jobs, settings=settings, on_row=hear, known=known, engine=runs_on, remote=remote
+        ):
             if not rows:
                 show(header(width), RULE)
             rows.append(row)

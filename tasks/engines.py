@@ -1,0 +1,94 @@
+"""What runs the episodes of a bench: this process, several of this machine, or a Ray cluster's."""
+
+from __future__ import annotations
+
+import logging
+import multiprocessing
+from collections.abc import Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from concurrent.futures.process import BrokenProcessPool
+from typing import Protocol
+
+from robosandbox.errors import ServiceUnavailableError
+from robosandbox.tasks.episodes import Chunk, EpisodeRunner, run_chunk
+from robosandbox.tasks.remote import RemoteSession
+from robosandbox.tasks.rows import Row
+
+_log = logging.getLogger(__name__)
+_MOST_DEATHS = 3
+
+
+class Engine(Protocol):
+    """Runs chunks of episodes. Registered under the entry point group `robosandbox.engines`, it is made by `Name(jobs, address)`."""
+
+    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+        """Yield the rows of all chunks as they end, in any order; what has not begun when the caller stops is left out.
+
+        Raises:
+            InputError: A task cannot be loaded.
+            ServiceUnavailableError: What runs the episodes is not there, or keeps dying.
+        """
+        ...
+
+
+class InProcess:
+    """Runs chunks one after another in this process.
+
+    Args:
+        remote: In the world of this sim process, in place of one of our own.
+    """
+
+    def __init__(self, remote: RemoteSession | None = None) -> None:
+        self._remote = remote
+
+    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+        """Yield each row as its episode ends."""
+        runner = EpisodeRunner(self._remote)
+        try:
+            for chunk in chunks:
+                yield from runner.rows(chunk)
+        finally:
+            runner.close()
+
+
+class ProcessPool:
+    """Runs chunks on processes of this machine; those of a process that dies are run again.
+
+    Args:
+        jobs: How many.
+    """
+
+    def __init__(self, jobs: int) -> None:
+        self._jobs = jobs
+
+    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+        """Yield each chunk's rows as it ends."""
+        left = list(chunks)
+        deaths = 0
+        while left:
+            try:
+                for chunk, rows in self._run_once(left):
+                    left.remove(chunk)
+                    deaths = 0
+                    yield from rows
+            except BrokenProcessPool:
+                deaths += 1
+                _log.warning("a process of the bench died; what it ran is run again")
+                if deaths == _MOST_DEATHS:
+                    raise ServiceUnavailableError(
+                        f"--jobs: processes of the bench died {deaths} times in a row; --jobs 1 shows where, and fewer "
+                        "jobs need less memory"
+                    ) from None
+
+    def _run_once(self, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, list[Row]]]:
+        # Forking a process with threads (a progress bar, a renderer) can deadlock; spawning cannot.
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(max_workers=min(self._jobs, len(chunks)), mp_context=context) as pool:
+            pending: dict[Future[list[Row]], Chunk] = {pool.submit(run_chunk, chunk): chunk for chunk in chunks}
+            try:
+                while pending:
+                    done, _ = wait(pending, return_when=FIRST_COMPLETED)
+                    for future in done:
+                        yield pending.pop(future), future.result()
+            finally:
+                pool.shutdown(wait=True, cancel_futures=True)

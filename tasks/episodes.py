@@ -1,0 +1,128 @@
+"""Episodes run one after another in worlds that seeds of a task share."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.tasks.remote import RemoteSession
+from robosandbox.tasks.rows import BenchSettings, Row, versions
+from robosandbox.tasks.session import open_session
+from robosandbox.tasks.task import Task
+from robosandbox.tasks.workcell import Workcell
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Chunk:
+    """Episodes that are run in one process, one after another.
+
+    Attributes:
+        task: Which.
+        seeds: Its layouts.
+        settings: What all episodes of the bench share.
+    """
+
+    task: Task
+    seeds: tuple[int, ...]
+    settings: BenchSettings
+
+
+class EpisodeRunner:
+    """Keeps the last task's world, so that its seeds share one compiled model.
+
+    Args:
+        remote: Run in this sim process, in place of worlds of our own.
+    """
+
+    def __init__(self, remote: RemoteSession | None = None) -> None:
+        self._remote = remote
+        self._session: Workcell | None = None
+        self._key: tuple[Task, BenchSettings] | None = None
+
+    def rows(self, chunk: Chunk) -> Iterator[Row]:
+        """Yield a row per episode as it ends.
+
+        Raises:
+            InputError: The task cannot be loaded or judged.
+        """
+        for seed in chunk.seeds:
+            yield self._episode(chunk.task, seed, chunk.settings)
+
+    def close(self) -> None:
+        """Free the world."""
+        if self._session is not None:
+            self._session.close()
+        self._session = self._key = None
+
+    def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
+        session = self._session_for(task, settings)
+        session.reset(seed)
+        begin = time.perf_counter()
+        claimed, steps, replans, reason, said = False, 0, 0, "fault", ""
+        try:
+            episode = session.run()
+        except RoboSandboxError:
+            raise
+        except Exception as fault:
+            # A bench of hundreds of episodes reports a fault of the code as a failed row and goes on.
+            _log.exception("fault in %s, seed %d", task.name, seed)
+            said = f"{type(fault).__name__}: {fault}"
+        else:
+            claimed, steps, replans = episode.success, len(episode.steps), episode.replans
+            reason, said = episode.final_reason.value, episode.final_detail
+        secs = time.perf_counter() - begin
+        sim_secs, physics_steps = session.elapsed()
+        verdict = session.judge()
+        if verdict is None:
+            raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
+        detail: dict[str, float | str] = {key: round(value, 3) for key, value in verdict.detail.items()}
+        if not claimed:
+            detail["agent"] = f"{reason}: {said}"
+        return Row(
+            task=task.name,
+            seed=seed,
+            success=verdict.success,
+            claimed=claimed,
+            steps=steps,
+            replans=replans,
+            secs=round(secs, 3),
+            sim_secs=round(sim_secs, 6),
+            physics_steps=physics_steps,
+            reason=reason,
+            detail=detail,
+            settings=settings.record(),
+            versions=versions(),
+        )
+
+    def _session_for(self, task: Task, settings: BenchSettings) -> Workcell:
+        if self._session is None or self._key != (task, settings):
+            self.close()
+            self._session = self._open(task, settings)
+            self._key = (task, settings)
+        return self._session
+
+    def _open(self, task: Task, settings: BenchSettings) -> Workcell:
+        if self._remote is not None:
+            self._remote.load(task)
+            return self._remote
+        return open_session(
+            task,
+            planner=settings.planner,
+            planner_options=settings.planner_options,
+            perception=settings.perception,
+            max_replans=settings.max_replans,
+            what_if=settings.what_if,
+        )
+
+
+_runner = EpisodeRunner()
+
+
+def run_chunk(chunk: Chunk) -> list[Row]:
+    """Run a chunk in this process, which keeps the world for the next one of the same task."""
+    return list(_runner.rows(chunk))

@@ -1,0 +1,178 @@
+"""Benches that go on: with files of rows, processes that die, and a Ray cluster of two nodes."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from robosandbox.errors import InputError, ServiceUnavailableError
+from robosandbox.tasks.bench import BenchSettings, Row, run_bench
+from robosandbox.tasks.engines import ProcessPool
+from robosandbox.tasks.episodes import Chunk
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.row_file import RowFile
+
+TASKS = ("pick_cube_scrambled", "home")
+SEEDS = 4
+
+
+def untimed(rows: list[Row]) -> list[Row]:
+    return [replace(row, secs=0.0) for row in rows]
+
+
+@pytest.fixture(scope="module")
+def rows() -> list[Row]:
+    return untimed(list(run_bench([find_task(name) for name in TASKS], SEEDS)))
+
+
+def bench(*options: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", "from robosandbox.cli import bench_main; bench_main()", *options]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300)
+
+
+# Files of rows.
+
+
+def test_what_a_file_holds_is_not_run_again_and_the_rows_are_the_same(rows: list[Row], tmp_path: Path) -> None:
+    file = tmp_path / "rows.jsonl"
+    ours = ("--tasks", *TASKS, "--seeds", str(SEEDS), "--resume", str(file), "--json", "-")
+    first = bench(*ours)
+    assert first.returncode == 0, first.stderr
+    lines = file.read_bytes().splitlines(keepends=True)
+    assert len(lines) == len(rows)
+    # As a process that was killed leaves it: some rows, and half of one.
+    file.write_bytes(b"".join(lines[:3]) + lines[3][:40])
+    again = bench(*ours)
+    told = file.read_bytes().splitlines(keepends=True)
+    assert told[:3] == lines[:3] and len(told) == len(rows)
+    kept = [{**row, "secs": 0.0} for row in json.loads(again.stdout)]
+    assert kept == [{**row, "secs": 0.0} for row in json.loads(first.stdout)]
+    assert [row["secs"] for row in json.loads(again.stdout)][:3] == [row["secs"] for row in json.loads(first.stdout)][
+        :3
+    ]
+
+
+def test_rows_of_other_settings_or_versions_and_other_files_are_refused(rows: list[Row], tmp_path: Path) -> None:
+    path = tmp_path / "rows.jsonl"
+    path.write_text(json.dumps(rows[0].record()) + "\n")
+    with pytest.raises(InputError, match="what_if was True and is False"):
+        RowFile(path, BenchSettings(what_if=False))
+    path.write_text(json.dumps({**rows[0].record(), "versions": {**rows[0].versions, "mujoco": "2.0"}}) + "\n")
+    with pytest.raises(InputError, match=r"mujoco was '2\.0'"):
+        RowFile(path, BenchSettings())
+    for text in ('{"task": "home"}\n', "[]\n", "nonsense\n"):
+        path.write_text(text)
+        with pytest.raises(InputError, match=r"rows\.jsonl, line 1"):
+            RowFile(path, BenchSettings())
+    with pytest.raises(InputError, match="cannot be used"):
+        RowFile(tmp_path, BenchSettings())
+
+
+# Processes.
+
+
+def test_episodes_of_a_killed_process_are_run_again(rows: list[Row], caplog: pytest.LogCaptureFixture) -> None:
+    killed: list[int] = []
+
+    def kill_one(_: Row) -> None:
+        if not killed:
+            (child, *_rest) = children(os.getpid())
+            killed.append(child)
+            os.kill(child, signal.SIGKILL)
+
+    tasks = [find_task(name) for name in TASKS]
+    assert untimed(list(run_bench(tasks, SEEDS, jobs=2, on_row=kill_one))) == rows
+    assert killed and "run again" in caplog.text
+
+
+def test_processes_that_die_each_time_end_the_bench() -> None:
+    chunk = Chunk(find_task("home"), (0,), replace(BenchSettings(), planner_options=_Deadly()))  # type: ignore[arg-type]
+    with pytest.raises(ServiceUnavailableError, match="3 times"):
+        list(ProcessPool(1).run([chunk]))
+
+
+class _Deadly(dict[str, Any]):
+    """Ends the process that unpacks it."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os._exit, (9,)
+
+
+def children(pid: int) -> list[int]:
+    """Return the bench's worker processes, oldest first."""
+    listed = Path(f"/proc/{pid}/task/{pid}/children").read_text().split()
+    return [int(child) for child in listed if b"spawn_main" in Path(f"/proc/{child}/cmdline").read_bytes()]
+
+
+# A cluster.
+
+
+@pytest.fixture(scope="module")
+def cluster() -> Iterator[str]:
+    os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
+    pytest.importorskip("ray", reason="needs the extra `scale`")
+    from ray.cluster_utils import Cluster
+
+    found = Cluster(
+        initialize_head=True, head_node_args={"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
+    )
+    found.add_node(num_cpus=1)
+    yield found.address
+    found.shutdown()
+
+
+def test_a_cluster_gives_the_same_rows(rows: list[Row], cluster: str) -> None:
+    from robosandbox.tasks.ray_engine import RayEngine
+
+    tasks = [find_task(name) for name in TASKS]
+    assert untimed(list(run_bench(tasks, SEEDS, engine=RayEngine(2, cluster)))) == rows
+
+
+def test_episodes_of_a_killed_ray_worker_are_run_again(rows: list[Row], cluster: str) -> None:
+    from robosandbox.tasks.ray_engine import RayEngine
+
+    killed: list[int] = []
+
+    def kill() -> None:
+        while not killed:
+            for file in Path("/proc").glob("[0-9]*/cmdline"):
+                try:
+                    busy = b"ray::run_chunk" in file.read_bytes()
+                except OSError:
+                    continue
+                if busy:
+                    killed.append(int(file.parent.name))
+                    os.kill(killed[0], signal.SIGKILL)
+                    return
+            time.sleep(0.01)
+
+    killer = threading.Thread(target=kill, daemon=True)
+    killer.start()
+    tasks = [find_task(name) for name in TASKS]
+    assert untimed(list(run_bench(tasks, SEEDS, engine=RayEngine(2, cluster)))) == rows
+    assert killed
+
+
+def test_no_cluster_at_an_address_is_said_in_one_line() -> None:
+    pytest.importorskip("ray", reason="needs the extra `scale`")
+    done = bench("--tasks", "home", "--engine", "ray", "--ray-address", "127.0.0.1:1")
+    assert done.returncode == 3 and "--ray-address" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_wrong_engines_are_refused_in_one_line() -> None:
+    for options, said in (
+        (("--engine", "rey"), "there is ray"),
+        (("--ray-address", "auto"), "--engine ray"),
+        (("--engine", "ray", "--connect", "tcp/127.0.0.1:1"), "--connect"),
+    ):
+        done = bench("--tasks", "home", *options)
+        assert done.returncode == 2 and said in done.stderr and done.stderr.count("\n") == 1
