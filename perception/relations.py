@@ -10,10 +10,12 @@ h(d) = max over its points of d . x, from which extents, footprints and gaps fol
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from robosandbox.shapes import DrawerShape
 from robosandbox.types import (
     CONTAINER_KINDS,
     CONTAINER_WALL,
@@ -23,12 +25,15 @@ from robosandbox.types import (
     Array,
     DetectedObject,
     Direction,
+    Pose,
     Side,
 )
 
 REST_TOLERANCE = 0.005
 BESIDE_GAP = 0.10
+CLOSED_WITHIN = 0.003
 
+_ROUNDING = 1e-9
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
 _COMPASS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -52,6 +57,8 @@ class Relation:
 
 def centre(obj: DetectedObject) -> Array:
     """Return the centre of the object's hull in the world, shape (3,)."""
+    if obj.kind == "beads" and obj.grains:
+        return np.asarray(np.mean(obj.grains, axis=0), dtype=np.float64)
     if obj.kind not in CONTAINER_KINDS:
         return obj.pose.position
     height = obj.size[1] if obj.kind in ROUND_CONTAINERS else obj.size[2]
@@ -81,8 +88,14 @@ def support(obj: DetectedObject, directions: Array) -> Array:
             extent = obj.size[0] + obj.size[1] * axial
         case "bowl" | "cup":
             extent = (obj.size[0] + CONTAINER_WALL) * radial + obj.size[1] / 2.0 * axial
-        case "box" | "mesh" | "bin" | "drawer":
+        case "box" | "mesh" | "bin":
             extent = np.abs(local) @ _half_extents(obj)
+        case "drawer":
+            extent = _drawer_extent(obj, local)
+        case "beads":
+            extent = np.full(len(directions), obj.size[0])
+            if obj.grains:
+                return np.asarray((directions @ np.array(obj.grains).T).max(axis=1) + extent, dtype=np.float64)
     return np.asarray(reach + extent, dtype=np.float64)
 
 
@@ -150,9 +163,9 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
         margin = container.size[0] - math.hypot(local[0], local[1])
         height = container.size[1]
     else:
-        half = _half_extents(container) - CONTAINER_WALL
-        margin = float(np.min(half[:2] - np.abs(local[:2])))
-        height = container.size[2]
+        room = box_room(container)
+        margin = float(np.min(room.half - np.abs(local[:2] - room.middle)))
+        height = room.rim
     axis = rotation[:, 2]
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
@@ -160,6 +173,81 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
         margin > 0.0 and 0.0 < below_rim < height + REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "below_rim_mm": 1e3 * below_rim},
     )
+
+
+@dataclass(frozen=True, slots=True)
+class BoxRoom:
+    """The inside of a bin or drawer, in the frame of its pose.
+
+    Attributes:
+        middle: Of the floor, x and y, metres, shape (2,).
+        half: Half-extents along x and y, shape (2,).
+        floor: Height of the floor.
+        rim: Height of the rim.
+    """
+
+    middle: Array
+    half: Array
+    floor: float
+    rim: float
+
+
+def box_room(container: DetectedObject) -> BoxRoom:
+    """Return the inside of a bin, or of a drawer's sliding box as far open as it is; closed where that is not seen."""
+    if container.kind == "bin":
+        half_x, half_y, height = container.size
+        return BoxRoom(np.zeros(2), np.array([half_x, half_y]), CONTAINER_WALL, height)
+    shape = DrawerShape.of(container.size)
+    middle = shape.box_centre[:2] - [container.opening or 0.0, 0.0]
+    return BoxRoom(middle, shape.inner, shape.floor, shape.rim)
+
+
+def loose(obj: DetectedObject) -> list[DetectedObject]:
+    """Return the balls that beads are, or the object itself."""
+    if obj.kind != "beads":
+        return [obj]
+    return [replace(obj, kind="sphere", pose=Pose(xyz=grain), grains=()) for grain in obj.grains]
+
+
+def contents(objects: Iterable[DetectedObject], container: DetectedObject) -> list[tuple[str, int]]:
+    """Return what lies in a container: the objects' ids, each with the number of its bead, 0 where it is none."""
+    return [
+        (item.id, k)
+        for item in objects
+        if item.id != container.id
+        for k, part in enumerate(loose(item))
+        if inside(part, container)
+    ]
+
+
+def poured(
+    contents: Sequence[tuple[str, int]],
+    objects: Sequence[DetectedObject],
+    source: DetectedObject,
+    target: DetectedObject,
+    *,
+    min_fraction: float,
+    max_spilled: float,
+) -> Relation:
+    """Tell whether what was in one container is in another.
+
+    Args:
+        contents: What was in it, as `contents` says; nothing is never poured.
+        objects: Everything as it is now.
+        source: What it was in, as it is now.
+        target: What it is to be in.
+        min_fraction: Of the contents, that must be in the target.
+        max_spilled: Of the contents, that may be in neither.
+    """
+    parts = {(item.id, k): part for item in objects for k, part in enumerate(loose(item))}
+    known = [parts[key] for key in contents if key in parts]
+    count = len(contents)
+    arrived = sum(inside(part, target).holds for part in known)
+    stayed = sum(inside(part, source).holds for part in known)
+    fraction, spilled = arrived / max(count, 1), (count - arrived - stayed) / max(count, 1)
+    # Fractions of whole things: 0.02 of 50 is 1, whatever the last bit says.
+    holds = count > 0 and fraction >= min_fraction - _ROUNDING and spilled <= max_spilled + _ROUNDING
+    return Relation(holds, {"fraction": fraction, "spilled": spilled, "count": float(count)})
 
 
 def beside(obj: DetectedObject, target: DetectedObject, side: Side) -> Relation:
@@ -215,6 +303,18 @@ def _half_extents(obj: DetectedObject) -> Array:
             return np.array([depth / 2.0, width / 2.0, height / 2.0])
         case _:
             raise ValueError(f"a {obj.kind} has no half-extents")
+
+
+def _drawer_extent(obj: DetectedObject, local: Array) -> Array:
+    """Return how far a drawer reaches from its cabinet's middle, open as far as it is, its grip included."""
+    extent: Array = np.abs(local) @ _half_extents(obj)
+    if obj.opening is None:
+        return extent
+    shape = DrawerShape.of(obj.size)
+    offset = np.array([-obj.opening, 0.0, -obj.size[2] / 2.0])
+    for middle, half in ((shape.box_centre, shape.box), (shape.grip_centre, shape.grip)):
+        extent = np.maximum(extent, local @ (middle + offset) + np.abs(local) @ half)
+    return extent
 
 
 def _plan_directions(obj: DetectedObject) -> Array:

@@ -13,9 +13,11 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
-from robosandbox.sim.objects import PREFIX, can_rewrite, mesh_bounds, rewrite
+from robosandbox.sim.contacts import Contacts
+from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
 from robosandbox.sim.rendering import OffscreenRenderer
-from robosandbox.sim.truth import ObjectTruth, Truth
+from robosandbox.sim.states import object_truth
+from robosandbox.sim.truth import Truth
 from robosandbox.sim.world import World, build_world, check_start
 from robosandbox.types import Array, Observation, Pose, Scene, Trajectory, frozen_array
 
@@ -94,8 +96,7 @@ class MuJoCoBackend:
             data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(geometry.open_joint)
             data.ctrl[robot.gripper.actuator_ids] = geometry.control(0.0)
         for item in world.scene.objects:
-            x, y, z, w = item.pose.quat_xyzw
-            data.joint(PREFIX + item.id).qpos = [*item.pose.xyz, w, x, y, z]
+            place(world.scene, item, data)
         check_start(world, data)
         self._settle()
         data.time = 0.0
@@ -260,22 +261,13 @@ class MuJoCoBackend:
         """Return the simulated state; for judging and ground-truth perception."""
         world, data = self._loaded, self._live
         mujoco.mj_kinematics(world.model, data)
-        touching, held = self._contacts()
-        objects = {}
-        for item in world.scene.objects:
-            body = world.object_bodies[item.id]
-            dof = int(world.model.body_dofadr[body])
-            rotation = data.xmat[body].reshape(3, 3)
-            objects[item.id] = ObjectTruth(
-                id=item.id,
-                kind=item.kind,
-                size=self._mesh_sizes.get(item.id, item.size),
-                rgba=item.rgba,
-                pose=Pose.from_matrix(data.xpos[body], rotation),
-                linear_velocity=frozen_array(data.qvel[dof : dof + 3]),
-                angular_velocity=frozen_array(rotation @ data.qvel[dof + 3 : dof + 6]),
-                contacts=frozenset(touching.get(body, ())),
+        touching, held = Contacts(world, data).by_object()
+        objects = {
+            item.id: object_truth(
+                world, data, item, self._mesh_sizes.get(item.id, item.size), frozenset(touching.get(item.id, ()))
             )
+            for item in world.scene.objects
+        }
         return Truth(
             time=float(data.time),
             q=frozen_array(data.qpos[world.robot.qpos_indices]),
@@ -287,33 +279,19 @@ class MuJoCoBackend:
 
     def held(self) -> str | None:
         """Return the object that both sides of the gripper touch."""
-        return self._contacts()[1]
+        return Contacts(self._loaded, self._live).by_object()[1]
 
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
-        world, data = self._loaded, self._live
-        strongest = (0.0, "", "")
-        force = np.zeros(6)
-        for index in range(data.ncon):
-            bodies = [int(world.model.geom_bodyid[geom]) for geom in data.contact.geom[index]]
-            inside = [body in world.robot.bodies for body in bodies]
-            if inside[0] == inside[1]:
-                continue
-            mujoco.mj_contactForce(world.model, data, index, force)
-            if force[0] > strongest[0]:
-                inner, outer = bodies if inside[0] else bodies[::-1]
-                strongest = (float(force[0]), world.names[inner], world.names[outer])
-        return strongest
+        return Contacts(self._loaded, self._live).strongest()
+
+    def force_on(self, object_id: str) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+        return Contacts(self._loaded, self._live).force_on(object_id)
 
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
-        world, data = self._loaded, self._live
-        pairs = set()
-        for first, second in self._touching_bodies(data):
-            if (first in world.robot.bodies) != (second in world.robot.bodies):
-                inner, outer = (first, second) if first in world.robot.bodies else (second, first)
-                pairs.add((world.names[inner], world.names[outer]))
-        return tuple(sorted(pairs))
+        return Contacts(self._loaded, self._live).of_arm()
 
     # Saving, restoring, forking.
 
@@ -407,8 +385,9 @@ class MuJoCoBackend:
             self._compile(scene)
             return
         stale = [
-            rewrite(world.model, a, b, world.inertia_per_mass[world.object_bodies[b.id]])
+            rewrite(world.model, a, b, parts, world.mass_share[parts], world.inertia_per_mass[parts])
             for a, b in zip(old.objects, scene.objects, strict=True)
+            for parts in (world.parts[b.id],)
         ]
         if any(stale):
             mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
@@ -418,7 +397,7 @@ class MuJoCoBackend:
     def _settle(self) -> None:
         """Step until no object has moved for a while; a ball that rolls on is left rolling after a few seconds."""
         model, data = self.model, self._live
-        dofs = [int(model.body_dofadr[b]) + i for b in self.object_bodies.values() for i in range(6)]
+        dofs = [int(model.body_dofadr[b]) + i for b in self._loaded.owners for i in range(int(model.body_dofnum[b]))]
         chunk = round(_SETTLE_CHUNK_SECONDS / model.opt.timestep)
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
@@ -432,29 +411,6 @@ class MuJoCoBackend:
         self.physics_steps += self._substeps
         for hook in self.tick_hooks:
             hook()
-
-    def _touching_bodies(self, data: mujoco.MjData) -> set[tuple[int, int]]:
-        if not data.ncon:
-            return set()
-        contacts = data.contact
-        touching = contacts.geom[contacts.dist < 0.0]
-        return {(int(a), int(b)) for a, b in self.model.geom_bodyid[touching]}
-
-    def _contacts(self) -> tuple[dict[int, set[str]], str | None]:
-        """Return what each body touches, and which object both sides of the gripper touch."""
-        world = self._loaded
-        robot = world.robot
-        touching: dict[int, set[str]] = {}
-        sides: dict[int, set[int]] = {}
-        fingers = robot.gripper.finger_bodies if robot.gripper else ()
-        for first, second in self._touching_bodies(self._live):
-            for body, other in ((first, second), (second, first)):
-                touching.setdefault(body, set()).add("robot" if other in robot.bodies else world.names[other])
-                for side, bodies in enumerate(fingers):
-                    if other in bodies:
-                        sides.setdefault(body, set()).add(side)
-        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == 2]
-        return touching, held[0] if held else None
 
     def _render(self, camera: str) -> np.ndarray:
         name = self.camera_in_model(camera)

@@ -79,6 +79,8 @@ def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> Tr
             linear_velocity=_three(item.linear_velocity.tolist()),
             angular_velocity=_three(item.angular_velocity.tolist()),
             contacts=tuple(sorted(item.contacts)),
+            opening=item.opening,
+            grains=item.grains,
         )
         for item in truth.objects.values()
     )

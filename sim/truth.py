@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from robosandbox.types import Array, DetectedObject, ObjectKind, Pose
+from robosandbox.types import Array, DetectedObject, ObjectKind, Pose, Vec3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -21,6 +21,8 @@ class ObjectTruth:
         linear_velocity: m/s, shape (3,).
         angular_velocity: rad/s, shape (3,).
         contacts: What it touches: "table", "floor", "robot", object ids.
+        opening: For a drawer: how far it is open, metres.
+        grains: For beads: where each is; their pose is in the middle, their velocity the mean.
     """
 
     id: str
@@ -31,10 +33,21 @@ class ObjectTruth:
     linear_velocity: Array
     angular_velocity: Array
     contacts: frozenset[str]
+    opening: float | None = None
+    grains: tuple[Vec3, ...] = ()
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""
-        return DetectedObject(id=self.id, kind=self.kind, size=self.size, colour="", rgba=self.rgba, pose=self.pose)
+        return DetectedObject(
+            id=self.id,
+            kind=self.kind,
+            size=self.size,
+            colour="",
+            rgba=self.rgba,
+            pose=self.pose,
+            opening=self.opening,
+            grains=self.grains,
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
-from robosandbox.sim.objects import PREFIX, add_object
-from robosandbox.types import Array, Scene, Vec3, frozen_array
+from robosandbox.sim.objects import BOX, PREFIX, add_objects
+from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
 ROBOT_PREFIX = "robot/"
 TABLE, FLOOR = "table", "floor"
@@ -28,8 +29,12 @@ class World:
         scene: What it was built from.
         model: The MuJoCo model.
         robot: Its robot.
-        names: For every body what people call it: "table", "floor", an object's id or a link's name.
-        object_bodies: Body id of every object.
+        names: For every body what people call it: "table", "floor", an object's id, "<id>/box" for a drawer's sliding
+            part, or a link's name.
+        object_bodies: Body id of every object that has one body to itself or to its cabinet; beads have none.
+        parts: Ids of all bodies of every object, shape (k,).
+        owners: Body id -> id of the object that it belongs to.
+        mass_share: What every body has of its object's mass as compiled, shape (bodies,).
         inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
     """
@@ -39,6 +44,9 @@ class World:
     robot: Robot
     names: tuple[str, ...]
     object_bodies: dict[str, int]
+    parts: dict[str, NDArray[np.intp]]
+    owners: dict[int, str]
+    mass_share: Array
     inertia_per_mass: Array
     cameras: dict[str, str]
 
@@ -57,23 +65,27 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     x, y, z, w = base.quat_xyzw
     frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])
     spec.attach(robot_model.spec.copy(), prefix=ROBOT_PREFIX, frame=frame)
-    for item in scene.objects:
-        add_object(spec, item)
+    add_objects(spec, scene)
     try:
         model = spec.compile()
     except ValueError as error:
         raise InputError(
             f"{robot_model.path.name}: the scene does not compile: {' '.join(str(error).split())}"
         ) from None
-    object_bodies = {item.id: model.body(PREFIX + item.id).id for item in scene.objects}
+    parts = {item.id: _bodies_of(model, item) for item in scene.objects}
+    mass_share = np.zeros(model.nbody)
     for item in scene.objects:
-        _check_mass(model, object_bodies[item.id], item.id, item.mass)
+        _check_mass(model, parts[item.id], item)
+        mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
     return World(
         scene=scene,
         model=model,
         robot=robot_model.bind(model, ROBOT_PREFIX),
         names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
-        object_bodies=object_bodies,
+        object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if item.kind != "beads"},
+        parts=parts,
+        owners={int(body): name for name, bodies in parts.items() for body in bodies},
+        mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
         cameras={"scene": "scene", "top": "top", "wrist": ROBOT_PREFIX + WRIST_CAMERA},
     )
@@ -139,11 +151,21 @@ def _add_camera(spec: mujoco.MjSpec, name: str, eye: Vec3, target: Vec3, fovy: f
     spec.worldbody.add_camera(name=name, pos=eye, quat=quat, fovy=fovy)
 
 
-def _check_mass(model: mujoco.MjModel, body: int, object_id: str, mass: float) -> None:
+def _bodies_of(model: mujoco.MjModel, item: SceneObject) -> NDArray[np.intp]:
+    """Return the ids of an object's bodies: its own, and a drawer's box; or those of the beads."""
+    if item.kind == "beads":
+        names = [f"{PREFIX}{item.id}/{k}" for k in range(item.count)]
+    else:
+        names = [PREFIX + item.id, *([PREFIX + item.id + BOX] if item.kind == "drawer" else [])]
+    return np.array([model.body(name).id for name in names], dtype=np.intp)
+
+
+def _check_mass(model: mujoco.MjModel, bodies: NDArray[np.intp], item: SceneObject) -> None:
     """Refuse a robot whose compiler settings reached the objects: their dynamics would be wrong."""
-    if abs(model.body_mass[body] - mass) > 1e-6 * max(1.0, mass):
+    compiled = float(model.body_mass[bodies].sum())
+    if abs(compiled - item.mass) > 1e-6 * max(1.0, item.mass):
         raise InputError(
-            f"objects[{object_id}]: compiled to {model.body_mass[body]:.4g} kg in place of {mass:.4g}; "
+            f"objects[{item.id}]: compiled to {compiled:.4g} kg in place of {item.mass:.4g}; "
             "the robot file's <compiler> settings reach the scene"
         )
 
@@ -151,7 +173,9 @@ def _check_mass(model: mujoco.MjModel, body: int, object_id: str, mass: float) -
 def _spoken_name(body: str) -> str:
     for prefix in (PREFIX, ROBOT_PREFIX):
         if body.startswith(prefix):
-            return body[len(prefix) :]
+            name, _, part = body[len(prefix) :].partition("/")
+            # Beads are many and go by one name; ids have no slash, names of links may.
+            return name if prefix == PREFIX and part.isdigit() else body[len(prefix) :]
     return body
 
 
@@ -163,7 +187,7 @@ def check_start(world: World, data: mujoco.MjData) -> None:
     """
     mujoco.mj_fwdPosition(world.model, data)
     bodies = world.model.geom_bodyid
-    by_body = {body: item for item, body in world.object_bodies.items()}
+    by_body = world.owners
     for contact in data.contact[: data.ncon]:
         first, second = (int(bodies[g]) for g in contact.geom)
         if contact.dist > -_PENETRATION:

@@ -17,10 +17,18 @@ from robosandbox.errors import (
     UnsupportedError,
 )
 from robosandbox.grasp.analytic import lean
-from robosandbox.perception.relations import moved
+from robosandbox.perception.relations import inside, loose, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.robots.robot import GripperGeometry
-from robosandbox.types import Array, DetectedObject, GripperState, ObservedScene, Pose, Trajectory
+from robosandbox.types import (
+    CONTAINER_KINDS,
+    Array,
+    DetectedObject,
+    GripperState,
+    ObservedScene,
+    Pose,
+    Trajectory,
+)
 
 CARRY_SPEED = 0.35
 FINE_SPEED = 0.15
@@ -157,12 +165,19 @@ class Manipulator:
             )
 
     def disturbed(self, *named: str) -> tuple[str, ...]:
-        """Return a sentence for each object, but the named ones, that has moved since the skill began."""
+        """Return a sentence for each object that has moved since the skill began, but the named ones and their contents."""
         now = self.look()
+        carried = {
+            item.id
+            for item in self.start.objects
+            for name in named
+            if (vessel := self.start.find(name)) and vessel.kind in CONTAINER_KINDS and item.id != name
+            if any(inside(part, vessel) for part in loose(item))
+        }
         sentences = []
         for before in self.start.objects:
             after = now.find(before.id)
-            if before.id in named:
+            if before.id in named or before.id in carried:
                 continue
             if after is None:
                 sentences.append(f"{before.id} is no longer seen")

@@ -142,13 +142,14 @@ def _fits(seen: DetectedObject, others: Iterable[DetectedObject], accept: Accept
     low, high = bounds(seen)
     on_table = max(float(-low[:2].min()), float(high[:2].max())) < TABLE_HALF_EXTENT - EDGE
     apart = all(gap(seen, other) >= CLEARANCE for other in others)
-    return on_table and apart and (accept is None or accept(seen))
+    # Beads are where their container is, and that is asked about itself.
+    return on_table and apart and (accept is None or seen.kind == "beads" or accept(seen))
 
 
 def _groups(objects: Sequence[SceneObject], extents: Extents) -> list[list[SceneObject]]:
     """Return the objects in groups that stand on or in one another, the lowest of each first."""
     groups: list[list[SceneObject]] = []
-    for item in sorted(objects, key=lambda each: bottom(_as_seen(each, extents))):
+    for item in sorted(objects, key=lambda each: (each.kind == "beads", bottom(_as_seen(each, extents)))):
         seen = _as_seen(item, extents)
         below = [group for group in groups if any(gap(_as_seen(other, extents), seen) < 0.0 for other in group)]
         merged = [other for group in below for other in group]
@@ -159,4 +160,8 @@ def _groups(objects: Sequence[SceneObject], extents: Extents) -> list[list[Scene
 
 def _as_seen(item: SceneObject, extents: Extents) -> DetectedObject:
     size = tuple(half * item.scale for half in extents[item.id]) if item.kind == "mesh" else item.size
-    return DetectedObject(id=item.id, kind=item.kind, size=size, colour="", rgba=item.rgba, pose=item.pose)
+    # A drawer takes the room that it opens into.
+    opening = item.size[3] if item.kind == "drawer" else None
+    return DetectedObject(
+        id=item.id, kind=item.kind, size=size, colour="", rgba=item.rgba, pose=item.pose, opening=opening
+    )

@@ -209,6 +209,8 @@ def truth_of(state: TrueState) -> Truth:
                 linear_velocity=frozen_array(item.linear_velocity),
                 angular_velocity=frozen_array(item.angular_velocity),
                 contacts=frozenset(item.contacts),
+                opening=item.opening,
+                grains=item.grains,
             )
             for item in state.objects
         },

@@ -156,8 +156,10 @@ class Opened(Check):
         yield "object", self.object, _DRAWER
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
-        """Refuse: no world has drawers yet."""
-        raise InputError(f"success.kind: 'opened': this world does not report how far {self.object!r} is open")
+        """Read how far its box has slid."""
+        del start
+        opening = _opening(now, self.object)
+        return Relation(1e3 * opening >= self.min_mm, {"opening_mm": 1e3 * opening, "min_mm": self.min_mm})
 
 
 class Closed(Check):
@@ -171,12 +173,21 @@ class Closed(Check):
         yield "object", self.object, _DRAWER
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
-        """Refuse: no world has drawers yet."""
-        raise InputError(f"success.kind: 'closed': this world does not report how far {self.object!r} is open")
+        """Read how far its box has slid."""
+        del start
+        opening = _opening(now, self.object)
+        return Relation(opening <= relations.CLOSED_WITHIN, {"opening_mm": 1e3 * opening})
 
 
 class Poured(Check):
-    """What was in one container is in another."""
+    """What was in one container is in another.
+
+    Attributes:
+        object: The container that it was in; beads in it count one by one.
+        target: The container that it is to be in.
+        min_fraction: Of it, that must be in the target.
+        max_spilled: Of it, that may be in neither.
+    """
 
     kind: Literal["poured"]
     object: str
@@ -190,19 +201,17 @@ class Poured(Check):
         yield "target", self.target, CONTAINER_KINDS
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
-        """Count where the contents are; nothing inside at the start is nothing poured."""
-        source = _seen(start, self.object)
-        contents = [
-            name
-            for name in start.objects
-            if name not in (self.object, self.target) and relations.inside(_seen(start, name), source)
-        ]
-        count = len(contents)
-        arrived = sum(bool(relations.inside(_seen(now, name), _seen(now, self.target))) for name in contents)
-        stayed = sum(bool(relations.inside(_seen(now, name), _seen(now, self.object))) for name in contents)
-        poured, spilled = arrived / max(count, 1), (count - arrived - stayed) / max(count, 1)
-        holds = count > 0 and poured >= self.min_fraction and spilled <= self.max_spilled
-        return Relation(holds, {"fraction": poured, "spilled": spilled})
+        """Count where the contents are, each bead for itself; nothing inside at the start is nothing poured."""
+        others = [item for name in start.objects if name != self.target for item in (_seen(start, name),)]
+        contents = relations.contents(others, _seen(start, self.object))
+        return relations.poured(
+            contents,
+            [_seen(now, name) for name in now.objects],
+            _seen(now, self.object),
+            _seen(now, self.target),
+            min_fraction=self.min_fraction,
+            max_spilled=self.max_spilled,
+        )
 
 
 class AtHome(Check):
@@ -306,6 +315,13 @@ NotOf.model_rebuild()
 
 def _seen(truth: Truth, name: str) -> DetectedObject:
     return truth.objects[name].detected()
+
+
+def _opening(truth: Truth, name: str) -> float:
+    opening = truth.objects[name].opening
+    if opening is None:
+        raise InputError(f"success.object: {name!r}: this world does not report how far it is open")
+    return opening
 
 
 def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:

@@ -13,7 +13,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 # A module may import from its own layer and from those before it.
 LAYERS = (
     {"types"},
-    {"errors"},
+    {"errors", "shapes"},
     {"wire", "validation"},
     {"transport"},
     {"protocols", "plugins"},

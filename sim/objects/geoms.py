@@ -19,7 +19,7 @@ def add_geom(body: mujoco.MjsBody, item: SceneObject, mass: float, **shape: obje
     rolls = item.kind in _ROLLS
     body.add_geom(
         mass=mass,
-        rgba=item.rgba,
+        rgba=shape.pop("rgba", item.rgba),
         condim=6 if rolls else 4,
         friction=_ROLLING_FRICTION if rolls else _FRICTION,
         **shape,

@@ -92,6 +92,10 @@ class Sim(Protocol):
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         ...
 
+    def force_on(self, object_id: str) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+        ...
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now."""
         ...

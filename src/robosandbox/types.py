@@ -150,13 +150,14 @@ def frozen_array(values: Any) -> Array:
 
 # Scenes.
 
-ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "cup", "drawer"]
+ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "cup", "drawer", "beads"]
 
 # The pose's origin is the geometric centre of box, sphere, cylinder, capsule and of a mesh's box, and the centre of the
 # bottom face of the containers bin, bowl, cup and drawer. Cylinder, capsule, bowl and cup stand along local z; a capsule's
 # half_height leaves its caps out. Heights of containers run from the bottom face to the rim, floor included; their
 # walls and floor are CONTAINER_WALL thick, outside the inner measures. A drawer is depth along local x, width along
-# local y, and opens towards local -x.
+# local y, and opens towards local -x; width, depth and height are its cabinet's outer ones. Beads are many balls of
+# one radius: their pose is the middle of them all, unturned.
 OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
     "box": ("half_x", "half_y", "half_z"),
     "sphere": ("radius",),
@@ -167,6 +168,7 @@ OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
     "bowl": ("inner_radius", "height"),
     "cup": ("inner_radius", "height"),
     "drawer": ("width", "depth", "height", "max_open"),
+    "beads": ("radius",),
 }
 
 CONTAINER_WALL = 0.004
@@ -175,6 +177,8 @@ CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "cup", "drawer"})
 
 # Containers with a round inside.
 ROUND_CONTAINERS: frozenset[str] = frozenset({"bowl", "cup"})
+
+MAX_BEADS = 100
 
 MAX_PROMPT_LENGTH = 4000
 
@@ -214,6 +218,11 @@ class SceneObject(StrictModel):
         mesh: For `mesh`: the OBJ or STL file.
         scale: For `mesh`: metres per file unit.
         collision: For `mesh`: one convex hull, or a convex decomposition.
+        open: For `drawer`: how far it is open at the start, metres.
+        locked: For `drawer`: it stays as it is, however one pulls.
+        count: For `beads`: how many.
+        inside: For `beads`: id of the container that they start in; it takes the place of a pose. Their mass is that of
+            all of them.
         randomize: Overrides the task's for this object.
     """
 
@@ -226,7 +235,19 @@ class SceneObject(StrictModel):
     mesh: Path | None = None
     scale: Positive = 1.0
     collision: Literal["hull", "coacd"] = "hull"
+    open: NonNegative = 0.0
+    locked: bool = False
+    count: Annotated[int, Field(ge=0, le=MAX_BEADS)] = 0
+    inside: str | None = None
     randomize: Randomize | None = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _beads_are_where_their_container_is(cls, data: Any) -> Any:
+        if isinstance(data, dict) and data.get("kind") == "beads" and "pose" not in data:
+            # The scene puts them into the container.
+            return {**data, "pose": Pose(xyz=(0.0, 0.0, 0.0))}
+        return data
 
     @field_validator("id")
     @classmethod
@@ -243,6 +264,18 @@ class SceneObject(StrictModel):
             raise ValueError(f"size: a {self.kind} takes {wanted}, got {len(self.size)} numbers")
         if (self.kind == "mesh") != (self.mesh is not None):
             raise ValueError(f"mesh: a {self.kind} takes {'a file' if self.kind == 'mesh' else 'no mesh file'}")
+        return self
+
+    @model_validator(mode="after")
+    def _drawers_and_beads_alone_have_theirs(self) -> Self:
+        drawer, beads = self.kind == "drawer", self.kind == "beads"
+        if not drawer and (self.open or self.locked):
+            raise ValueError(f"{'open' if self.open else 'locked'}: a {self.kind} is no drawer; leave it out")
+        if drawer and self.open > self.size[3]:
+            raise ValueError(f"open: {self.open:g} is more than the drawer's max_open, {self.size[3]:g}")
+        if beads != bool(self.count) or beads != (self.inside is not None):
+            wants = "a count of 1 or more, and inside, the id of a container" if beads else "no count and no inside"
+            raise ValueError(f"count: a {self.kind} takes {wants}".replace("a beads takes", "beads take"))
         return self
 
 
@@ -270,6 +303,25 @@ class Scene(StrictModel):
                 raise ValueError(f"two objects have the id {item.id!r}; ids must be distinct")
             seen.add(item.id)
         return objects
+
+    @field_validator("objects")
+    @classmethod
+    def _beads_start_in_a_container(cls, objects: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
+        vessels = {item.id: item for item in objects if item.kind in CONTAINER_KINDS and item.kind != "drawer"}
+        filled: set[str | None] = set()
+        placed = []
+        for item in objects:
+            if item.kind == "beads":
+                vessel = vessels.get(item.inside or "")
+                if vessel is None or item.inside in filled:
+                    raise ValueError(
+                        f"{item.id}.inside: {item.inside!r} is no bin, bowl or cup of this scene, or has beads already; "
+                        f"there is {', '.join(vessels) or 'none'}"
+                    )
+                filled.add(item.inside)
+                item = item.model_copy(update={"pose": vessel.pose})
+            placed.append(item)
+        return tuple(placed)
 
 
 class Workspace(StrictModel):
@@ -365,6 +417,8 @@ class DetectedObject:
         rgba: Its colour, channels 0..1.
         pose: The object in the world.
         confidence: 0..1.
+        opening: For a drawer: how far it is open, metres; None where it is not seen.
+        grains: For beads: where each is, metres.
     """
 
     id: str
@@ -374,6 +428,8 @@ class DetectedObject:
     rgba: tuple[float, float, float, float]
     pose: Pose
     confidence: float = 1.0
+    opening: float | None = None
+    grains: tuple[Vec3, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -435,6 +435,8 @@ class TrueObject(StrictModel):
         linear_velocity: m/s in the world.
         angular_velocity: rad/s in the world.
         contacts: Names of what touches it.
+        opening: For a drawer: how far it is open, metres.
+        grains: For beads: where each is.
     """
 
     id: str
@@ -445,6 +447,8 @@ class TrueObject(StrictModel):
     linear_velocity: Vec3
     angular_velocity: Vec3
     contacts: tuple[str, ...]
+    opening: Finite | None = None
+    grains: tuple[Vec3, ...] = ()
 
 
 class TrueState(Message):

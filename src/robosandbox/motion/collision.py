@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.robot import Robot
+from robosandbox.sim.objects.beads import BEAD_BIT
 from robosandbox.types import Array, Pose
 
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
@@ -53,7 +54,11 @@ class CollisionChecker:
         self.clearance = clearance
         self.data = mujoco.MjData(self.model)
         self._robot_geoms = np.isin(model.geom_bodyid, list(robot.bodies))
-        self._solid = (model.geom_contype != 0) | (model.geom_conaffinity != 0)
+        # Beads give way, so nobody plans around them.
+        beads = model.geom_contype & BEAD_BIT != 0
+        self.model.geom_contype[beads] = 0
+        self.model.geom_conaffinity[beads] = 0
+        self._solid = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)) & ~beads
         self._held: tuple[int, Array, Array] | None = None
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._allowed: frozenset[int] = frozenset()
@@ -65,6 +70,13 @@ class CollisionChecker:
         address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
         x, y, z, w = pose.quat_xyzw
         self.data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
+
+    def slide(self, body: int, opening: float) -> None:
+        """Open the drawer whose cabinet a body is by so many metres."""
+        for part in np.flatnonzero(self.model.body_parentid == body):
+            joint = int(self.model.body_jntadr[part])
+            if joint >= 0 and self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_SLIDE:
+                self.data.qpos[int(self.model.jnt_qposadr[joint])] = opening
 
     def set_gripper(self, joint: float) -> None:
         """Put the gripper's joints where its primary joint's value puts them."""

@@ -61,6 +61,8 @@ class DLSMotionPlanner:
         for item in scene.objects:
             if item.id in sim.object_bodies:
                 checker.place(sim.object_bodies[item.id], item.pose)
+                if item.opening is not None:
+                    checker.slide(sim.object_bodies[item.id], item.opening)
         if observation.gripper:
             checker.set_gripper(observation.gripper.joint)
         target = scene.find(held) if held else None

@@ -77,4 +77,8 @@ def _size(item: DetectedObject) -> str:
             return f"diameter {2.0 * size[0]:.0f}, height {size[1]:.0f}"
         case "drawer":
             extents = [size[1], size[0], size[2]]
+            opened = "" if item.opening is None else f", open {1000.0 * item.opening:.0f}"
+            return " x ".join(f"{value:.0f}" for value in extents) + opened
+        case "beads":
+            return f"{len(item.grains)} of diameter {2.0 * size[0]:.0f}"
     return " x ".join(f"{value:.0f}" for value in extents)

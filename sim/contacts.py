@@ -1,0 +1,97 @@
+"""Who touches whom in a simulated world, and how hard."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.sim.world import World
+from robosandbox.types import Array
+
+
+class Contacts:
+    """The contacts of one moment.
+
+    Args:
+        world: The scene.
+        data: Its state, contacts included.
+    """
+
+    def __init__(self, world: World, data: mujoco.MjData) -> None:
+        self._world = world
+        self._data = data
+
+    def by_object(self) -> tuple[dict[str, set[str]], str | None]:
+        """Return what each object touches, and which object both sides of the gripper touch.
+
+        The sides are looked for on the object's own body: a drawer whose grip is held is not held itself.
+        """
+        world = self._world
+        robot, owners = world.robot, world.owners
+        touching: dict[str, set[str]] = {}
+        sides: dict[int, set[int]] = {}
+        fingers = robot.gripper.finger_bodies if robot.gripper else ()
+        for first, second in self._pairs():
+            for body, other in ((first, second), (second, first)):
+                name = owners.get(body)
+                if name is not None and owners.get(other) != name:
+                    word = "robot" if other in robot.bodies else owners.get(other, world.names[other])
+                    touching.setdefault(name, set()).add(word)
+                for side, bodies in enumerate(fingers):
+                    if other in bodies:
+                        sides.setdefault(body, set()).add(side)
+        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == 2]
+        return touching, held[0] if held else None
+
+    def of_arm(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (robot body, other body) that touch, without the robot's own."""
+        world = self._world
+        pairs = set()
+        for first, second in self._pairs():
+            if (first in world.robot.bodies) != (second in world.robot.bodies):
+                inner, outer = (first, second) if first in world.robot.bodies else (second, first)
+                pairs.add((world.names[inner], world.names[outer]))
+        return tuple(sorted(pairs))
+
+    def strongest(self) -> tuple[float, str, str]:
+        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+        world, data = self._world, self._data
+        strongest = (0.0, "", "")
+        force = np.zeros(6)
+        for index, inner, outer in self._with_robot():
+            mujoco.mj_contactForce(world.model, data, index, force)
+            if force[0] > strongest[0]:
+                strongest = (float(force[0]), world.names[inner], world.names[outer])
+        return strongest
+
+    def force_on(self, name: str) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+        world, data = self._world, self._data
+        total, local = np.zeros(3), np.zeros(6)
+        for index, inner, outer in self._with_robot():
+            if world.owners.get(outer) != name:
+                continue
+            mujoco.mj_contactForce(world.model, data, index, local)
+            # The contact frame's first axis points from its first geom to its second, and so does the force.
+            towards = 1.0 if int(world.model.geom_bodyid[data.contact.geom[index][0]]) == inner else -1.0
+            total += towards * (data.contact.frame[index].reshape(3, 3).T @ local[:3])
+        return total
+
+    def _with_robot(self) -> list[tuple[int, int, int]]:
+        """Return (index, robot body, other body) of the contacts between the robot and anything else."""
+        world, data = self._world, self._data
+        found = []
+        for index in range(data.ncon):
+            bodies = [int(world.model.geom_bodyid[geom]) for geom in data.contact.geom[index]]
+            inside = [body in world.robot.bodies for body in bodies]
+            if inside[0] != inside[1]:
+                inner, outer = bodies if inside[0] else bodies[::-1]
+                found.append((index, inner, outer))
+        return found
+
+    def _pairs(self) -> set[tuple[int, int]]:
+        data = self._data
+        if not data.ncon:
+            return set()
+        touching = data.contact.geom[data.contact.dist < 0.0]
+        return {(int(a), int(b)) for a, b in self._world.model.geom_bodyid[touching]}
