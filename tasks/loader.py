@@ -6,7 +6,7 @@ from importlib import resources
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.task import Task
+from robosandbox.tasks.task import ALL_SUITES, Task
 from robosandbox.types import Scene, SceneObject
 from robosandbox.validation import did_you_mean, load_yaml_model
 
@@ -51,6 +51,21 @@ def find_task(name: str) -> Task:
     if task.name != name:
         raise InputError(f"{name}.yaml: name: {task.name!r} is not the file's; call the file {task.name}.yaml")
     return task
+
+
+def tasks_of_suite(suite: str) -> list[Task]:
+    """Return the bundled tasks that name a suite, or all of them for "all".
+
+    Raises:
+        InputError: No task names it.
+    """
+    tasks = [find_task(name) for name in bundled_tasks()]
+    suites = sorted({task.suite for task in tasks})
+    if suite not in (*suites, ALL_SUITES):
+        raise InputError(
+            f"no suite {suite[:60]!r}; there is {', '.join(suites)} and {ALL_SUITES}{did_you_mean(suite, suites)}"
+        )
+    return [task for task in tasks if suite in (task.suite, ALL_SUITES)]
 
 
 def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:

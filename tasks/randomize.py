@@ -50,7 +50,7 @@ def draw_layout(
 ) -> Layout:
     """Return the layout of a seed.
 
-    Objects that stand on one another as written move as one. Drawn objects keep `CLEARANCE` from one another and stay
+    Objects that stand on one another as written, or say that they move with another, move as one. Drawn objects keep `CLEARANCE` from one another and stay
     on the table. The layouts of two seeds differ because they are drawn from a continuum.
 
     Args:
@@ -70,16 +70,33 @@ def draw_layout(
         return Layout(task.scene, np.zeros(joints))
     rng = np.random.default_rng([seed, *task.name.encode(), *([attempt] if attempt else [])])
     q_offset = rng.uniform(-1.0, 1.0, joints) * task.randomization.q_jitter
-    groups = _groups(task.scene.objects, extents)
+    groups = _without_omitted(groups_of(task.scene.objects, extents), task, rng)
     for _ in range(_SCENE_DRAWS):
         drawn = _draw_scene(task, groups, extents, rng, accept)
         if drawn is not None:
-            objects = tuple(drawn[item.id] for item in task.scene.objects)
+            objects = tuple(drawn[item.id] for item in task.scene.objects if item.id in drawn)
             return Layout(task.scene.model_copy(update={"objects": objects}), q_offset)
     raise InputError(
         f"{task.name}: randomize: seed {seed}: no layout without overlaps and within reach in {_SCENE_DRAWS} draws; "
         "give a smaller xy_jitter, or put the objects further apart or nearer the robot"
     )
+
+
+def _without_omitted(groups: Sequence[Group], task: Task, rng: np.random.Generator) -> list[Group]:
+    """Return the groups less a random few of those that success does not name."""
+    most = task.randomization.omit
+    if most == 0:
+        return list(groups)
+    named = task.named
+    optional = [index for index, group in enumerate(groups) if not any(item.id in named for item in group)]
+    count = int(rng.integers(0, most + 1))
+    gone: list[int] = []
+    left_out = 0
+    for index in rng.permutation(optional):
+        if left_out + len(groups[index]) <= count:
+            gone.append(int(index))
+            left_out += len(groups[index])
+    return [group for index, group in enumerate(groups) if index not in gone]
 
 
 def _draw_scene(
@@ -101,10 +118,12 @@ def _draw_scene(
 def _draw_group(
     group: Sequence[SceneObject], default: Randomize, extents: Extents, rng: np.random.Generator
 ) -> list[SceneObject]:
-    """Return the group moved and turned about its lowest object, each with its own colour and mass."""
-    base = group[0]
+    """Return the group moved and turned about the lowest object that leads, each with its own colour and mass."""
+    base = next((item for item in group if not (item.randomize and item.randomize.moves_with)), group[0])
     jitter = base.randomize or default
     move = rng.uniform(-1.0, 1.0, 2) * jitter.xy_jitter
+    if jitter.area is not None:
+        move = np.array([rng.uniform(*span) for span in jitter.area]) - base.pose.position[:2]
     yaw = rng.uniform(-1.0, 1.0) * jitter.yaw_jitter
     turn = Pose(xyz=(0.0, 0.0, 0.0), quat_xyzw=(0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)))
     pivot = base.pose.position
@@ -146,16 +165,21 @@ def _fits(seen: DetectedObject, others: Iterable[DetectedObject], accept: Accept
     return on_table and apart and (accept is None or seen.kind == "beads" or accept(seen))
 
 
-def _groups(objects: Sequence[SceneObject], extents: Extents) -> list[list[SceneObject]]:
-    """Return the objects in groups that stand on or in one another, the lowest of each first."""
+def groups_of(objects: Sequence[SceneObject], extents: Extents = NO_EXTENTS) -> list[list[SceneObject]]:
+    """Return the objects in groups that stand on or in one another or move together, the lowest of each first."""
     groups: list[list[SceneObject]] = []
     for item in sorted(objects, key=lambda each: (each.kind == "beads", bottom(_as_seen(each, extents)))):
         seen = _as_seen(item, extents)
-        below = [group for group in groups if any(gap(_as_seen(other, extents), seen) < 0.0 for other in group)]
+        below = [group for group in groups if any(_together(other, item, seen, extents) for other in group)]
         merged = [other for group in below for other in group]
         groups = [group for group in groups if group not in below]
         groups.append([*merged, item])
     return groups
+
+
+def _together(other: SceneObject, item: SceneObject, seen: DetectedObject, extents: Extents) -> bool:
+    companions = [each.randomize.moves_with for each in (item, other) if each.randomize]
+    return item.id in companions or other.id in companions or gap(_as_seen(other, extents), seen) < 0.0
 
 
 def _as_seen(item: SceneObject, extents: Extents) -> DetectedObject:

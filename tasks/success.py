@@ -144,6 +144,29 @@ class Displaced(Check):
         return relations.displacement(before, after, self.direction, self.min_mm / 1e3)
 
 
+class InPlaceOf(Check):
+    """The object stands where the target stood at the start, and was let go of."""
+
+    kind: Literal["in_place_of"]
+    object: str
+    target: str
+    max_mm: Positive = 20.0
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+        yield "target", self.target, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare where the target was with where the object is, seen from above, and what their lowest points rest at."""
+        was, there = _seen(start, self.target), _seen(now, self.object)
+        off = float(np.linalg.norm((relations.centre(there) - relations.centre(was))[:2]))
+        step = abs(relations.bottom(there) - relations.bottom(was))
+        touched = "robot" in now.objects[self.object].contacts
+        holds = 1e3 * off <= self.max_mm and step < relations.REST_TOLERANCE and not touched
+        return Relation(holds, {"off_mm": 1e3 * off, "within_mm": self.max_mm, "touched": float(touched)})
+
+
 class Opened(Check):
     """The drawer is open at least so far."""
 
@@ -252,7 +275,9 @@ class Undisturbed(Check):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Find the one that moved most."""
         names = [self.object] if self.object is not None else [n for n in start.objects if n not in (self.but or ())]
-        most = max((relations.moved(_seen(start, name), _seen(now, name)) for name in names), default=0.0)
+        if not names:
+            return Relation(True)
+        most = max(relations.moved(_seen(start, name), _seen(now, name)) for name in names)
         return Relation(1e3 * most <= self.max_mm, {"moved_mm": 1e3 * most, "max_mm": self.max_mm})
 
 
@@ -305,7 +330,20 @@ class NotOf(Check):
 
 
 Criterion = Annotated[
-    Lifted | On | Inside | Beside | Displaced | Opened | Closed | Poured | AtHome | Undisturbed | AllOf | AnyOf | NotOf,
+    Lifted
+    | On
+    | Inside
+    | Beside
+    | InPlaceOf
+    | Displaced
+    | Opened
+    | Closed
+    | Poured
+    | AtHome
+    | Undisturbed
+    | AllOf
+    | AnyOf
+    | NotOf,
     Field(discriminator="kind"),
 ]
 AllOf.model_rebuild()
@@ -325,10 +363,12 @@ def _opening(truth: Truth, name: str) -> float:
 
 
 def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:
-    """Return the measurements of several checks, each under the object that it is about."""
+    """Return the measurements of several checks, each under the object that it is about if they are about several."""
     found_by_name: dict[str, float] = {}
-    for check, relation in zip(checks, found, strict=True):
-        subject = _subject(check)
+    subjects = [_subject(check) for check in checks]
+    alone = len({subject for subject in subjects if subject}) < 2
+    for subject, relation in zip(subjects, found, strict=True):
+        subject = "" if alone else subject
         found_by_name.update({f"{subject}.{key}" if subject else key: value for key, value in relation.detail.items()})
     return found_by_name
 
@@ -336,4 +376,6 @@ def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, floa
 def _subject(check: Check) -> str:
     if isinstance(check, NotOf):
         return _subject(check.check)
+    if isinstance(check, Undisturbed) and check.object is None:
+        return ""
     return next((name for _, name, _ in check.references()), "")

@@ -12,6 +12,7 @@ from robosandbox.tasks.success import TABLE, Check, Criterion, On
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
+STANDARD_SUITE, ALL_SUITES = "standard", "all"
 DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
 DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)
 
@@ -28,6 +29,7 @@ class Task(StrictModel):
             a scene without objects starts with the arm up to 0.1 rad off per joint), so that seeds are never the same.
         start_q: Where the arm starts, one value per arm joint; at home when left out.
         limits: What no planner can pass.
+        suite: Which of the bench's suites it belongs to.
     """
 
     name: str
@@ -37,6 +39,7 @@ class Task(StrictModel):
     randomize: Randomize | None = None
     start_q: tuple[Finite, ...] | None = None
     limits: Limits | None = None
+    suite: str = STANDARD_SUITE
 
     @property
     def randomization(self) -> Randomize:
@@ -44,6 +47,13 @@ class Task(StrictModel):
         if self.randomize is not None:
             return self.randomize
         return DEFAULT_RANDOMIZE if self.scene.objects else DEFAULT_RANDOMIZE_WITHOUT_OBJECTS
+
+    @field_validator("suite")
+    @classmethod
+    def _suite_is_plain(cls, value: str) -> str:
+        if not IDENTIFIER.fullmatch(value) or value == ALL_SUITES:
+            raise ValueError(f"{value!r} is no suite: use letters, digits, '_', '-' or '.', and not '{ALL_SUITES}'")
+        return value
 
     @field_validator("name")
     @classmethod
@@ -88,12 +98,42 @@ class Task(StrictModel):
                 "randomize.q_jitter: is 0 and there are no objects, so seeds would not differ; give e.g. 0.1"
             )
         for index, item in enumerate(self.scene.objects):
-            if item.randomize and item.randomize.q_jitter > 0.0:
-                raise ValueError(
-                    f"scene.objects[{index}].randomize.q_jitter: {item.randomize.q_jitter:g} is about the arm; give it in the "
-                    "task's own randomize"
-                )
+            field = f"scene.objects[{index}].randomize"
+            for name in ("q_jitter", "omit"):
+                if item.randomize and getattr(item.randomize, name) > 0:
+                    raise ValueError(
+                        f"{field}.{name}: {getattr(item.randomize, name):g} is not about one object; give it in the task's own "
+                        "randomize"
+                    )
         return self
+
+    @model_validator(mode="after")
+    def _companions_are_there(self) -> Self:
+        names = [item.id for item in self.scene.objects]
+        if self.randomization.moves_with is not None:
+            raise ValueError("randomize.moves_with: is about one object; give it in that object's randomize")
+        for index, item in enumerate(self.scene.objects):
+            other = item.randomize and item.randomize.moves_with
+            if other and (other not in names or other == item.id):
+                raise ValueError(
+                    f"scene.objects[{index}].randomize.moves_with: {other!r} is no other object of the scene"
+                    f"{did_you_mean(other, names)}"
+                )
+        if (most := len(names) - len(self.named)) < self.randomization.omit:
+            raise ValueError(f"randomize.omit: {self.randomization.omit} of {most} objects that success does not name")
+        return self
+
+    @property
+    def named(self) -> frozenset[str]:
+        """Ids of the objects that success names, and of those that keep their place to them."""
+        found = {name for _, check in _walk("success", self.success) for _, name, _ in check.references()} - {TABLE}
+        while True:
+            # Both ways: an object and its companions stay or go together.
+            pairs = [(item.id, item.randomize.moves_with) for item in self.scene.objects if item.randomize]
+            more = {a for a, b in pairs if b in found} | {b for a, b in pairs if b and a in found}
+            if more <= found:
+                return frozenset(found)
+            found |= more
 
 
 def _walk(field: str, check: Check) -> Iterator[tuple[str, Check]]:

@@ -5,9 +5,11 @@ from dataclasses import replace
 import pytest
 
 from robosandbox.commands.bench import RULE, header, line, split_lists, summary
+from robosandbox.errors import InputError
 from robosandbox.tasks.bench import BenchSettings, Row, rates, run_bench
-from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.loader import bundled_tasks, find_task, tasks_of_suite
 from robosandbox.tasks.session import open_session
+from robosandbox.tasks.success import AllOf, Undisturbed
 
 ROW = Row(
     task="pick_cube_franka",
@@ -84,6 +86,23 @@ def test_a_seed_does_not_depend_on_the_seeds_before_it(rows: list[Row]) -> None:
             pytest.approx(rows[3].sim_secs, abs=1e-6),
             rows[3].physics_steps,
         )
+
+
+def test_suites_are_what_tasks_name() -> None:
+    standard, clutter, every = (tasks_of_suite(name) for name in ("standard", "clutter", "all"))
+    assert len(standard) == 13 and {"home", "push_left"} <= {task.name for task in standard}
+    assert {"clutter_pick", "stack_five"} <= {task.name for task in clutter}
+    assert {task.name for task in every} == set(bundled_tasks())
+    with pytest.raises(InputError, match=r"no suite 'cluter'; there is .*did you mean 'clutter'"):
+        tasks_of_suite("cluter")
+
+
+@pytest.mark.parametrize("name", bundled_tasks())
+def test_every_bundled_task_asks_that_the_rest_stays_where_it_is(name: str) -> None:
+    success = find_task(name).success
+    checks = success.checks if isinstance(success, AllOf) else (success,)
+    limits = [check.max_mm for check in checks if isinstance(check, Undisturbed) and check.but is not None]
+    assert limits and max(limits) <= 10.0
 
 
 def test_seeds_of_a_task_share_one_compiled_model() -> None:

@@ -6,7 +6,7 @@ import pytest
 from robosandbox.errors import InputError
 from robosandbox.perception.relations import bounds, gap
 from robosandbox.tasks.loader import bundled_tasks, find_task
-from robosandbox.tasks.randomize import CLEARANCE, draw_layout
+from robosandbox.tasks.randomize import CLEARANCE, draw_layout, groups_of
 from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, Pose, Randomize, Scene, SceneObject
@@ -34,9 +34,12 @@ def test_bundled_layouts_are_reproducible_distinct_and_free_of_overlaps(name: st
     assert again.scene == layouts[7].scene and np.array_equal(again.q_offset, layouts[7].q_offset)
     assert layouts[0].scene == bundled.scene and not layouts[0].q_offset.any()
     assert len({(layout.scene, tuple(layout.q_offset)) for layout in layouts}) == 30
+    groups = [[item.id for item in group] for group in groups_of(bundled.scene.objects)]
     for layout in layouts[1:]:
         objects = [seen(item) for item in layout.scene.objects]
-        assert all(gap(a, b) >= CLEARANCE for i, a in enumerate(objects) for b in objects[:i])
+        apart = [(a, b) for i, a in enumerate(objects) for b in objects[:i]]
+        apart = [(a, b) for a, b in apart if not any(a.id in group and b.id in group for group in groups)]
+        assert all(gap(a, b) >= CLEARANCE for a, b in apart)
         assert all(np.abs(np.array(bounds(item))[:, :2]).max() < 0.5 for item in objects)
 
 
@@ -90,3 +93,37 @@ def test_no_acceptable_layout_is_an_input_error() -> None:
 def test_negative_seed_is_an_input_error() -> None:
     with pytest.raises(InputError, match="-1"):
         draw_layout(task(box("a", 0.1)), -1, joints=0)
+
+
+def test_companions_keep_their_places_and_turn_about_the_one_that_leads() -> None:
+    pair = task(
+        box("a", 0.1),
+        box("b", 0.1, 0.06, z=0.05, randomize=Randomize(moves_with="a")),
+        box("c", -0.2),
+        randomize=Randomize(xy_jitter=0.1, yaw_jitter=3.0),
+    )
+    for seed in range(1, 20):
+        a, b, _ = draw_layout(pair, seed, joints=0).scene.objects
+        np.testing.assert_allclose((a.pose.inverse() @ b.pose).xyz, (0.0, 0.06, -0.01), atol=1e-12)
+        assert abs(a.pose.xyz[0] - 0.1) <= 0.1
+
+
+def test_an_area_is_drawn_from_whatever_is_written() -> None:
+    scattered = task(box("a", 0.4, 0.4), randomize=Randomize(area=((0.0, 0.1), (-0.2, 0.2))))
+    drawn = np.array([draw_layout(scattered, seed, joints=0).scene.objects[0].pose.xyz for seed in range(1, 200)])
+    assert drawn[:, 0].min() >= 0.0 and drawn[:, 0].max() <= 0.1 and np.ptp(drawn[:, 1]) > 0.38
+
+
+def test_what_success_does_not_name_may_be_left_out() -> None:
+    scene = Scene(objects=tuple(box(name, 0.1 * k) for k, name in enumerate("abcd")))
+    lifted = {"kind": "lifted", "object": "b"}
+    some = Task.model_validate(
+        {"name": "t", "prompt": "go", "scene": scene, "success": lifted, "randomize": {"xy_jitter": 0.01, "omit": 2}}
+    )
+    there = [[item.id for item in draw_layout(some, seed, joints=0).scene.objects] for seed in range(40)]
+    assert there[0] == ["a", "b", "c", "d"] and all("b" in names for names in there)
+    assert {len(names) for names in there} == {2, 3, 4} and {name for names in there for name in names} == set("abcd")
+    with pytest.raises(ValueError, match=r"omit: 4 of 3"):
+        Task.model_validate(
+            {"name": "t", "prompt": "go", "scene": scene, "success": lifted, "randomize": {"xy_jitter": 0.1, "omit": 4}}
+        )

@@ -88,6 +88,22 @@ def test_inside_counts_only_what_was_let_go() -> None:
     assert criterion.evaluate(inside, inside) and not criterion.evaluate(held, held)
 
 
+def test_in_place_of_compares_with_where_the_target_was() -> None:
+    swapped = truth(a=("box", (0.1, 0.005, 0.06)), b=("box", (0.0, 0.0, 0.06)))
+    criterion = check(kind="in_place_of", object="a", target="b", max_mm=10)
+    assert criterion.evaluate(START, swapped) and not criterion.evaluate(START, START)
+    assert not criterion.evaluate(START, truth(a=A_ON_B, b=B_LOW)), "on it is not in its place"
+    assert not criterion.evaluate(START, truth(touched="a", a=B_LOW, b=A_LOW)), "not while it is held"
+
+
+def test_details_are_prefixed_only_where_checks_are_about_several_objects() -> None:
+    still = {"kind": "undisturbed", "except": ["a"]}
+    alone = check(kind="all", checks=[LIFTED, still]).evaluate(truth(a=A_LOW), truth(a=A_LOW))
+    assert list(alone.detail) == ["dz_mm", "min_mm"]
+    both = check(kind="all", checks=[LIFTED, {"kind": "lifted", "object": "b"}, still]).evaluate(START, START)
+    assert list(both.detail) == ["a.dz_mm", "a.min_mm", "b.dz_mm", "b.min_mm", "moved_mm", "max_mm"]
+
+
 def test_poured_counts_what_was_in_the_source() -> None:
     def balls(*x: float) -> dict[str, Where]:
         return {f"ball{i}": ("sphere", (at, 0.0, 0.055)) for i, at in enumerate(x)}

@@ -195,6 +195,9 @@ class Randomize(StrictModel):
         mass_jitter: Fraction of the mass.
         rgba_jitter: Of each colour channel.
         q_jitter: Radians on every arm joint's start; for a task, not for an object.
+        area: Least and largest x, then y, between which objects are drawn in place of around where they are written.
+        moves_with: Id of the object that it keeps its place to; for an object, not for a task.
+        omit: How many of the objects that success does not name may be left out; for a task, not for an object.
     """
 
     xy_jitter: NonNegative = 0.0
@@ -203,6 +206,19 @@ class Randomize(StrictModel):
     mass_jitter: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     rgba_jitter: Fraction = 0.0
     q_jitter: NonNegative = 0.0
+    area: tuple[tuple[Finite, Finite], tuple[Finite, Finite]] | None = None
+    moves_with: str | None = None
+    omit: Annotated[int, Field(ge=0)] = 0
+
+    @field_validator("area")
+    @classmethod
+    def _area_is_in_order(
+        cls, area: tuple[tuple[float, float], tuple[float, float]] | None
+    ) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        for low, high in area or ():
+            if not low < high:
+                raise ValueError(f"[{low:g}, {high:g}] is empty; give [[x least, x most], [y least, y most]]")
+        return area
 
 
 class SceneObject(StrictModel):

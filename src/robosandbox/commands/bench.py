@@ -29,8 +29,9 @@ _LISTS = ("--tasks", "--task-file")
 
 @app.command()
 def bench(
-    tasks: Annotated[
-        list[str] | None, typer.Option("--tasks", help="Names, by comma or space; all if left out.")
+    tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None,
+    suite: Annotated[
+        str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
     ] = None,
     task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
@@ -76,7 +77,7 @@ def bench(
     from robosandbox.tasks.bench import BenchSettings, run_bench
     from robosandbox.tasks.row_file import RowFile
 
-    chosen = _choose(tasks or [], task_file or [])
+    chosen = _choose(tasks or [], task_file or [], suite)
     options = {"base_url": base_url, "model": model}
     # A wrong name or option is told before the first world is built.
     make_planner(planner, load_skills(), options)
@@ -169,8 +170,9 @@ def split_lists(arguments: Sequence[str]) -> list[str]:
     return result
 
 
-def _choose(names: Sequence[str], files: Sequence[Path]) -> list[Task]:
-    from robosandbox.tasks.loader import bundled_tasks, find_task, load_task
+def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> list[Task]:
+    from robosandbox.tasks.loader import find_task, load_task, tasks_of_suite
+    from robosandbox.tasks.task import STANDARD_SUITE
 
     wanted = [name for item in names for name in item.split(",") if name]
     if names and not wanted:
@@ -178,9 +180,12 @@ def _choose(names: Sequence[str], files: Sequence[Path]) -> list[Task]:
     for name in wanted:
         if name.endswith((".yaml", ".yml")):
             raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
-    if not names and not files:
-        wanted = list(bundled_tasks())
-    chosen = [find_task(name) for name in dict.fromkeys(wanted)] + [load_task(file) for file in files]
+    if not names and not files and suite is None:
+        suite = STANDARD_SUITE
+    chosen = tasks_of_suite(suite) if suite is not None else []
+    there = {task.name for task in chosen}
+    chosen += [find_task(name) for name in dict.fromkeys(wanted) if name not in there]
+    chosen += [load_task(file) for file in files]
     seen: set[str] = set()
     for task in chosen:
         if task.name in seen:

@@ -20,11 +20,16 @@ def list_tasks(json: Json = False) -> None:
 
     tasks = [find_task(name) for name in bundled_tasks()]
     if json:
-        print_json([{"name": task.name, "prompt": task.prompt, "success": task.success.kind} for task in tasks])
+        print_json(
+            [
+                {"name": task.name, "suite": task.suite, "prompt": task.prompt, "success": task.success.kind}
+                for task in tasks
+            ]
+        )
         return
-    width = max(len(task.name) for task in tasks)
+    width, wide = (max(len(getattr(task, field)) for task in tasks) for field in ("name", "suite"))
     for task in tasks:
-        print(f"{task.name:<{width}}  {task.prompt}")
+        print(f"{task.name:<{width}}  {task.suite:<{wide}}  {task.prompt}")
 
 
 @app.command("show")
