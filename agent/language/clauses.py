@@ -34,6 +34,7 @@ class Element:
 
 
 Elements = tuple[Element, ...]
+LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
 IT = Ref(text="it", determiner="it")
 
 
@@ -94,6 +95,13 @@ class Clauses(Phrasing):
                 for end, rest in self._rest(start + 1, depth + 1):
                     if rest and rest[0].kind == "order_end":
                         found.append((end, (first, *rest)))
+            if self.text(start) == "and" and _leaves(first):
+                # "off the table and into the crate"
+                found += [
+                    (end, (first, *rest))
+                    for end, rest in self._rest(start + 1, depth + 1)
+                    if rest and rest[0].kind == "place" and _arrives(rest[0].value)
+                ]
             for end, rest in self._rest(start, depth + 1):
                 # Two noun phrases in a row need a comma between them.
                 if (rest or start == j) and not (rest and start == j and first.kind == rest[0].kind == "objects"):
@@ -198,11 +206,18 @@ class Clauses(Phrasing):
             for j, number in numbers:
                 if self._is_number(j - 1) and 0 < number < 1 and not self.tag(j, "UNIT"):
                     found.append((j, number))
+                if self.text(j) == "in" and self._ends_amount(j + 1):
+                    found.append((j + 1, number * 0.0254))
                 for k, unit in self.tag(j, "UNIT"):
                     found.append((k, number * unit))
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found
+
+    def _ends_amount(self, i: int) -> bool:
+        """Say whether "2 in" before `i` can only be inches."""
+        closed = i >= len(self.tokens) or self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+        return closed or any(self.text(i) == side or end > i + 1 for end, side in self.tag(i, "DIR"))
 
     def _direction(self, i: int) -> Found[str]:
         found = [(j, value) for j, value in self.tag(i, "DIR")]
@@ -266,6 +281,16 @@ class Clauses(Phrasing):
             if noun in ("bin", "bowl", "box"):
                 found += [end for end, _ in self.tag(k, "SAME_COLOUR")]
         return found
+
+
+def _leaves(element: Element) -> bool:
+    if element.kind == "particle":
+        return element.value in LIFTS
+    return element.kind == "place" and isinstance(element.value, Relation) and element.value.kind == "from"
+
+
+def _arrives(place: Any) -> bool:
+    return isinstance(place, Relation) and place.directional
 
 
 __all__ = ["At", "Clauses", "Command", "Element", "Elements", "Region"]

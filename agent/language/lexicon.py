@@ -209,6 +209,9 @@ COMMON = (
 COMMON |= frozenset(
     part for noun in things.NOUNS.values() for phrase in phrase_list(noun) for part in words_plural(phrase).split()
 )
+COMMON |= frozenset(
+    w for phrases in places.RELATIONS.values() for w in phrase_list(phrases) if len(w) > 4 and " " not in w
+)
 VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
 
 JOINABLE: dict[str, int] = {}

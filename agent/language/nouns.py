@@ -39,7 +39,7 @@ class Phrasing(Modifiers):
         if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
             # "whatever is closest to the bin"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            for j, ref in self._modifier(i + 1, thing):
+            for j, ref in self._modifier(i + 2, thing):
                 found.append((j, replace(ref, text=self.said(i, j))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
@@ -53,7 +53,11 @@ class Phrasing(Modifiers):
                 for end, other in self.np(m):
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
                     chosen = ref.determiner in ("a", "all") or ref.plural
-                    found.append((end, replace(ref, without=(*ref.without, other)) if chosen else ref))
+                    full = replace(ref, without=(*ref.without, other)) if chosen else ref
+                    found.append((end, full))
+                    if k > j and self.text(end) == ",":
+                        # "the pink ball, not the green one, goes in the bowl"
+                        found.append((end + 1, full))
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
@@ -61,8 +65,8 @@ class Phrasing(Modifiers):
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"."""
         found: Found[tuple[Ref, ...]] = []
-        for j, colours in self._shared_noun(i):
-            found.append((j, colours))
+        found += self._shared_noun(i)
+        found += self._numbered(i)
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
@@ -133,6 +137,27 @@ class Phrasing(Modifiers):
                 if base.count in (None, len(colours)):
                     found.append((end, refs))
         return found
+
+    def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
+        """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, base in self._determiners(i):
+            for k, noun in self._noun(j, base):
+                refs: list[Ref] = []
+                m = k
+                while m and self._suffix(m) and (noun.names or noun.nouns) and not noun.unknown:
+                    name = self._suffix(m)
+                    text = self.said(j, k) + " " + self.said(m, m + 1)
+                    refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
+                    if len(refs) > 1 and base.count in (None, len(refs)):
+                        found.append((m + 1, tuple(refs)))
+                    m = self._joint(m + 1)
+        return found
+
+    def _suffix(self, i: int) -> str:
+        """Return the letter or number that ends an id, as the id has it; "" for none."""
+        part = self._part(i) if i < len(self.tokens) else ""
+        return part if part in self.words.parts and (len(part) == 1 or part.isdigit()) else ""
 
     def _everything(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []
@@ -264,7 +289,8 @@ class Phrasing(Modifiers):
                 found.append((end, replace(ref, names=(name,))))
         j = i
         parts: list[str] = []
-        while j < len(self.tokens) and self._is_name(j) and len(parts) < 4:
+        pointed = i > 0 and (ref.determiner != "bare" or bool(ref.colours or ref.ranks))
+        while j < len(self.tokens) and self._is_name(j, pointed=pointed) and len(parts) < 4:
             parts.append(_singular(self.tokens[j].text, self.words.parts))
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
@@ -292,26 +318,27 @@ class Phrasing(Modifiers):
         known = token.text in self.words.parts or token.text in _FUNCTION_WORDS or token.text in UNSUPPORTED_VERBS
         return token.kind == "word" and len(token.text) > 1 and not self.tags[i] and not known
 
-    def _is_name(self, i: int) -> bool:
+    def _is_name(self, i: int, *, pointed: bool = False) -> bool:
+        """Say whether a word is part of an id; after "the", even one that elsewhere leaves something out ("the bar")."""
         token = self.tokens[i]
         if token.kind != "word" or len(token.text) < 2:
             return False
         single = _singular(token.text, self.words.parts)
-        return single in self.words.parts and not any(tag in self.tags[i] for tag in _NOT_NAMES)
+        return single in self.words.parts and not any(
+            tag in self.tags[i] for tag in _NOT_NAMES - (_LEAVING_OUT if pointed else frozenset())
+        )
 
     def _suffixed(self, j: int, ref: Ref) -> Found[Ref]:
         """As in "block b", "cube number 2": a letter or number that ends an id."""
         found = [(j, ref)]
+        if self.text(j) in _THINGS:
+            # "the hammer thing"
+            found.append((j + 1, ref))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
-        if k < len(self.tokens):
-            token = self.tokens[k]
-            part = str(int(token.number)) if token.kind == "number" and token.number.is_integer() else token.text
-            for _, number in self.tag(k, "NUM"):
-                part = str(int(number)) if number.is_integer() and token.text != "a" else part
-            if part in self.words.parts and (len(part) == 1 or part.isdigit()):
-                found.insert(0, (k + 1, replace(ref, names=(*ref.names, part))))
+        if self._suffix(k):
+            found.insert(0, (k + 1, replace(ref, names=(*ref.names, self._suffix(k)))))
         for m, _ in self.tag(j, "CALLED"):
             if m < len(self.tokens) and (self.tokens[m].kind == "id" or self.text(m) in self.words.parts):
                 found.append((m + 1, replace(ref, names=(*ref.names, self.text(m)))))
@@ -320,9 +347,11 @@ class Phrasing(Modifiers):
 
 _NOT_NAMES = word_set(
     """
-    REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT
+    REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN
     """
 )
+_LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
+_THINGS = word_set("thing thingy object item toy")
 _SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 

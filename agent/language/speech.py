@@ -37,7 +37,7 @@ FILLERS = (
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
     "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
-    "steady, one at a time, one by one, "
+    "steady, one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
     "yeah, yep, yup, good job, well done, lol, haha"
 )
@@ -78,7 +78,7 @@ PREAMBLES = (
     "i hereby order you to, i command you to, i order you to, "
     "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
     "we want you to, we would like you to, "
-    "so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
     "all you have to do is, what i want you to do is, what i need you to do is, "
     "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
     "you got to, kindly do, do please, "

@@ -65,7 +65,7 @@ _CONTRACTIONS = [
         (r"\b(i|you|we|they)'ve\b", r"\1 have"),
         (r"\b(you|we|they)'re\b", r"\1 are"),
         (r"\bi'm\b|\bim\b", "i am"),
-        (r"\b(that|it|what|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
+        (r"\b(that|it|what|whatever|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
         (r"\b(thats|whats|wheres|whos)\b", lambda match: match[0][:-1] + " is"),
         (r"\b(id) (like|love|want|prefer)\b", r"i would \2"),
         (r"\bw/o\b", "without"),
@@ -101,6 +101,7 @@ _MARKS = str.maketrans(
 )
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
+_DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
@@ -218,6 +219,11 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     """Return the word, its correction, or the two words that were run together ("redcube")."""
     if raw in WORDS or raw in words.parts or raw in REAL_WORDS:
         return (Token(raw, raw, "word"),)
+    drawn = next(
+        (w for w in (_DRAWN_OUT.sub(r"\1", raw), _DRAWN_OUT.sub(r"\1\1", raw)) if w in WORDS or w in words.parts), None
+    )
+    if drawn:
+        return (Token(drawn, raw, "word"),)
     for k in range(2, len(raw) - 1):
         first, second = raw[:k], raw[k:]
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
