@@ -21,8 +21,11 @@ from robosandbox.agent.language.intent import (
 
 def pick(frame: Frame) -> list[Command]:
     """As in "pick up the can", "take the can from the tray"."""
-    if frame.particle == "apart":
+    if frame.particle in ("apart", "down"):
         return unstack(frame)
+    if frame.particle == "away" and len(frame.places) == 1 and frame.only("particle"):
+        # "take it away from the tower"; away from nowhere is no picking up.
+        return pick(replace(frame, rest={}))
     if (
         not frame.only("particle", "person")
         or len(frame.objects) > 1
@@ -62,7 +65,7 @@ def put(frame: Frame) -> list[Command]:
         return []
     if "matching" in frame.rest:
         return [Command("put", objects, Matching())] if not places and frame.only("matching", "particle") else []
-    if not frame.only("particle", "direction", "distance"):
+    if not frame.only("particle", "direction", "distance", *(("person",) if places else ())):
         return []
     direction = frame.one("direction")
     if direction == "back" and particle in DOWN and not frame.places:
@@ -73,7 +76,8 @@ def put(frame: Frame) -> list[Command]:
     if direction:
         if places or (particle and particle not in ("over", "down")):
             return []
-        return [Command("put", objects, Offset(direction, frame.one("distance")))]
+        # "bring it 5 cm nearer" is rather a push.
+        return [Command("put", objects, Offset(direction, frame.one("distance")), bare=0.6)]
     if "distance" in frame.rest:
         return []
     if not places:

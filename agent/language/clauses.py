@@ -25,7 +25,7 @@ class Element:
 
     Attributes:
         kind: objects, place, direction, distance, particle, times, order, floor, home, colour, other_sort, robot,
-            contents or person.
+            contents, in_exchange or person.
         value: An intent node, number or word.
     """
 
@@ -34,6 +34,8 @@ class Element:
 
 
 Elements = tuple[Element, ...]
+_NEARER = frozenset({"closer", "nearer"})
+_TO = frozenset({"to", "towards", "toward", "the"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
 IT = Ref(text="it", determiner="it")
 
@@ -64,6 +66,8 @@ class Clauses(Phrasing):
         for k, _ in self.tag(i, "EXCEPT"):
             found += [(j, Element("except", refs)) for j, refs in self.np_list(k)]
         found += [(j, Element("matching")) for j in self._matching(i)]
+        if self.text(i) == "for":
+            found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]
         for k, _ in self.tag(i, "MATERIAL"):
             found += [(j, Element("material", refs)) for j, refs in self.np_list(k)]
         for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
@@ -86,6 +90,10 @@ class Clauses(Phrasing):
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) in (",", ":") else j
+            if self.text(j) == "." and first.kind in ("direction", "objects"):
+                # "push it left. Five centimetres."
+                for k, metres in self.distance(j + 1):
+                    found.append((k, (first, Element("distance", metres))))
             if first.kind == "order_end":
                 # "blue at the bottom, then green, and red on top"
                 while self.text(start) in ("then", "and"):
@@ -136,6 +144,11 @@ class Clauses(Phrasing):
             found.append((i + 2, Relation("on", (IT,))))
         for start, _ in self.tag(i, "SO_THAT"):
             found += self._place(start)
+        if self.text(i) == "not":
+            # "not in the red bin but in the blue one"
+            for j, _ in self._place(i + 1):
+                k = j + 1 if self.text(j) == "," else j
+                found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
         found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]
@@ -220,7 +233,11 @@ class Clauses(Phrasing):
         return closed or any(self.text(i) == side or end > i + 1 for end, side in self.tag(i, "DIR"))
 
     def _direction(self, i: int) -> Found[str]:
-        found = [(j, value) for j, value in self.tag(i, "DIR")]
+        found = [
+            (j, value)
+            for j, value in self.tag(i, "DIR")
+            if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)
+        ]
         if self.text(i) in ("straight", "directly", "further", "farther"):
             found += [(j, value) for j, value in self.tag(i + 1, "DIR")]
         return found

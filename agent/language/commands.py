@@ -10,6 +10,8 @@ from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref
 from robosandbox.agent.language.verbs import BASE_FORMS
 
+_GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
+
 
 class Commands(Clauses):
     """The rules for one command."""
@@ -27,6 +29,7 @@ class Commands(Clauses):
             found += self._verb_first(start)
             found += self._wish(start)
         found += self._fronted(i)
+        found += self._partitive(i)
         found += self._telegram(i)
         for j, key in self.tag(i, "FROM"):
             # "counting from the left, pick the fourth"
@@ -87,6 +90,10 @@ class Commands(Clauses):
     def _wish(self, i: int) -> Found[Command]:
         """As in "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
         found: Found[Command] = []
+        if self.text(i) in ("can", "could"):
+            # "could the can go in the bin?"
+            for j, refs in self.np_list(i + 1):
+                found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
         starts = [end for end, _ in self.tag(i, "DESIRE")]
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
@@ -101,9 +108,31 @@ class Commands(Clauses):
                             for end, elements in self.elements(m):
                                 objects = spoken(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
-                    for end, elements in self.elements(k):
-                        if elements and any(e.kind in ("place", "matching") for e in elements):
-                            found += [(end, c) for c in frame_command("put", (spoken(refs), *elements))]
+                    found += self._placed_there(refs, k)
+        return found
+
+    def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        return [
+            (end, command)
+            for end, elements in self.elements(i)
+            if elements and any(e.kind in ("place", "matching") for e in elements)
+            for command in frame_command("put", (spoken(refs), *elements))
+        ]
+
+    def _partitive(self, i: int) -> Found[Command]:
+        """As in "of the three mugs, take the middle one"."""
+        found: Found[Command] = []
+        if self.text(i) not in ("of", "out", "from", "among"):
+            return found
+        for j, whole in self.np(i + 2 if self.text(i + 1) == "of" else i + 1):
+            for k, command in self._verb_first(self._skip(j)) if whole.plural and not whole.ranks else []:
+                ref = command.objects[0] if len(command.objects) == 1 else None
+                if ref is not None and ref.one and not ref.nouns:
+                    part = replace(ref, nouns=whole.nouns, names=whole.names, one=False)
+                    part = replace(
+                        part, colours=ref.colours or whole.colours, relations=(*whole.relations, *ref.relations)
+                    )
+                    found.append((k, replace(command, objects=(part,))))
         return found
 
     def _fronted(self, i: int) -> Found[Command]:
@@ -112,10 +141,12 @@ class Commands(Clauses):
         if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
             # "start with the marble: put it in the tray"
             i += 2
+        for k, _ in self.tag(i, "LOOK"):
+            found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
-            if element.kind == "objects" and comma > j:
-                for start in self._preambles(comma, 0):
+            if element.kind == "objects" and self._skip(j) > j:
+                for start in self._preambles(self._skip(j), 0):
                     for k, command in self._verb_first(start):
                         if command.objects and command.objects[0].determiner == "it":
                             found.append((k, replace(command, objects=element.value)))
@@ -124,7 +155,29 @@ class Commands(Clauses):
                     for m, verb in self.tag(start, "VERB"):
                         if verb in ("put", "move", "stack", "push"):
                             for end, elements in self.elements(m):
-                                found += [(end, c) for c in frame_command(verb, (*elements, element))]
+                                # "in the grey bin" is no binning in the grey.
+                                if any(e.kind == "objects" for e in elements):
+                                    found += [(end, c) for c in frame_command(verb, (*elements, element))]
+                if element.kind == "place" and self.text(j) == "with":
+                    # "into the bin with the plum"
+                    for end, refs in self.np_list(j + 1):
+                        found += [(end, c) for c in frame_command("put", (spoken(refs), element))]
+        return found
+
+    def _pointed_out(self, i: int) -> Found[Command]:
+        """As in "see the small block over there? Put it in the bin"; "there is a can, tap it"."""
+        found: Found[Command] = []
+        for j, ref in self.np(i):
+            j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
+            if self.text(j) == "over" and self.text(j + 1) == "there":
+                j += 2
+            if self._skip(j) == j or ref.plural:
+                continue
+            which = replace(ref, determiner="the") if ref.determiner == "a" else ref
+            for start in self._preambles(self._skip(j), 0):
+                for end, command in self._verb_first(start):
+                    if command.objects and command.objects[0].determiner == "it":
+                        found.append((end, replace(command, objects=(which,))))
         return found
 
     def _telegram(self, i: int) -> Found[Command]:
@@ -133,10 +186,14 @@ class Commands(Clauses):
         for j, refs in self.np_list(i):
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
-            starts = {both, j + 1} if self.text(j) == "," else {both}
+            starts = {both, j + 1} if self.text(j) in (",", ":") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
-                if elements and any(e.kind in ("place", "matching") for e in elements):
+                kinds = [element.kind for element in elements]
+                if "place" in kinds or "matching" in kinds:
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (spoken(refs), *elements))]
+                if sorted(kinds) == ["direction", "distance"]:
+                    # "red cube: 5 cm left"
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
         return found
 
 

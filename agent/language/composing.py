@@ -85,7 +85,7 @@ def build(frame: Frame) -> list[Command]:
 
 def swap(frame: Frame) -> list[Command]:
     """As in "swap the can and the cube", "swap the can with the cube"."""
-    if not frame.only("particle", "material") or frame.particle not in (
+    if not frame.only("particle", "material", "in_exchange") or frame.particle not in (
         None,
         "around",
         "over",
@@ -99,12 +99,10 @@ def swap(frame: Frame) -> list[Command]:
         "places with each other",
     ):
         return []
-    if "material" in frame.rest:
-        return (
-            [Command("swap", (*frame.objects[0], *frame.one("material")))]
-            if len(frame.objects) == 1 and not frame.places
-            else []
-        )
+    for kind in ("material", "in_exchange"):
+        if kind in frame.rest:
+            with_ = (*frame.objects[0], *frame.one(kind)) if len(frame.objects) == 1 and not frame.places else ()
+            return [Command("swap", with_)] if with_ else []
     if len(frame.objects) == 1 and not frame.places:
         return [Command("swap", frame.objects[0])]
     if len(frame.objects) == 2 and not frame.places:
@@ -149,7 +147,9 @@ def tidy(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or not frame.only("particle", "table"):
         return []
     if frame.places:
-        inside = all(isinstance(place, Relation) and place.kind in ("in", "to") for place in frame.places)
+        inside = all(
+            isinstance(place, Relation) and place.kind in ("in", "to", "on") and place.refs for place in frame.places
+        )
         return placed("put", frame.objects[0], frame.places) if inside and frame.objects else []
     if frame.objects:
         return [Command("tidy", frame.objects[0])] if frame.particle in (None, "up", "away", "off", "out") else []

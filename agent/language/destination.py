@@ -18,6 +18,11 @@ def placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> lis
         if first.kind == "beside" and len(chain) == 1 and isinstance(chain[0], Relation) and chain[0].refs == (IT,):
             # "next to the ball, on its left"
             return [Command(verb, objects, replace(chain[0], refs=first.refs))]
+        side = chain[0].sides if len(chain) == 1 and isinstance(chain[0], Region) and chain[0].name == "side" else ()
+        if first.kind == "beside" and len(side) == 1:
+            # "next to the ball, on the left"
+            kind = {"near": "front", "far": "back"}.get(side[0], side[0])
+            return [Command(verb, objects, replace(first, kind=kind))]
         supports: list[Ref] = []
         for support in chain:
             if not isinstance(support, Relation) or support.kind != "on" or not support.refs or first.kind != "on":

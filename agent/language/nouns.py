@@ -50,16 +50,33 @@ class Phrasing(Modifiers):
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
-                for end, other in self.np(m):
+                for end, others in self._either(m):
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
-                    chosen = ref.determiner in ("a", "all") or ref.plural
-                    full = replace(ref, without=(*ref.without, other)) if chosen else ref
+                    plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
+                    chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
+                    full = replace(ref, without=(*ref.without, *others)) if chosen else ref
                     found.append((end, full))
                     if k > j and self.text(end) == ",":
                         # "the pink ball, not the green one, goes in the bowl"
                         found.append((end + 1, full))
+        found += self._apposed(found)
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
+
+    def _apposed(self, found: Found[Ref]) -> Found[Ref]:
+        """As in "the ball, the pink one": the second says which."""
+        apposed: Found[Ref] = []
+        for j, ref in found:
+            which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
+            if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
+                continue
+            for k, better in self.np(j + 1):
+                closer = better.one and not (better.nouns or better.plural or better.other or better.count)
+                if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
+                    merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
+                    merged = replace(merged, relations=(*ref.relations, *better.relations))
+                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) == "," else [])
+        return apposed
 
     @rule
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
@@ -79,6 +96,15 @@ class Phrasing(Modifiers):
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
+
+    def _either(self, i: int) -> Found[tuple[Ref, ...]]:
+        """As in "the white or the green one", of which neither is meant."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, ref in self.np(i):
+            found.append((j, (ref,)))
+            if self.text(j) in ("or", "nor"):
+                found += [(end, (ref, *others)) for end, others in self._either(j + 1)]
+        return found
 
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
@@ -283,6 +309,10 @@ class Phrasing(Modifiers):
                         found.append((k, replace(named, nouns=(phrase, other))))
         for j, (noun, plural) in self.tag(i, "ABSENT"):
             found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
+        letter = token.text in self.words.parts and len(token.text) == 1 and token.text.isalpha()
+        if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
+            # "stack B on C"
+            found.append((i + 1, replace(ref, names=(token.text,))))
         for spoken, name in self.words.spoken:
             end = i + len(spoken)
             if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
@@ -351,6 +381,7 @@ _NOT_NAMES = word_set(
     """
 )
 _LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
+_AFTER_A_NAME = word_set("on in into onto to next and or beside behind from off under above , . ; ? !") | {""}
 _THINGS = word_set("thing thingy object item toy")
 _SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS

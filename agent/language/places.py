@@ -17,7 +17,7 @@ DIRECTIONS: dict[str, str] = {
         "further from you, farther from you, out in front, further forward, along x, along +x, in front of you"
     ),
     "back": (
-        "to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
+        "nearer, closer, to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
         "towards the robot, toward the robot, towards your base, toward your base, to the back, "
         "in the backward direction, "
         "towards the arm, toward the arm, closer to you, closer to yourself, closer to the robot, nearer to you, "
@@ -87,7 +87,7 @@ RELATIONS: dict[str, str] = {
         "directly behind, at the rear of, beyond, on the far side of, on the other side of"
     ),
     "beside": (
-        "next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
+        "as close as possible to, as near as possible to, as close to, right up to, next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
         "at the side of, by the side of, "
         "to the side of, just next to, right beside, along side, side by side with, close by, right by, just beside, "
         "up next to, directly next to, in the vicinity of, at, on the side of, touching"

@@ -41,7 +41,33 @@ NOUNS: dict[str, str] = {
     "one": "one",
     "tower": "tower, stack, pile, column, heap, pyramid",
     "handle": "handle",
+    "fruit": "fruit",
+    "vegetable": "vegetable, veggie",
+    "tool": "tool",
+    "animal": "animal",
+    "vehicle": "vehicle",
+    "utensil": "utensil, piece of cutlery, cutlery",
 }
+KINDS_OF: dict[str, frozenset[str]] = {
+    "fruit": word_set(
+        """
+        apple banana orange pear lemon lime grape grapes strawberry peach plum apricot cherry mango kiwi melon fig
+        pineapple
+        """
+    ),
+    "vegetable": word_set("tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet"),
+    "tool": word_set(
+        """
+        hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors tape ruler knife
+        """
+    ),
+    "animal": word_set(
+        "cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse"
+    ),
+    "vehicle": word_set("car truck bus train plane boat bike lorry van tractor"),
+    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
+}
+"""Words for many kinds of things, by what an id may call them; never by shape."""
 IRREGULAR_PLURALS: dict[str, str] = {
     "boxes": "box",
     "dice": "cube",
@@ -56,7 +82,7 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "tumblers": "mug",
     "brushes": "brush",
 }
-MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "stuff", "dice", "soda", "coke", "glass"})
+MASS_NOUNS = frozenset({"cutlery", "trash", "rubbish", "garbage", "stuff", "dice", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
     apple banana orange_fruit pear lemon grape strawberry tomato potato carrot onion egg bread sandwich cake

@@ -128,6 +128,9 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
+_OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
+_WAITED_FOR = frozenset({"for", "until", "till", "to"})
+_ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _TABLES = frozenset(phrase_list(TABLE))
 
 
@@ -232,6 +235,14 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
 
+def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
+    """Say whether a "no" before token `i` is just an opening: "no, ...", "no the green one", "no put it there"."""
+    if i >= len(tokens) or tokens[i].kind == "mark" or FILLERS.match(tokens, i) or START_FILLERS.match(tokens, i):
+        return True
+    tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+    return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
+
+
 def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
     kept: list[Token] = []
     i = 0
@@ -241,6 +252,19 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
             # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
+            length = 0
+        if tokens[i].text == "wait" and i + 1 < len(tokens) and tokens[i + 1].text in _WAITED_FOR:
+            # "wait for me, then ..." asks for something.
+            kept += tokens[i : i + 3]
+            i += 3
+            continue
+        if tokens[i].text == "no" and not _says_nothing(tokens, i + 1):
+            # "no pens in the box" forbids.
+            kept.append(tokens[i])
+            i += 1
+            continue
+        if tokens[i].text in _ONLY and kept and kept[-1].text == "not":
+            # "not just the red cube but also ..." leaves nothing out.
             length = 0
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.

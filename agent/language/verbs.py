@@ -72,7 +72,7 @@ VERBS: dict[str, str] = {
         "get back, head back, return back, be"
     ),
     "home": (
-        "home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
+        "come back, home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
         "go to sleep, stand down"
     ),
     "want": "want, need, require, like, love, prefer, wish",
