@@ -139,6 +139,11 @@ class Clauses(Phrasing):
             found.append((i + 1, Relation("in", (IT,))))
         if self.text(i) in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
+        if self.text(i) == "in" and (
+            i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")
+        ):
+            # "open the drawer, put the can in and close it"
+            found.append((i + 1, Relation("in", (IT,))))
         found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
         if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
@@ -238,8 +243,9 @@ class Clauses(Phrasing):
             for j, value in self.tag(i, "DIR")
             if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)
         ]
-        if self.text(i) in ("straight", "directly", "further", "farther"):
-            found += [(j, value) for j, value in self.tag(i + 1, "DIR")]
+        if self.text(i) in ("straight", "directly", "further", "farther", "back"):
+            # "back to the right", but not "back left".
+            found += [(j, value) for j, value in self.tag(i + 1, "DIR") if self.text(i) != "back" or j > i + 2]
         return found
 
     def _times(self, i: int) -> Found[int]:

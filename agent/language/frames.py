@@ -66,6 +66,8 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "tidy": tidy,
     # Without an object it would be everything, which nobody means by it.
     "discard": lambda frame: tidy(frame) if frame.objects else [],
+    # "clean the table" tidies; "clean the brushes" asks for water.
+    "clean": lambda frame: tidy(frame) if "table" in frame.rest or frame.places else [],
     "load": load,
     "empty": _simple("tidy", "out", "off"),
     "go": go,

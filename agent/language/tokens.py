@@ -220,7 +220,7 @@ def _nearest_id(raw: str, words: SceneWords) -> str | None:
 
 def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     """Return the word, its correction, or the two words that were run together ("redcube")."""
-    if raw in WORDS or raw in words.parts or raw in REAL_WORDS:
+    if raw in WORDS or raw in words.parts or raw in REAL_WORDS or _is_plural(raw, words.parts):
         return (Token(raw, raw, "word"),)
     drawn = next(
         (w for w in (_DRAWN_OUT.sub(r"\1", raw), _DRAWN_OUT.sub(r"\1\1", raw)) if w in WORDS or w in words.parts), None
@@ -241,6 +241,10 @@ def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
         return True
     tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
     return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
+
+
+def _is_plural(word: str, parts: frozenset[str]) -> bool:
+    return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
 
 
 def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:

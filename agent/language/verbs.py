@@ -63,9 +63,10 @@ VERBS: dict[str, str] = {
         "unstack, dismantle, take apart, disassemble, take down, break down, break up, knock down, destack, tear down"
     ),
     "tidy": (
-        "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
+        "tidy, tidy up, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
         "pack away, clean out"
     ),
+    "clean": "clean",
     "empty": "empty, empty out, clear out, unload, clear off",
     "go": (
         "go, return, move, come, drive, get, head, travel, retreat, retract, go back, come back, move back, "
