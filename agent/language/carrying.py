@@ -64,7 +64,11 @@ def put(frame: Frame) -> list[Command]:
     if "floor" in frame.rest:
         return []
     if "matching" in frame.rest:
-        return [Command("put", objects, Matching())] if not places and frame.only("matching", "particle") else []
+        return (
+            [Command("put", objects, Matching(frame.one("matching")))]
+            if not places and frame.only("matching", "particle")
+            else []
+        )
     if not frame.only("particle", "direction", "distance", *(("person",) if places else ())):
         return []
     direction = frame.one("direction")

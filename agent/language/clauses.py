@@ -34,6 +34,7 @@ class Element:
 
 
 Elements = tuple[Element, ...]
+_MORE = frozenset({"more", "further", "farther", "extra"})
 _NEARER = frozenset({"closer", "nearer"})
 _TO = frozenset({"to", "towards", "toward", "the"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
@@ -65,7 +66,7 @@ class Clauses(Phrasing):
         found += [(j, Element("home")) for j in self._home(i)]
         for k, _ in self.tag(i, "EXCEPT"):
             found += [(j, Element("except", refs)) for j, refs in self.np_list(k)]
-        found += [(j, Element("matching")) for j in self._matching(i)]
+        found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
         if self.text(i) == "for":
             found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]
         for k, _ in self.tag(i, "MATERIAL"):
@@ -228,6 +229,7 @@ class Clauses(Phrasing):
                     found.append((j + 1, number * 0.0254))
                 for k, unit in self.tag(j, "UNIT"):
                     found.append((k, number * unit))
+                    found += [(k + 1, number * unit)] if self.text(k) in _MORE else []
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found
@@ -276,7 +278,7 @@ class Clauses(Phrasing):
             j += 1
         return [end for end, _ in self.tag(j, "HOME")]
 
-    def _matching(self, i: int) -> list[int]:
+    def _matching(self, i: int) -> Found[str]:
         """As in "into the matching bin", "in the bin of the same colour"."""
         j = i
         while self.text(j) in (
@@ -296,13 +298,13 @@ class Clauses(Phrasing):
             j += 1
         if j == i:
             return []
-        found: list[int] = []
+        found: Found[str] = []
         for k, _ in self.tag(j, "MATCHING"):
             for m in self.optional(k, "COLOUR"):
-                found += [end for end, _ in self.tag(m, "NOUN")]
-        for k, (noun, _, _) in self.tag(j, "NOUN"):
+                found += [(end, phrase) for end, (_, phrase, _) in self.tag(m, "NOUN")]
+        for k, (noun, phrase, _) in self.tag(j, "NOUN"):
             if noun in ("bin", "bowl", "box"):
-                found += [end for end, _ in self.tag(k, "SAME_COLOUR")]
+                found += [(end, phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
         return found
 
 

@@ -63,7 +63,8 @@ class Commands(Clauses):
                     for end in self._home(k):
                         found.append((end, Command("home")))
         for end in self._home(i):
-            if end > i:
+            # "home"; but "start" alone is no place, nor is "rest".
+            if end > i + 1 or self.text(i) == "home":
                 found.append((end, Command("home")))
         return found
 
@@ -94,6 +95,11 @@ class Commands(Clauses):
             # "could the can go in the bin?"
             for j, refs in self.np_list(i + 1):
                 found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
+        if self.text(i) == "it" and self.text(i + 1) == "is":
+            # "it is the apple that goes in the basket"
+            for j, refs in self.np_list(i + 2):
+                for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
+                    found += self._placed_there(refs, k)
         starts = [end for end, _ in self.tag(i, "DESIRE")]
         for start in [*starts, i]:
             for j, refs in self.np_list(start):

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.commands import Commands, spoken
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
@@ -177,6 +178,9 @@ class Grammar(Commands):
             if not any(e.kind in ("direction", "distance") for e in elements):
                 continue
             for command in frame_command("push", elements):
+                if command.direction is None and command.place is None:
+                    # "left, then 5 cm more"
+                    command = replace(command, direction=last.direction)
                 if command.direction is None:
                     continue
                 again = (
@@ -218,6 +222,7 @@ class Grammar(Commands):
         opening = i == 0 or self.text(i - 1) in (".", ";", "!", ":", "?", ",")
         for start in self.optional(i, *(("FIRST", "THEN") if opening else ("THEN",))):
             start = self._skip(start) if start > i else start
+            found += self._two_verbs(start)
             for j, command in self.clause(start):
                 found.append((j, (command,)))
                 comma = self._skip(j)
@@ -255,6 +260,20 @@ class Grammar(Commands):
                     if command.verb != "tap" and not command.bare:
                         found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
         return list(dict.fromkeys(found))
+
+    def _two_verbs(self, i: int) -> Found[tuple[Part, ...]]:
+        """As in "open and then close the drawer"."""
+        found: Found[tuple[Part, ...]] = []
+        for start in self._preambles(i, 0):
+            for j, verb in self.tag(start, "VERB"):
+                for k, _ in self.tag(j, "THEN"):
+                    for end, second in self._verb_first(k):
+                        if len(second.objects) == 1 and second.objects[0].determiner != "it":
+                            found += [
+                                (end, (first, replace(second, objects=(IT,))))
+                                for first in frame_command(verb, (spoken(second.objects),))
+                            ]
+        return found
 
     def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:
         found: Found[tuple[Ref, ...]] = []

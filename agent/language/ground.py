@@ -186,9 +186,10 @@ class Grounder(Orders):
             return list(self._pronoun(ref, None, set()).ids)
         self._known(ref)
         pool = [self.world.objects[name] for name in among]
-        named = self._named(ref, pool, True, lambda name: True)
+        several = ref.plural or ref.determiner != "the"
+        named = self._named(ref, pool, several, lambda name: True)
         if not named:
-            named = self._named(ref, list(self.world.objects.values()), True, lambda name: True)
+            named = self._named(ref, list(self.world.objects.values()), several, lambda name: True)
             if not named:
                 raise self._not_found(ref, None, set())
         names = [item.id for item in named]

@@ -83,8 +83,8 @@ def _build() -> Phrases:
                 lexicon.add(form, "VERB", verb)
     for noun, phrases in things.NOUNS.items():
         for phrase in phrase_list(phrases):
-            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.MASS_NOUNS))
-            if phrase not in things.MASS_NOUNS:
+            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.PLURAL_NOUNS))
+            if phrase not in things.MASS_NOUNS | things.PLURAL_NOUNS:
                 lexicon.add(words_plural(phrase), "NOUN", (noun, phrase, True))
             if phrase == "fruit":
                 # "put the fruit in the bowl" may be one or all of them.

@@ -84,6 +84,11 @@ class Phrasing(Modifiers):
         found: Found[tuple[Ref, ...]] = []
         found += self._shared_noun(i)
         found += self._numbered(i)
+        if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):
+            # "not only the can but the ball as well"
+            for j, first in self.np(i + 2):
+                k = j + 1 if self.text(j) == "," else j
+                found += [(end, (first, other)) for end, other in self.np(k + 1)] if self.text(k) == "but" else []
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
@@ -133,6 +138,8 @@ class Phrasing(Modifiers):
             k += 1
         elif self.text(k) == "as" and self.text(k + 1) == "well" and self.text(k + 2) == "as":
             k += 3
+        elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
+            k += 2
         if self.text(k) in ("then", "also", "finally") and k > j:
             k += 1
         return k if k > j else 0
@@ -364,6 +371,9 @@ class Phrasing(Modifiers):
         if self.text(j) in _THINGS:
             # "the hammer thing"
             found.append((j + 1, ref))
+        if self.text(j) == "of" and ref.nouns and self.text(j + 1) in self.words.parts and not ref.plural:
+            # "the bottle of water"
+            found.append((j + 2, replace(ref, names=(*ref.names, self.text(j + 1)))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1

@@ -49,7 +49,7 @@ PARTICLES = (
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
     "into your gripper, in your gripper, into the gripper, with one another, with each other, "
-    "back up, for me, each other, one another, in your hand, into your hand, off the tabletop, from the tabletop, "
+    "upward, upwards, back up, for me, each other, one another, in your hand, into your hand, off the tabletop, from the tabletop, "
     "off of the desk, off to one side, off to the side, in your grip, in your claw, on its own, by itself, "
     "back down, "
     "up high, in your grasp, on top of each other, on top of one another, on each other, on one another, "
@@ -149,6 +149,7 @@ MATCHING = (
     "correctly colored, color matched, correctly coloured"
 )
 SAME_COLOUR = (
+    "with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
     "of the same colour, of the same color, with the same colour, with the same color, of its colour, "
     "of its color, of their colour, of their color, that matches its colour, "
     "that matches its color, that matches, that match, of matching colour, of matching color, "

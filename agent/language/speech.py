@@ -79,7 +79,7 @@ PREAMBLES = (
     "i hereby order you to, i command you to, i order you to, "
     "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
     "we want you to, we would like you to, "
-    "off you go and, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "off you go and, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
     "all you have to do is, what i want you to do is, what i need you to do is, "
     "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
     "you got to, kindly do, do please, "
@@ -101,7 +101,7 @@ DESIRES = (
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
 COPULAS = (
-    "to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
+    "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
     "ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
     "have to go, have to be, gets, is to go, "
@@ -225,7 +225,15 @@ TIMES: dict[str, int] = {
     "three times": 3,
     "four times": 4,
     "five times": 5,
+    "six times": 6,
+    "seven times": 7,
+    "eight times": 8,
+    "nine times": 9,
+    "ten times": 10,
+    "a couple of times": 2,
+    "a few times": 3,
 }
+TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 QUESTIONS = word_set(
     """
     what where which who whom whose how when is are was were am does did has had why may might shall
@@ -269,7 +277,7 @@ END_FILLERS = (
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
-    "that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
+    "and leave it open, but leave it open, leave it open, and keep it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
     "it does not matter which one, does not matter which one, i do not care which, i do not care which one, "
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )

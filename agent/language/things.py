@@ -46,6 +46,8 @@ NOUNS: dict[str, str] = {
     "tool": "tool",
     "animal": "animal",
     "vehicle": "vehicle",
+    "drink": "drink, beverage",
+    "snack": "snack",
     "utensil": "utensil, piece of cutlery, cutlery",
 }
 KINDS_OF: dict[str, frozenset[str]] = {
@@ -65,6 +67,8 @@ KINDS_OF: dict[str, frozenset[str]] = {
         "cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse"
     ),
     "vehicle": word_set("car truck bus train plane boat bike lorry van tractor"),
+    "drink": word_set("coke cola pepsi sprite fanta water juice soda beer lemonade milk wine cider"),
+    "snack": word_set("chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers"),
     "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
 }
 """Words for many kinds of things, by what an id may call them; never by shape."""
@@ -82,7 +86,8 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "tumblers": "mug",
     "brushes": "brush",
 }
-MASS_NOUNS = frozenset({"cutlery", "trash", "rubbish", "garbage", "stuff", "dice", "soda", "coke", "glass"})
+PLURAL_NOUNS = frozenset({"cutlery", "stuff", "dice"})
+MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
     apple banana orange_fruit pear lemon grape strawberry tomato potato carrot onion egg bread sandwich cake

@@ -20,8 +20,9 @@ from robosandbox.agent.language.lexicon import (
     WORDS,
 )
 from robosandbox.agent.language.places import TABLE
+from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
-from robosandbox.agent.language.things import UNITS
+from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.wordlist import phrase_list
 
 MAX_CHARACTERS = 2_000
@@ -101,6 +102,8 @@ _MARKS = str.maketrans(
 )
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
+_BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
+_DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -119,7 +122,7 @@ class SceneWords:
         ids: Ids by their lower-case form.
         parts: Words that occur in ids.
         pattern: Finds ids in text.
-        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), as words.
+        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), or of two words that describe nothing ("fruit basket"), as words.
     """
 
     ids: dict[str, str]
@@ -129,6 +132,15 @@ class SceneWords:
 
 
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
+_FORBIDDING = frozenset("🚫❌⛔✋🛑")
+_DESCRIBING = frozenset(
+    word
+    for table in (COLOURS, SHADES, SIZES, SUPERLATIVES, POSITIONS)
+    for phrases in table.values()
+    for phrase in phrase_list(phrases)
+    for word in phrase.split()
+)
+_COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
 _WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _TABLES = frozenset(phrase_list(TABLE))
@@ -146,6 +158,9 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         if len(id_parts(name)) > 2
         or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
         or (len(id_parts(name)) == 2 and id_parts(name)[0] in _TABLES)
+        # "fruit basket" means the one called so, "block red" likewise; "red cube" describes.
+        or (len(id_parts(name)) == 2 and not {*id_parts(name)} & (_DESCRIBING | GRAMMAR_WORDS))
+        or (len(id_parts(name)) == 2 and id_parts(name)[-1] in _COLOUR_WORDS)
     )
     return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
 
@@ -188,6 +203,8 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = _numbered_steps(text)
+    text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
     text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
     text = re.sub(r"'s\b", "", text).replace("'", " ")
@@ -201,8 +218,22 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
                 yield Token(_nearest_id(raw, words) or raw, raw, "id" if _nearest_id(raw, words) else "word")
             case "word" | "ordinal":
                 yield from _words(raw, words)
+            case _ if unicodedata.category(raw) in ("So", "Sk", "Mn", "Cf") and raw not in _FORBIDDING:
+                # A smile adds nothing.
+                continue
             case _:
                 yield Token({"+": "and"}.get(raw, raw), raw, "mark" if raw != "+" else "word")
+
+
+def _numbered_steps(text: str) -> str:
+    """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+    start, number = 0, 1
+    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
+        if number == 1 and text[: match.start()].strip(" ,"):
+            break
+        text = f"{text[: match.start()]} . {text[match.end() :]}"
+        start, number = match.start() + 3, number + 1
+    return text
 
 
 def _nearest_id(raw: str, words: SceneWords) -> str | None:
@@ -211,9 +242,8 @@ def _nearest_id(raw: str, words: SceneWords) -> str | None:
     near = []
     for lower, name in words.ids.items():
         own = lower.split("_")
-        if len(own) == len(parts) and all(
-            a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=True)
-        ):
+        same = all(a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=False))
+        if (len(own) == len(parts) and same) or sorted(own) == sorted(parts):
             near.append(name)
     return near[0] if len(near) == 1 else None
 
@@ -252,6 +282,14 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
     i = 0
     while i < len(tokens):
         edge = not kept or kept[-1].kind == "mark"
+        if (
+            tokens[i].text == "as"
+            and i + 2 < len(tokens)
+            and [t.text for t in tokens[i : i + 3]] == ["as", "well", "as"]
+        ):
+            kept += tokens[i : i + 3]
+            i += 3
+            continue
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
