@@ -4,7 +4,8 @@
                                   [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
 
 A prompts file holds a scene and sentences by category, each with every acceptable plan: `pick(can); place_in(bin_a)`, with `|`
-between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal.
+between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal
+(`!*` for one of any code).
 """
 
 from __future__ import annotations
@@ -118,7 +119,7 @@ def accepts(expected: str, answer: Plan | Refusal) -> bool:
     """Say whether an answer is one of those expected."""
     for alternative in re.split(r"\s*\|\s*", expected):
         if alternative.startswith("!"):
-            if isinstance(answer, Refusal) and answer.code == alternative[1:]:
+            if isinstance(answer, Refusal) and alternative in ("!*", f"!{answer.code}"):
                 return True
         elif isinstance(answer, Plan):
             calls = [part for step in answer.steps for part in _unstacked(step)]

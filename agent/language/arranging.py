@@ -30,7 +30,7 @@ class Arranging(Placing):
                 Command(
                     "sort",
                     command.objects,
-                    Relation("in", (Ref(text="bins", determiner="all", nouns=("bin",), plural=True),)),
+                    Relation("in", (Ref(text=place.noun, determiner="all", nouns=(place.noun,), plural=True),)),
                 )
             )
             return

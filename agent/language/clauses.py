@@ -25,7 +25,7 @@ class Element:
 
     Attributes:
         kind: objects, place, direction, distance, particle, times, order, floor, home, colour, other_sort, robot,
-            contents or person.
+            contents, in_exchange or person.
         value: An intent node, number or word.
     """
 
@@ -34,6 +34,10 @@ class Element:
 
 
 Elements = tuple[Element, ...]
+_MORE = frozenset({"more", "further", "farther", "extra"})
+_NEARER = frozenset({"closer", "nearer"})
+_TO = frozenset({"to", "towards", "toward", "the"})
+LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
 IT = Ref(text="it", determiner="it")
 
 
@@ -62,7 +66,9 @@ class Clauses(Phrasing):
         found += [(j, Element("home")) for j in self._home(i)]
         for k, _ in self.tag(i, "EXCEPT"):
             found += [(j, Element("except", refs)) for j, refs in self.np_list(k)]
-        found += [(j, Element("matching")) for j in self._matching(i)]
+        found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
+        if self.text(i) == "for":
+            found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]
         for k, _ in self.tag(i, "MATERIAL"):
             found += [(j, Element("material", refs)) for j, refs in self.np_list(k)]
         for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
@@ -85,6 +91,10 @@ class Clauses(Phrasing):
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) in (",", ":") else j
+            if self.text(j) == "." and first.kind in ("direction", "objects"):
+                # "push it left. Five centimetres."
+                for k, metres in self.distance(j + 1):
+                    found.append((k, (first, Element("distance", metres))))
             if first.kind == "order_end":
                 # "blue at the bottom, then green, and red on top"
                 while self.text(start) in ("then", "and"):
@@ -94,6 +104,13 @@ class Clauses(Phrasing):
                 for end, rest in self._rest(start + 1, depth + 1):
                     if rest and rest[0].kind == "order_end":
                         found.append((end, (first, *rest)))
+            if self.text(start) == "and" and _leaves(first):
+                # "off the table and into the crate"
+                found += [
+                    (end, (first, *rest))
+                    for end, rest in self._rest(start + 1, depth + 1)
+                    if rest and rest[0].kind == "place" and _arrives(rest[0].value)
+                ]
             for end, rest in self._rest(start, depth + 1):
                 # Two noun phrases in a row need a comma between them.
                 if (rest or start == j) and not (rest and start == j and first.kind == rest[0].kind == "objects"):
@@ -123,11 +140,21 @@ class Clauses(Phrasing):
             found.append((i + 1, Relation("in", (IT,))))
         if self.text(i) in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
+        if self.text(i) == "in" and (
+            i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")
+        ):
+            # "open the drawer, put the can in and close it"
+            found.append((i + 1, Relation("in", (IT,))))
         found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
         if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
         for start, _ in self.tag(i, "SO_THAT"):
             found += self._place(start)
+        if self.text(i) == "not":
+            # "not in the red bin but in the blue one"
+            for j, _ in self._place(i + 1):
+                k = j + 1 if self.text(j) == "," else j
+                found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
         found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]
@@ -198,16 +225,29 @@ class Clauses(Phrasing):
             for j, number in numbers:
                 if self._is_number(j - 1) and 0 < number < 1 and not self.tag(j, "UNIT"):
                     found.append((j, number))
+                if self.text(j) == "in" and self._ends_amount(j + 1):
+                    found.append((j + 1, number * 0.0254))
                 for k, unit in self.tag(j, "UNIT"):
                     found.append((k, number * unit))
+                    found += [(k + 1, number * unit)] if self.text(k) in _MORE else []
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found
 
+    def _ends_amount(self, i: int) -> bool:
+        """Say whether "2 in" before `i` can only be inches."""
+        closed = i >= len(self.tokens) or self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+        return closed or any(self.text(i) == side or end > i + 1 for end, side in self.tag(i, "DIR"))
+
     def _direction(self, i: int) -> Found[str]:
-        found = [(j, value) for j, value in self.tag(i, "DIR")]
-        if self.text(i) in ("straight", "directly", "further", "farther"):
-            found += [(j, value) for j, value in self.tag(i + 1, "DIR")]
+        found = [
+            (j, value)
+            for j, value in self.tag(i, "DIR")
+            if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)
+        ]
+        if self.text(i) in ("straight", "directly", "further", "farther", "back"):
+            # "back to the right", but not "back left".
+            found += [(j, value) for j, value in self.tag(i + 1, "DIR") if self.text(i) != "back" or j > i + 2]
         return found
 
     def _times(self, i: int) -> Found[int]:
@@ -238,7 +278,7 @@ class Clauses(Phrasing):
             j += 1
         return [end for end, _ in self.tag(j, "HOME")]
 
-    def _matching(self, i: int) -> list[int]:
+    def _matching(self, i: int) -> Found[str]:
         """As in "into the matching bin", "in the bin of the same colour"."""
         j = i
         while self.text(j) in (
@@ -258,14 +298,24 @@ class Clauses(Phrasing):
             j += 1
         if j == i:
             return []
-        found: list[int] = []
+        found: Found[str] = []
         for k, _ in self.tag(j, "MATCHING"):
             for m in self.optional(k, "COLOUR"):
-                found += [end for end, _ in self.tag(m, "NOUN")]
-        for k, (noun, _, _) in self.tag(j, "NOUN"):
+                found += [(end, phrase) for end, (_, phrase, _) in self.tag(m, "NOUN")]
+        for k, (noun, phrase, _) in self.tag(j, "NOUN"):
             if noun in ("bin", "bowl", "box"):
-                found += [end for end, _ in self.tag(k, "SAME_COLOUR")]
+                found += [(end, phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
         return found
+
+
+def _leaves(element: Element) -> bool:
+    if element.kind == "particle":
+        return element.value in LIFTS
+    return element.kind == "place" and isinstance(element.value, Relation) and element.value.kind == "from"
+
+
+def _arrives(place: Any) -> bool:
+    return isinstance(place, Relation) and place.directional
 
 
 __all__ = ["At", "Clauses", "Command", "Element", "Elements", "Region"]

@@ -9,7 +9,7 @@ from typing import Any
 from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.intent import Place, Ref
 
-UP = frozenset({"up", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
+UP = frozenset({"up", "upward", "upwards", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
     "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
     "in your gripper", "into the gripper", "back up", "in your hand", "into your hand", "off the tabletop", "from the tabletop", "off of the desk",
     "up high", "in your grasp", "in your grip", "in your claw", "for me"})  # fmt: skip

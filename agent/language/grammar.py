@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import Clauses, Element
+from robosandbox.agent.language.clauses import IT
+from robosandbox.agent.language.commands import Commands, spoken
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
 from robosandbox.agent.language.tokens import SceneWords, Token
@@ -86,7 +87,7 @@ def _ref_strain(ref: Ref) -> float:
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
-class Grammar(Clauses):
+class Grammar(Commands):
     """The rules for sentences."""
 
     def parts(self, i: int) -> Found[tuple[Part, ...]]:
@@ -143,7 +144,7 @@ class Grammar(Clauses):
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
-            for command in frame_command(last.verb, (_objects(last.objects), *elements)):
+            for command in frame_command(last.verb, (spoken(last.objects), *elements)):
                 better = replace(command, distance=command.distance or last.distance, times=last.times)
                 if command.verb == "push" and not command.direction and not command.place:
                     better = replace(better, direction=last.direction, place=last.place)
@@ -163,6 +164,9 @@ class Grammar(Clauses):
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object.
             again = replace(last, objects=refs, bare=0.9)
+            for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
+                # "tap the can once, then the ball twice"
+                j, again = end, replace(again, times=times)
             if self._skip(j) >= n:
                 found.append((n, (*part, again)))
             for m in self._joints(j):
@@ -174,6 +178,9 @@ class Grammar(Clauses):
             if not any(e.kind in ("direction", "distance") for e in elements):
                 continue
             for command in frame_command("push", elements):
+                if command.direction is None and command.place is None:
+                    # "left, then 5 cm more"
+                    command = replace(command, direction=last.direction)
                 if command.direction is None:
                     continue
                 again = (
@@ -187,11 +194,6 @@ class Grammar(Clauses):
                     found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
                     found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
         return found
-
-    def _skip(self, i: int) -> int:
-        while self.text(i) in (",", ".", ";", "!", "?", ":"):
-            i += 1
-        return i
 
     def _joints(self, j: int) -> list[int]:
         """Return where the next part can start after one that ended at `j`."""
@@ -220,6 +222,7 @@ class Grammar(Clauses):
         opening = i == 0 or self.text(i - 1) in (".", ";", "!", ":", "?", ",")
         for start in self.optional(i, *(("FIRST", "THEN") if opening else ("THEN",))):
             start = self._skip(start) if start > i else start
+            found += self._two_verbs(start)
             for j, command in self.clause(start):
                 found.append((j, (command,)))
                 comma = self._skip(j)
@@ -233,7 +236,9 @@ class Grammar(Clauses):
                         for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
                             for first_start in self.optional(m, "FIRST"):
                                 for end, first in self.clause(first_start):
-                                    found.append((end, (first, second) if tag == "BEFORE" else (second, first)))
+                                    found.append(
+                                        (end, _named_first(first, second) if tag == "BEFORE" else (second, first))
+                                    )
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
         for k, _ in self.tag(i, "STILL"):
             found += [(j, (Command("nothing", refs, negated="move"),)) for j, refs in self.np_list(k)]
@@ -256,6 +261,20 @@ class Grammar(Clauses):
                         found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
         return list(dict.fromkeys(found))
 
+    def _two_verbs(self, i: int) -> Found[tuple[Part, ...]]:
+        """As in "open and then close the drawer"."""
+        found: Found[tuple[Part, ...]] = []
+        for start in self._preambles(i, 0):
+            for j, verb in self.tag(start, "VERB"):
+                for k, _ in self.tag(j, "THEN"):
+                    for end, second in self._verb_first(k):
+                        if len(second.objects) == 1 and second.objects[0].determiner != "it":
+                            found += [
+                                (end, (first, replace(second, objects=(IT,))))
+                                for first in frame_command(verb, (spoken(second.objects),))
+                            ]
+        return found
+
     def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:
         found: Found[tuple[Ref, ...]] = []
         for j, refs in self.np_list(i):
@@ -273,123 +292,14 @@ class Grammar(Clauses):
                         found.append((end, refs))
         return found
 
-    @rule
-    def clause(self, i: int) -> Found[Command]:
-        """A command: verb first, place first, or as a wish; gapped clauses borrow the verb before them."""
-        found: Found[Command] = []
-        for start in self._preambles(i, 0):
-            found += self._verb_first(start)
-            found += self._wish(start)
-        found += self._fronted(i)
-        found += self._telegram(i)
-        for j, key in self.tag(i, "FROM"):
-            # "counting from the left, pick the fourth"
-            for end, command in self._verb_first(self._skip(j)):
-                found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
-        for j, _ in self.tag(i, "INSTEAD"):
-            for k, _ in self.np_list(j):
-                found += [(end, command) for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k]
-        return list(dict.fromkeys(found))
 
-    def _preambles(self, i: int, depth: int) -> list[int]:
-        starts = [i]
-        if depth < 3:
-            for j, _ in self.tag(i, "PREAMBLE"):
-                starts += self._preambles(self._skip(j), depth + 1)
-        return list(dict.fromkeys(starts))
-
-    def _verb_first(self, i: int) -> Found[Command]:
-        found: Found[Command] = []
-        for j, verb in self.tag(i, "VERB"):
-            if verb == "home":
-                found.append((j, Command("home")))
-                found += [(k, Command("home")) for k in self._arm(j)]
-            for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
-                for k, elements in self.elements(start):
-                    found += [(k, command) for command in frame_command(verb, elements)]
-            if verb == "give":
-                found += self._light(j)
-            if verb in ("go", "move", "put", "push"):
-                for k in self._arm(j):
-                    for end in self._home(k):
-                        found.append((end, Command("home")))
-        for end in self._home(i):
-            if end > i:
-                found.append((end, Command("home")))
-        return found
-
-    def _light(self, i: int) -> Found[Command]:
-        """As in "give the can a gentle push to the left": the noun is the verb."""
-        found: Found[Command] = []
-        for j, refs in self.np_list(i):
-            for k, _ in self.tag(j, "A"):
-                for m in self.optional(k, "LIGHT_ADJECTIVE"):
-                    for n, verb in self.tag(m, "LIGHT_NOUN"):
-                        for end, elements in self.elements(n):
-                            found += [(end, c) for c in frame_command(verb, (_objects(refs), *elements))]
-        return found
-
-    def _arm(self, i: int) -> list[int]:
-        return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
-
-    def _wish(self, i: int) -> Found[Command]:
-        """As in "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
-        found: Found[Command] = []
-        starts = [end for end, _ in self.tag(i, "DESIRE")]
-        for start in [*starts, i]:
-            for j, refs in self.np_list(start):
-                copulas = [end for end, _ in self.tag(j, "COPULA")]
-                if start > i:
-                    # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
-                    copulas += [end for end, _ in self.tag(j, "IS_NOW")]
-                for k in copulas + ([j] if start > i else []):
-                    for m, verb in self.tag(k, "VERB"):
-                        # "I need the red cube picked up", "... to be put in the bin".
-                        if verb == "swap" or self.text(k).endswith(("ed", "en", "t", "ng", "d")):
-                            for end, elements in self.elements(m):
-                                objects = _objects(refs)
-                                found += [(end, c) for c in frame_command(verb, (objects, *elements))]
-                    for end, elements in self.elements(k):
-                        if elements and any(e.kind in ("place", "matching") for e in elements):
-                            found += [(end, c) for c in frame_command("put", (_objects(refs), *elements))]
-        return found
-
-    def _fronted(self, i: int) -> Found[Command]:
-        """As in "In the bin, put the red cube"; "the red cube, put it in the bin"."""
-        found: Found[Command] = []
-        if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
-            # "start with the marble: put it in the tray"
-            i += 2
-        for j, element in self.element(i):
-            comma = j + 1 if self.text(j) in (",", ":") else j
-            if element.kind == "objects" and comma > j:
-                for start in self._preambles(comma, 0):
-                    for k, command in self._verb_first(start):
-                        if command.objects and command.objects[0].determiner == "it":
-                            found.append((k, replace(command, objects=element.value)))
-            elif element.kind in ("place", "direction"):
-                for start in self._preambles(comma, 0):
-                    for m, verb in self.tag(start, "VERB"):
-                        if verb in ("put", "move", "stack", "push"):
-                            for end, elements in self.elements(m):
-                                found += [(end, c) for c in frame_command(verb, (*elements, element))]
-        return found
-
-    def _telegram(self, i: int) -> Found[Command]:
-        """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
-        found: Found[Command] = []
-        for j, refs in self.np_list(i):
-            # "the marble and the block, both into the crate"
-            both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
-            for end, elements in self.elements(both):
-                if elements and any(e.kind in ("place", "matching") for e in elements):
-                    found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (_objects(refs), *elements))]
-        return found
-
-
-def _counted_from(ref: Ref, key: str) -> Ref:
-    return replace(ref, ranks=tuple(replace(rank, key=key) if not rank.key else rank for rank in ref.ranks))
-
-
-def _objects(refs: tuple[Ref, ...]) -> Element:
-    return Element("objects", refs)
+def _named_first(first: Command, second: Command) -> tuple[Command, Command]:
+    """As in "before you put the brick in the crate, tap it": what is done first is named last."""
+    if (
+        first.objects
+        and first.objects[0].determiner == "it"
+        and second.objects
+        and second.objects[0].determiner != "it"
+    ):
+        return replace(first, objects=second.objects), replace(second, objects=(first.objects[0],))
+    return first, second

@@ -116,6 +116,10 @@ class Grounder(Orders):
             names = self._related(names, relation, ref)
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
+            counted = excluded.count or (1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None)
+            if counted is not None and len(gone) > counted:
+                # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
+                raise self._ambiguous(excluded, sorted(gone))
             names = [name for name in names if name not in gone]
         if fits:
             preferred = [name for name in names if fits(name)]
@@ -182,9 +186,10 @@ class Grounder(Orders):
             return list(self._pronoun(ref, None, set()).ids)
         self._known(ref)
         pool = [self.world.objects[name] for name in among]
-        named = self._named(ref, pool, True, lambda name: True)
+        several = ref.plural or ref.determiner != "the"
+        named = self._named(ref, pool, several, lambda name: True)
         if not named:
-            named = self._named(ref, list(self.world.objects.values()), True, lambda name: True)
+            named = self._named(ref, list(self.world.objects.values()), several, lambda name: True)
             if not named:
                 raise self._not_found(ref, None, set())
         names = [item.id for item in named]

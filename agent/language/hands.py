@@ -27,6 +27,7 @@ class Hands:
         self.skills = skills
         self.steps: list[Step] = []
         self.start_held = scene.held
+        self.last_side: tuple[str, str] | None = None
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
         self.moved = {self.world.held} if self.world.held else set()

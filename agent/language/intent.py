@@ -104,7 +104,13 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Matching:
-    """In the container of the same colour."""
+    """In the container of the same colour.
+
+    Attributes:
+        noun: What the container was called.
+    """
+
+    noun: str = "bin"
 
 
 Place = Relation | Region | At | Offset | Original | Table | Matching

@@ -83,9 +83,12 @@ def _build() -> Phrases:
                 lexicon.add(form, "VERB", verb)
     for noun, phrases in things.NOUNS.items():
         for phrase in phrase_list(phrases):
-            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.MASS_NOUNS))
-            if phrase not in things.MASS_NOUNS:
+            lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.PLURAL_NOUNS))
+            if phrase not in things.MASS_NOUNS | things.PLURAL_NOUNS:
                 lexicon.add(words_plural(phrase), "NOUN", (noun, phrase, True))
+            if phrase == "fruit":
+                # "put the fruit in the bowl" may be one or all of them.
+                lexicon.add(phrase, "NOUN", (noun, phrase, True))
     for noun in things.ABSENT_NOUNS:
         lexicon.add(noun, "ABSENT", (noun, False))
         lexicon.add(_plural(noun), "ABSENT", (noun, True))
@@ -121,7 +124,7 @@ def _build() -> Phrases:
         ("SO_THAT", places.SO_THAT),
         ("SAME", speech.SAME),
         ("IS_NOW", speech.IS_NOW),
-        ("NEGATION", speech.NEGATIONS), ("LIGHT_ADJECTIVE", speech.LIGHT_ADJECTIVES), ("MIDDLE", places.MIDDLES), ("CORRECTION", speech.CORRECTION), ("INSTEAD", speech.INSTEAD), ("HELD", things.HELD), ("HELD_THING", things.HELD_THING), ("MATERIAL", speech.MATERIAL), ("SWAP_OF", speech.SWAP_OF), ("NOR", speech.NOR), ("FREE", places.FREE_SPOTS),
+        ("NEGATION", speech.NEGATIONS), ("LIGHT_ADJECTIVE", speech.LIGHT_ADJECTIVES), ("MIDDLE", places.MIDDLES), ("CORRECTION", speech.CORRECTION), ("INSTEAD", speech.INSTEAD), ("HELD", things.HELD), ("HELD_THING", things.HELD_THING), ("MATERIAL", speech.MATERIAL), ("SWAP_OF", speech.SWAP_OF), ("NOR", speech.NOR), ("LOOK", speech.LOOK), ("FREE", places.FREE_SPOTS),
         ("CONTENTS", things.CONTENTS),
     ):  # fmt: skip
         lexicon.add_all(phrases, tag, phrases and None)
@@ -208,6 +211,9 @@ COMMON = (
 """The words that a typo is likely to have been."""
 COMMON |= frozenset(
     part for noun in things.NOUNS.values() for phrase in phrase_list(noun) for part in words_plural(phrase).split()
+)
+COMMON |= frozenset(
+    w for phrases in places.RELATIONS.values() for w in phrase_list(phrases) if len(w) > 4 and " " not in w
 )
 VOCABULARY = tuple(sorted(word for word in COMMON if len(word) >= 3 and word.isalpha()))
 

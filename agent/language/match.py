@@ -76,6 +76,8 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
     if noun_class in own:
         return SYNONYM
+    if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
+        return SHAPE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())
     if kind in shapes:
         # "cube" for a plank, "bin" for what its id calls a tray.

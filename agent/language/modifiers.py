@@ -9,6 +9,7 @@ from robosandbox.agent.language.intent import Rank, Ref, Relation
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
+_COLOUR_WORDS = frozenset({"colour", "color"})
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
 
@@ -81,6 +82,8 @@ class Modifiers(Positions):
                     found += anchored
                     if not anchored and (k > i or key in PLACE_RANKS):
                         found.append((j, superlative))
+        if self.text(i) in ("with", "of", "in"):
+            found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
         for k, _ in self.tag(start, "NOT_IS"):
             if self.tag(k, "A"):
                 found += [
@@ -100,6 +103,16 @@ class Modifiers(Positions):
                 if not relation.directional and relation.refs:
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
+        return found
+
+    def _of_colour(self, i: int) -> Found[str]:
+        """As in "with a green colour", "of colour pink"; "in red" could be a place."""
+        found: Found[str] = []
+        for j in self.optional(i, "THE", "A"):
+            for k, colour in self.tag(j, "COLOUR"):
+                found += [(k + 1, colour)] if self.text(k) in _COLOUR_WORDS else []
+            if self.text(j) in _COLOUR_WORDS:
+                found += self.tag(j + 1, "COLOUR")
         return found
 
     def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:

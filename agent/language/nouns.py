@@ -39,7 +39,7 @@ class Phrasing(Modifiers):
         if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
             # "whatever is closest to the bin"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            for j, ref in self._modifier(i + 1, thing):
+            for j, ref in self._modifier(i + 2, thing):
                 found.append((j, replace(ref, text=self.said(i, j))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
@@ -50,19 +50,45 @@ class Phrasing(Modifiers):
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
-                for end, other in self.np(m):
+                for end, others in self._either(m):
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
-                    chosen = ref.determiner in ("a", "all") or ref.plural
-                    found.append((end, replace(ref, without=(*ref.without, other)) if chosen else ref))
+                    plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
+                    chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
+                    full = replace(ref, without=(*ref.without, *others)) if chosen else ref
+                    found.append((end, full))
+                    if k > j and self.text(end) == ",":
+                        # "the pink ball, not the green one, goes in the bowl"
+                        found.append((end + 1, full))
+        found += self._apposed(found)
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
+
+    def _apposed(self, found: Found[Ref]) -> Found[Ref]:
+        """As in "the ball, the pink one": the second says which."""
+        apposed: Found[Ref] = []
+        for j, ref in found:
+            which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
+            if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
+                continue
+            for k, better in self.np(j + 1):
+                closer = better.one and not (better.nouns or better.plural or better.other or better.count)
+                if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
+                    merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
+                    merged = replace(merged, relations=(*ref.relations, *better.relations))
+                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) == "," else [])
+        return apposed
 
     @rule
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"."""
         found: Found[tuple[Ref, ...]] = []
-        for j, colours in self._shared_noun(i):
-            found.append((j, colours))
+        found += self._shared_noun(i)
+        found += self._numbered(i)
+        if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):
+            # "not only the can but the ball as well"
+            for j, first in self.np(i + 2):
+                k = j + 1 if self.text(j) == "," else j
+                found += [(end, (first, other)) for end, other in self.np(k + 1)] if self.text(k) == "but" else []
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
@@ -75,6 +101,15 @@ class Phrasing(Modifiers):
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
+
+    def _either(self, i: int) -> Found[tuple[Ref, ...]]:
+        """As in "the white or the green one", of which neither is meant."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, ref in self.np(i):
+            found.append((j, (ref,)))
+            if self.text(j) in ("or", "nor"):
+                found += [(end, (ref, *others)) for end, others in self._either(j + 1)]
+        return found
 
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
@@ -103,6 +138,8 @@ class Phrasing(Modifiers):
             k += 1
         elif self.text(k) == "as" and self.text(k + 1) == "well" and self.text(k + 2) == "as":
             k += 3
+        elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
+            k += 2
         if self.text(k) in ("then", "also", "finally") and k > j:
             k += 1
         return k if k > j else 0
@@ -133,6 +170,27 @@ class Phrasing(Modifiers):
                 if base.count in (None, len(colours)):
                     found.append((end, refs))
         return found
+
+    def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
+        """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
+        found: Found[tuple[Ref, ...]] = []
+        for j, base in self._determiners(i):
+            for k, noun in self._noun(j, base):
+                refs: list[Ref] = []
+                m = k
+                while m and self._suffix(m) and (noun.names or noun.nouns) and not noun.unknown:
+                    name = self._suffix(m)
+                    text = self.said(j, k) + " " + self.said(m, m + 1)
+                    refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
+                    if len(refs) > 1 and base.count in (None, len(refs)):
+                        found.append((m + 1, tuple(refs)))
+                    m = self._joint(m + 1)
+        return found
+
+    def _suffix(self, i: int) -> str:
+        """Return the letter or number that ends an id, as the id has it; "" for none."""
+        part = self._part(i) if i < len(self.tokens) else ""
+        return part if part in self.words.parts and (len(part) == 1 or part.isdigit()) else ""
 
     def _everything(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []
@@ -258,13 +316,18 @@ class Phrasing(Modifiers):
                         found.append((k, replace(named, nouns=(phrase, other))))
         for j, (noun, plural) in self.tag(i, "ABSENT"):
             found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
+        letter = token.text in self.words.parts and len(token.text) == 1 and token.text.isalpha()
+        if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
+            # "stack B on C"
+            found.append((i + 1, replace(ref, names=(token.text,))))
         for spoken, name in self.words.spoken:
             end = i + len(spoken)
             if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
                 found.append((end, replace(ref, names=(name,))))
         j = i
         parts: list[str] = []
-        while j < len(self.tokens) and self._is_name(j) and len(parts) < 4:
+        pointed = i > 0 and (ref.determiner != "bare" or bool(ref.colours or ref.ranks))
+        while j < len(self.tokens) and self._is_name(j, pointed=pointed) and len(parts) < 4:
             parts.append(_singular(self.tokens[j].text, self.words.parts))
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
@@ -292,26 +355,30 @@ class Phrasing(Modifiers):
         known = token.text in self.words.parts or token.text in _FUNCTION_WORDS or token.text in UNSUPPORTED_VERBS
         return token.kind == "word" and len(token.text) > 1 and not self.tags[i] and not known
 
-    def _is_name(self, i: int) -> bool:
+    def _is_name(self, i: int, *, pointed: bool = False) -> bool:
+        """Say whether a word is part of an id; after "the", even one that elsewhere leaves something out ("the bar")."""
         token = self.tokens[i]
         if token.kind != "word" or len(token.text) < 2:
             return False
         single = _singular(token.text, self.words.parts)
-        return single in self.words.parts and not any(tag in self.tags[i] for tag in _NOT_NAMES)
+        return single in self.words.parts and not any(
+            tag in self.tags[i] for tag in _NOT_NAMES - (_LEAVING_OUT if pointed else frozenset())
+        )
 
     def _suffixed(self, j: int, ref: Ref) -> Found[Ref]:
         """As in "block b", "cube number 2": a letter or number that ends an id."""
         found = [(j, ref)]
+        if self.text(j) in _THINGS:
+            # "the hammer thing"
+            found.append((j + 1, ref))
+        if self.text(j) == "of" and ref.nouns and self.text(j + 1) in self.words.parts and not ref.plural:
+            # "the bottle of water"
+            found.append((j + 2, replace(ref, names=(*ref.names, self.text(j + 1)))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
-        if k < len(self.tokens):
-            token = self.tokens[k]
-            part = str(int(token.number)) if token.kind == "number" and token.number.is_integer() else token.text
-            for _, number in self.tag(k, "NUM"):
-                part = str(int(number)) if number.is_integer() and token.text != "a" else part
-            if part in self.words.parts and (len(part) == 1 or part.isdigit()):
-                found.insert(0, (k + 1, replace(ref, names=(*ref.names, part))))
+        if self._suffix(k):
+            found.insert(0, (k + 1, replace(ref, names=(*ref.names, self._suffix(k)))))
         for m, _ in self.tag(j, "CALLED"):
             if m < len(self.tokens) and (self.tokens[m].kind == "id" or self.text(m) in self.words.parts):
                 found.append((m + 1, replace(ref, names=(*ref.names, self.text(m)))))
@@ -320,9 +387,12 @@ class Phrasing(Modifiers):
 
 _NOT_NAMES = word_set(
     """
-    REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN ABSENT
+    REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN
     """
 )
+_LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
+_AFTER_A_NAME = word_set("on in into onto to next and or beside behind from off under above , . ; ? !") | {""}
+_THINGS = word_set("thing thingy object item toy")
 _SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 

@@ -17,7 +17,7 @@ DIRECTIONS: dict[str, str] = {
         "further from you, farther from you, out in front, further forward, along x, along +x, in front of you"
     ),
     "back": (
-        "to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
+        "nearer, closer, to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "
         "towards the robot, toward the robot, towards your base, toward your base, to the back, "
         "in the backward direction, "
         "towards the arm, toward the arm, closer to you, closer to yourself, closer to the robot, nearer to you, "
@@ -49,7 +49,7 @@ PARTICLES = (
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
     "into your gripper, in your gripper, into the gripper, with one another, with each other, "
-    "back up, for me, each other, one another, in your hand, into your hand, off the tabletop, from the tabletop, "
+    "upward, upwards, back up, for me, each other, one another, in your hand, into your hand, off the tabletop, from the tabletop, "
     "off of the desk, off to one side, off to the side, in your grip, in your claw, on its own, by itself, "
     "back down, "
     "up high, in your grasp, on top of each other, on top of one another, on each other, on one another, "
@@ -87,7 +87,7 @@ RELATIONS: dict[str, str] = {
         "directly behind, at the rear of, beyond, on the far side of, on the other side of"
     ),
     "beside": (
-        "next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
+        "as close as possible to, as near as possible to, as close to, right up to, next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
         "at the side of, by the side of, "
         "to the side of, just next to, right beside, along side, side by side with, close by, right by, just beside, "
         "up next to, directly next to, in the vicinity of, at, on the side of, touching"
@@ -149,6 +149,7 @@ MATCHING = (
     "correctly colored, color matched, correctly coloured"
 )
 SAME_COLOUR = (
+    "with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
     "of the same colour, of the same color, with the same colour, with the same color, of its colour, "
     "of its color, of their colour, of their color, that matches its colour, "
     "that matches its color, that matches, that match, of matching colour, of matching color, "

@@ -20,6 +20,7 @@ from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
 
 NUDGE = 0.10
+_OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
 
 
@@ -46,6 +47,9 @@ class Placing(Hands):
             targets = tuple(found)
         else:
             ref = place.refs[0]
+            if ref.determiner == "it" and self.last_side and self.last_side[0] == _OPPOSITE.get(place.kind):
+                # "the plum left of the can and the pear right of it": of the can.
+                return (self.last_side[1],)
             # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
             barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
             meaning = self.ground.one(ref, fits, barred)
@@ -85,6 +89,7 @@ class Placing(Hands):
                     self._put_at(name, (x + ex * distance, y + ey * distance), f"{distance:g} m {kind} of {target}")
                 elif kind in SIDES:
                     self._put_beside(name, target, (kind,))
+                    self.last_side = (kind, target)
                 elif kind == "beside":
                     self._put_beside(name, target, SIDES)
                 else:

@@ -13,7 +13,8 @@ FILLERS = (
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
     "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
-    "now, just, simply, thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
+    "now, just, simply, only, lightly, delicately, tenderly, cautiously, swiftly, rapidly, promptly, firmly, safely, "
+    "precisely,  thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
     "ta, much appreciated, "
     "if you please, if you do not mind, if possible, if that is okay, if that is ok, if that is possible, "
     "if you have a moment, if you have time, if it is not too much trouble, if it is no trouble, "
@@ -37,7 +38,7 @@ FILLERS = (
     "do me a favor and, do me a favour and, do me a favor, do me a favour, "
     "there is a dear, darling, sweetheart, lad, sir, madam, boss, chief, "
     "be careful, be gentle, take care, take your time, easy, nice and easy, nice and slow, nice and gently, "
-    "steady, one at a time, one by one, "
+    "steady, one at a time, one by one, one after another, one after the other, in turn, mister, mister robot, mr, "
     "step by step, task, next task, your next task, command, instruction, then please, so please, simple task, "
     "yeah, yep, yup, good job, well done, lol, haha"
 )
@@ -74,11 +75,11 @@ PREAMBLES = (
     "is it possible for you to, are you able to, "
     "may i ask you to, might you, can i ask you to, could i ask you to, can i get you to, could i get you to, "
     "may i trouble you to, "
-    "i require you to, i request you to, i request that you, i ask that you, i want that you, "
+    "i asked you to, i told you to, i require you to, i request you to, i request that you, i ask that you, i want that you, "
     "i hereby order you to, i command you to, i order you to, "
     "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
     "we want you to, we would like you to, "
-    "so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "off you go and, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
     "all you have to do is, what i want you to do is, what i need you to do is, "
     "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
     "you got to, kindly do, do please, "
@@ -89,7 +90,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "i will have, i will take, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -100,12 +101,13 @@ DESIRES = (
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
 COPULAS = (
-    "to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
+    "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
     "ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
     "have to go, have to be, gets, is to go, "
     "sitting, resting, to come, comes, should come, should rest, to rest, ought to be, ought to go, will go, "
     "can go, could go, would go, standing, lying, "
+    "wants to sit, want to sit, wants to go, want to go, would like to sit, would like to be, "
     "to stand, should stand, is supposed to be, is supposed to go, are supposed to go, is meant to be, "
     "is meant to go, wants to be, wants to go, has gotta be, gotta be, gotta go"
 )
@@ -223,7 +225,15 @@ TIMES: dict[str, int] = {
     "three times": 3,
     "four times": 4,
     "five times": 5,
+    "six times": 6,
+    "seven times": 7,
+    "eight times": 8,
+    "nine times": 9,
+    "ten times": 10,
+    "a couple of times": 2,
+    "a few times": 3,
 }
+TIMES |= {f"{phrase} each": count for phrase, count in TIMES.items()}
 QUESTIONS = word_set(
     """
     what where which who whom whose how when is are was were am does did has had why may might shall
@@ -239,6 +249,9 @@ SWAP_OF = (
     "the positions of, positions of, the places of, places of, the locations of, the position of, "
     "the spots of, the place of, places between, positions between, the order of, locations of, "
     "the location of"
+)
+LOOK = (
+    "see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
 )
 NOR = "nor, or, and, or is, nor is"
 START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
@@ -264,7 +277,9 @@ END_FILLERS = (
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
-    "that is all, ok robot"
+    "and leave it open, but leave it open, leave it open, and keep it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
+    "it does not matter which one, does not matter which one, i do not care which, i do not care which one, "
+    "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
     "right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "

@@ -41,7 +41,37 @@ NOUNS: dict[str, str] = {
     "one": "one",
     "tower": "tower, stack, pile, column, heap, pyramid",
     "handle": "handle",
+    "fruit": "fruit",
+    "vegetable": "vegetable, veggie",
+    "tool": "tool",
+    "animal": "animal",
+    "vehicle": "vehicle",
+    "drink": "drink, beverage",
+    "snack": "snack",
+    "utensil": "utensil, piece of cutlery, cutlery",
 }
+KINDS_OF: dict[str, frozenset[str]] = {
+    "fruit": word_set(
+        """
+        apple banana orange pear lemon lime grape grapes strawberry peach plum apricot cherry mango kiwi melon fig
+        pineapple
+        """
+    ),
+    "vegetable": word_set("tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet"),
+    "tool": word_set(
+        """
+        hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors tape ruler knife
+        """
+    ),
+    "animal": word_set(
+        "cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse"
+    ),
+    "vehicle": word_set("car truck bus train plane boat bike lorry van tractor"),
+    "drink": word_set("coke cola pepsi sprite fanta water juice soda beer lemonade milk wine cider"),
+    "snack": word_set("chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers"),
+    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
+}
+"""Words for many kinds of things, by what an id may call them; never by shape."""
 IRREGULAR_PLURALS: dict[str, str] = {
     "boxes": "box",
     "dice": "cube",
@@ -56,7 +86,8 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "tumblers": "mug",
     "brushes": "brush",
 }
-MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "stuff", "dice", "soda", "coke", "glass"})
+PLURAL_NOUNS = frozenset({"cutlery", "stuff", "dice"})
+MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
     apple banana orange_fruit pear lemon grape strawberry tomato potato carrot onion egg bread sandwich cake
@@ -175,7 +206,7 @@ NUMBERS: dict[str, float] = {
     "zero": 0, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
     "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14, "fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18,
     "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
-    "hundred": 100, "half": 0.5, "half a": 0.5, "half an": 0.5, "a quarter": 0.25, "quarter": 0.25, "three quarters": 0.75, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
+    "hundred": 100, "half": 0.5, "one half": 0.5, "one quarter": 0.25, "one third": 1 / 3, "half a": 0.5, "half an": 0.5, "a quarter": 0.25, "quarter": 0.25, "three quarters": 0.75, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
     "a couple of": 2, "a couple": 2, "couple of": 2, "a few": 3, "several": 3, "one and a half": 1.5, "two and a half": 2.5,
     "twenty five": 25, "a hundred": 100, "one hundred": 100, "a dozen": 12,
     "a single": 1, "half of a": 0.5, "three quarters of a": 0.75, "a third of a": 1 / 3,

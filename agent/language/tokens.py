@@ -20,8 +20,9 @@ from robosandbox.agent.language.lexicon import (
     WORDS,
 )
 from robosandbox.agent.language.places import TABLE
+from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
-from robosandbox.agent.language.things import UNITS
+from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.wordlist import phrase_list
 
 MAX_CHARACTERS = 2_000
@@ -65,7 +66,7 @@ _CONTRACTIONS = [
         (r"\b(i|you|we|they)'ve\b", r"\1 have"),
         (r"\b(you|we|they)'re\b", r"\1 are"),
         (r"\bi'm\b|\bim\b", "i am"),
-        (r"\b(that|it|what|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
+        (r"\b(that|it|what|whatever|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
         (r"\b(thats|whats|wheres|whos)\b", lambda match: match[0][:-1] + " is"),
         (r"\b(id) (like|love|want|prefer)\b", r"i would \2"),
         (r"\bw/o\b", "without"),
@@ -101,6 +102,9 @@ _MARKS = str.maketrans(
 )
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
+_BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
+_DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
+_DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
@@ -118,7 +122,7 @@ class SceneWords:
         ids: Ids by their lower-case form.
         parts: Words that occur in ids.
         pattern: Finds ids in text.
-        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), as words.
+        spoken: Ids of several words that end in a number or letter, or begin like the table does ("desk drawer"), or of two words that describe nothing ("fruit basket"), as words.
     """
 
     ids: dict[str, str]
@@ -127,6 +131,18 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
+_OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
+_FORBIDDING = frozenset("🚫❌⛔✋🛑")
+_DESCRIBING = frozenset(
+    word
+    for table in (COLOURS, SHADES, SIZES, SUPERLATIVES, POSITIONS)
+    for phrases in table.values()
+    for phrase in phrase_list(phrases)
+    for word in phrase.split()
+)
+_COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
+_WAITED_FOR = frozenset({"for", "until", "till", "to"})
+_ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _TABLES = frozenset(phrase_list(TABLE))
 
 
@@ -142,6 +158,9 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         if len(id_parts(name)) > 2
         or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
         or (len(id_parts(name)) == 2 and id_parts(name)[0] in _TABLES)
+        # "fruit basket" means the one called so, "block red" likewise; "red cube" describes.
+        or (len(id_parts(name)) == 2 and not {*id_parts(name)} & (_DESCRIBING | GRAMMAR_WORDS))
+        or (len(id_parts(name)) == 2 and id_parts(name)[-1] in _COLOUR_WORDS)
     )
     return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
 
@@ -184,6 +203,8 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = _numbered_steps(text)
+    text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
     text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
     text = re.sub(r"'s\b", "", text).replace("'", " ")
@@ -197,8 +218,22 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
                 yield Token(_nearest_id(raw, words) or raw, raw, "id" if _nearest_id(raw, words) else "word")
             case "word" | "ordinal":
                 yield from _words(raw, words)
+            case _ if unicodedata.category(raw) in ("So", "Sk", "Mn", "Cf") and raw not in _FORBIDDING:
+                # A smile adds nothing.
+                continue
             case _:
                 yield Token({"+": "and"}.get(raw, raw), raw, "mark" if raw != "+" else "word")
+
+
+def _numbered_steps(text: str) -> str:
+    """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+    start, number = 0, 1
+    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
+        if number == 1 and text[: match.start()].strip(" ,"):
+            break
+        text = f"{text[: match.start()]} . {text[match.end() :]}"
+        start, number = match.start() + 3, number + 1
+    return text
 
 
 def _nearest_id(raw: str, words: SceneWords) -> str | None:
@@ -207,17 +242,21 @@ def _nearest_id(raw: str, words: SceneWords) -> str | None:
     near = []
     for lower, name in words.ids.items():
         own = lower.split("_")
-        if len(own) == len(parts) and all(
-            a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=True)
-        ):
+        same = all(a == b or (len(b) > 2 and nearest_word(a, (b,)) == b) for a, b in zip(parts, own, strict=False))
+        if (len(own) == len(parts) and same) or sorted(own) == sorted(parts):
             near.append(name)
     return near[0] if len(near) == 1 else None
 
 
 def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     """Return the word, its correction, or the two words that were run together ("redcube")."""
-    if raw in WORDS or raw in words.parts or raw in REAL_WORDS:
+    if raw in WORDS or raw in words.parts or raw in REAL_WORDS or _is_plural(raw, words.parts):
         return (Token(raw, raw, "word"),)
+    drawn = next(
+        (w for w in (_DRAWN_OUT.sub(r"\1", raw), _DRAWN_OUT.sub(r"\1\1", raw)) if w in WORDS or w in words.parts), None
+    )
+    if drawn:
+        return (Token(drawn, raw, "word"),)
     for k in range(2, len(raw) - 1):
         first, second = raw[:k], raw[k:]
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
@@ -226,15 +265,48 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
 
 
+def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
+    """Say whether a "no" before token `i` is just an opening: "no, ...", "no the green one", "no put it there"."""
+    if i >= len(tokens) or tokens[i].kind == "mark" or FILLERS.match(tokens, i) or START_FILLERS.match(tokens, i):
+        return True
+    tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+    return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
+
+
+def _is_plural(word: str, parts: frozenset[str]) -> bool:
+    return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
+
+
 def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
     kept: list[Token] = []
     i = 0
     while i < len(tokens):
         edge = not kept or kept[-1].kind == "mark"
+        if (
+            tokens[i].text == "as"
+            and i + 2 < len(tokens)
+            and [t.text for t in tokens[i : i + 3]] == ["as", "well", "as"]
+        ):
+            kept += tokens[i : i + 3]
+            i += 3
+            continue
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
             # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
+            length = 0
+        if tokens[i].text == "wait" and i + 1 < len(tokens) and tokens[i + 1].text in _WAITED_FOR:
+            # "wait for me, then ..." asks for something.
+            kept += tokens[i : i + 3]
+            i += 3
+            continue
+        if tokens[i].text == "no" and not _says_nothing(tokens, i + 1):
+            # "no pens in the box" forbids.
+            kept.append(tokens[i])
+            i += 1
+            continue
+        if tokens[i].text in _ONLY and kept and kept[-1].text == "not":
+            # "not just the red cube but also ..." leaves nothing out.
             length = 0
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.

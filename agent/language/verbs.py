@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosandbox.agent.language.wordlist import word_set
+from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 VERBS: dict[str, str] = {
     "pick": (
@@ -36,7 +36,7 @@ VERBS: dict[str, str] = {
     "push": (
         "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, "
         "edge, "
-        "jostle, inch, propel, bulldoze, draw, give a push, give a shove, give a nudge"
+        "jostle, inch, propel, bulldoze, scooch, drive, glide, wheel, draw, give a push, give a shove, give a nudge"
     ),
     "release": (
         "release, let go, let go of, drop, put down, set down, lay down, place down, let loose, unhand, let down, lower"
@@ -63,16 +63,17 @@ VERBS: dict[str, str] = {
         "unstack, dismantle, take apart, disassemble, take down, break down, break up, knock down, destack, tear down"
     ),
     "tidy": (
-        "tidy, tidy up, clean, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
+        "tidy, tidy up, clean up, clear, clear up, clear off, clear out, tidy away, clear away, put away, "
         "pack away, clean out"
     ),
+    "clean": "clean",
     "empty": "empty, empty out, clear out, unload, clear off",
     "go": (
         "go, return, move, come, drive, get, head, travel, retreat, retract, go back, come back, move back, "
         "get back, head back, return back, be"
     ),
     "home": (
-        "home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
+        "come back, home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
         "go to sleep, stand down"
     ),
     "want": "want, need, require, like, love, prefer, wish",
@@ -158,6 +159,10 @@ def inflections(verb: str) -> tuple[str, ...]:
     third = verb + ("es" if verb.endswith(("s", "sh", "ch", "x", "z")) else "s")
     stem = verb[:-1] if verb.endswith("e") else verb
     return (verb, third, stem + "ing", stem + "ed")
+
+
+BASE_FORMS = frozenset(phrase.split()[0] for phrases in VERBS.values() for phrase in phrase_list(phrases))
+"""How verbs begin that ask for something; "picked up the can" and "picks up the can" tell of it."""
 
 
 def forms(phrase: str) -> tuple[str, ...]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import lru_cache
 
-from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.perception.relations import bounds
+from robosandbox.types import DetectedObject, ObservedScene, Pose
 
 TABLE_HALF = 0.5
 MARGIN = 0.02
@@ -13,32 +16,17 @@ LIFTED = 0.08
 Parent = tuple[str, str]
 
 
+@lru_cache(maxsize=512)
 def half_extents(item: DetectedObject) -> tuple[float, float, float]:
-    """Return the half-extents of the object's box along the world's axes, turned by its yaw only; metres."""
-    size = item.size
-    match item.kind:
-        case "sphere":
-            return size[0], size[0], size[0]
-        case "cylinder":
-            return size[0], size[0], size[1]
-        case "capsule":
-            return size[0], size[0], size[0] + size[1]
-        case "bowl" | "cup":
-            return size[0] + 0.004, size[0] + 0.004, size[1] / 2
-        case "drawer":
-            x, y, z = size[1] / 2, size[0] / 2, size[2] / 2
-        case "bin":
-            x, y, z = size[0] + 0.004, size[1] + 0.004, size[2] / 2
-        case _:
-            x, y, z = size if len(size) == 3 else (0.03, 0.03, 0.03)
-    yaw = item.pose.yaw
-    c, s = abs(math.cos(yaw)), abs(math.sin(yaw))
-    return x * c + y * s, x * s + y * c, z
+    """Return the half-extents of the object along the world's axes, as it lies or stands; metres."""
+    low, high = bounds(item)
+    x, y, z = ((high - low) / 2.0).tolist()
+    return x, y, z
 
 
 def volume(item: DetectedObject) -> float:
-    """Return the volume of the object's box, cubic metres."""
-    x, y, z = half_extents(item)
+    """Return the volume of the box around the object's hull in its own frame, cubic metres: the same however it lies."""
+    x, y, z = half_extents(replace(item, pose=Pose(xyz=item.pose.xyz)))
     return 8 * x * y * z
 
 

@@ -1,0 +1,212 @@
+"""Commands, in whatever order people say them: verb first, place first, as a wish, or with no verb at all."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.clauses import Clauses, Element
+from robosandbox.agent.language.frames import frame_command
+from robosandbox.agent.language.intent import Command, Ref
+from robosandbox.agent.language.verbs import BASE_FORMS
+
+_GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
+
+
+class Commands(Clauses):
+    """The rules for one command."""
+
+    def _skip(self, i: int) -> int:
+        while self.text(i) in (",", ".", ";", "!", "?", ":"):
+            i += 1
+        return i
+
+    @rule
+    def clause(self, i: int) -> Found[Command]:
+        """A command: verb first, place first, or as a wish; gapped clauses borrow the verb before them."""
+        found: Found[Command] = []
+        for start in self._preambles(i, 0):
+            found += self._verb_first(start)
+            found += self._wish(start)
+        found += self._fronted(i)
+        found += self._partitive(i)
+        found += self._telegram(i)
+        for j, key in self.tag(i, "FROM"):
+            # "counting from the left, pick the fourth"
+            for end, command in self._verb_first(self._skip(j)):
+                found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
+        for j, _ in self.tag(i, "INSTEAD"):
+            for k, _ in self.np_list(j):
+                found += self._verb_first(self._skip(k))
+        return list(dict.fromkeys(found))
+
+    def _preambles(self, i: int, depth: int) -> list[int]:
+        starts = [i]
+        if depth < 3:
+            for j, _ in self.tag(i, "PREAMBLE"):
+                starts += self._preambles(self._skip(j), depth + 1)
+        return list(dict.fromkeys(starts))
+
+    def _verb_first(self, i: int) -> Found[Command]:
+        found: Found[Command] = []
+        for j, verb in self.tag(i, "VERB") if self._asks(i) else []:
+            if verb == "home":
+                found.append((j, Command("home")))
+                found += [(k, Command("home")) for k in self._arm(j)]
+            for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
+                for k, elements in self.elements(start):
+                    found += [(k, command) for command in frame_command(verb, elements)]
+            if verb == "give":
+                found += self._light(j)
+            if verb in ("go", "move", "put", "push"):
+                for k in self._arm(j):
+                    for end in self._home(k):
+                        found.append((end, Command("home")))
+        for end in self._home(i):
+            # "home"; but "start" alone is no place, nor is "rest".
+            if end > i + 1 or self.text(i) == "home":
+                found.append((end, Command("home")))
+        return found
+
+    def _asks(self, i: int) -> bool:
+        """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
+        if self.text(i) in BASE_FORMS:
+            return True
+        return i > 0 and (self.text(i).endswith("ing") or self.text(i - 1) in ("have", "having", "you", "got"))
+
+    def _light(self, i: int) -> Found[Command]:
+        """As in "give the can a gentle push to the left": the noun is the verb."""
+        found: Found[Command] = []
+        for j, refs in self.np_list(i):
+            for k, _ in self.tag(j, "A"):
+                for m in self.optional(k, "LIGHT_ADJECTIVE"):
+                    for n, verb in self.tag(m, "LIGHT_NOUN"):
+                        for end, elements in self.elements(n):
+                            found += [(end, c) for c in frame_command(verb, (spoken(refs), *elements))]
+        return found
+
+    def _arm(self, i: int) -> list[int]:
+        return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
+
+    def _wish(self, i: int) -> Found[Command]:
+        """As in "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
+        found: Found[Command] = []
+        if self.text(i) in ("can", "could"):
+            # "could the can go in the bin?"
+            for j, refs in self.np_list(i + 1):
+                found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
+        if self.text(i) == "it" and self.text(i + 1) == "is":
+            # "it is the apple that goes in the basket"
+            for j, refs in self.np_list(i + 2):
+                for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
+                    found += self._placed_there(refs, k)
+        starts = [end for end, _ in self.tag(i, "DESIRE")]
+        for start in [*starts, i]:
+            for j, refs in self.np_list(start):
+                copulas = [end for end, _ in self.tag(j, "COPULA")]
+                if start > i:
+                    # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
+                    copulas += [end for end, _ in self.tag(j, "IS_NOW")]
+                for k in copulas + ([j] if start > i else []):
+                    for m, verb in self.tag(k, "VERB"):
+                        # "I need the red cube picked up", "... to be put in the bin".
+                        if verb == "swap" or self.text(k).endswith(("ed", "en", "t", "ng", "d")):
+                            for end, elements in self.elements(m):
+                                objects = spoken(refs)
+                                found += [(end, c) for c in frame_command(verb, (objects, *elements))]
+                    found += self._placed_there(refs, k)
+        return found
+
+    def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        return [
+            (end, command)
+            for end, elements in self.elements(i)
+            if elements and any(e.kind in ("place", "matching") for e in elements)
+            for command in frame_command("put", (spoken(refs), *elements))
+        ]
+
+    def _partitive(self, i: int) -> Found[Command]:
+        """As in "of the three mugs, take the middle one"."""
+        found: Found[Command] = []
+        if self.text(i) not in ("of", "out", "from", "among"):
+            return found
+        for j, whole in self.np(i + 2 if self.text(i + 1) == "of" else i + 1):
+            for k, command in self._verb_first(self._skip(j)) if whole.plural and not whole.ranks else []:
+                ref = command.objects[0] if len(command.objects) == 1 else None
+                if ref is not None and ref.one and not ref.nouns:
+                    part = replace(ref, nouns=whole.nouns, names=whole.names, one=False)
+                    part = replace(
+                        part, colours=ref.colours or whole.colours, relations=(*whole.relations, *ref.relations)
+                    )
+                    found.append((k, replace(command, objects=(part,))))
+        return found
+
+    def _fronted(self, i: int) -> Found[Command]:
+        """As in "In the bin, put the red cube"; "the red cube, put it in the bin"."""
+        found: Found[Command] = []
+        if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
+            # "start with the marble: put it in the tray"
+            i += 2
+        for k, _ in self.tag(i, "LOOK"):
+            found += self._pointed_out(k)
+        for j, element in self.element(i):
+            comma = j + 1 if self.text(j) in (",", ":") else j
+            if element.kind == "objects" and self._skip(j) > j:
+                for start in self._preambles(self._skip(j), 0):
+                    for k, command in self._verb_first(start):
+                        if command.objects and command.objects[0].determiner == "it":
+                            found.append((k, replace(command, objects=element.value)))
+            elif element.kind in ("place", "direction"):
+                for start in self._preambles(comma, 0):
+                    for m, verb in self.tag(start, "VERB"):
+                        if verb in ("put", "move", "stack", "push"):
+                            for end, elements in self.elements(m):
+                                # "in the grey bin" is no binning in the grey.
+                                if any(e.kind == "objects" for e in elements):
+                                    found += [(end, c) for c in frame_command(verb, (*elements, element))]
+                if element.kind == "place" and self.text(j) == "with":
+                    # "into the bin with the plum"
+                    for end, refs in self.np_list(j + 1):
+                        found += [(end, c) for c in frame_command("put", (spoken(refs), element))]
+        return found
+
+    def _pointed_out(self, i: int) -> Found[Command]:
+        """As in "see the small block over there? Put it in the bin"; "there is a can, tap it"."""
+        found: Found[Command] = []
+        for j, ref in self.np(i):
+            j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
+            if self.text(j) == "over" and self.text(j + 1) == "there":
+                j += 2
+            if self._skip(j) == j or ref.plural:
+                continue
+            which = replace(ref, determiner="the") if ref.determiner == "a" else ref
+            for start in self._preambles(self._skip(j), 0):
+                for end, command in self._verb_first(start):
+                    if command.objects and command.objects[0].determiner == "it":
+                        found.append((end, replace(command, objects=(which,))))
+        return found
+
+    def _telegram(self, i: int) -> Found[Command]:
+        """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
+        found: Found[Command] = []
+        for j, refs in self.np_list(i):
+            # "the marble and the block, both into the crate"
+            both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
+            starts = {both, j + 1} if self.text(j) in (",", ":") else {both}
+            for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
+                kinds = [element.kind for element in elements]
+                if "place" in kinds or "matching" in kinds:
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (spoken(refs), *elements))]
+                if sorted(kinds) == ["direction", "distance"]:
+                    # "red cube: 5 cm left"
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+        return found
+
+
+def _counted_from(ref: Ref, key: str) -> Ref:
+    return replace(ref, ranks=tuple(replace(rank, key=key) if not rank.key else rank for rank in ref.ranks))
+
+
+def spoken(refs: tuple[Ref, ...]) -> Element:
+    """Return noun phrases as what a verb takes."""
+    return Element("objects", refs)
