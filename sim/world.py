@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.robots.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects import PREFIX, add_object
@@ -56,7 +57,9 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     base = robot_model.base_pose
     x, y, z, w = base.quat_xyzw
     frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])
-    spec.attach(robot_model.spec.copy(), prefix=ROBOT_PREFIX, frame=frame)
+    robot = robot_model.spec.copy()
+    copy_options(robot, spec)
+    spec.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
     for item in scene.objects:
         add_object(spec, item)
     try:
