@@ -12,7 +12,8 @@ from robosandbox.robots.servos import joint_bounds, model_joint_is_single
 
 _HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
 _WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
-_FINGER_DEPTH = 5
+# A finger of a hand, whose tendons are drawn as joints, has up to nine; what tells it from an arm is its length.
+_FINGER_DEPTH = 10
 _FINGER_SPAN = 0.25
 _LEAST_ARM = 3
 
@@ -223,7 +224,10 @@ def _is_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> tuple[bool, str]:
     if len(joints) != 1:
         return False, ""
     joint, parent = joints[0], tree.parent.get(node, 0)
-    named = next((n for n in (model.joint(joint).name, model.body(node).name) if _HINT.search(n)), None)
+    joint_name, body_name = str(model.joint(joint).name), str(model.body(node).name)
+    if _WRIST.search(joint_name) and not _HINT.search(joint_name):
+        return False, ""
+    named = next((name for name in (joint_name, body_name) if _HINT.search(name)), None)
     mine = _geoms(model, tree, node)
     other = _geoms(model, tree, parent)
     if not mine or not other:

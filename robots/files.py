@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -46,8 +47,10 @@ class ModelFiles:
         for candidate in (folder, *folder.parents):
             if (candidate / "package.xml").is_file():
                 return candidate
-        if folder.name.lower() in _MODEL_FOLDERS and folder.parent != folder.parent.parent:
-            return folder.parent
+        # urdf/arm.urdf and urdf/arm/arm.urdf alike have their meshes beside urdf/.
+        for candidate in (folder, folder.parent):
+            if candidate.name.lower() in _MODEL_FOLDERS and candidate.parent != candidate.parent.parent:
+                return candidate.parent
         return folder
 
     def find(self, name: str, element: str, *, folder: str = "") -> Path:
@@ -74,7 +77,8 @@ class ModelFiles:
                     raise InputError(f"{self.model.name}: {element}: {path.name} is larger than 200 MB")
                 return path
         tried = f" (looked in {found[0].parent})" if found else ""
-        remedy = f"give --package-path, or set {PACKAGE_PATH_VARIABLE}" if "://" in name else "put it beside the model"
+        remedy = f"give its folder with --package-path, or set {PACKAGE_PATH_VARIABLE}"
+        remedy = remedy if "://" in name else f"put it there, or {remedy}"
         raise InputError(f"{self.model.name}: {element}: no file {name!r}{tried}; {remedy}")
 
     def _locate(self, name: str, folder: str) -> list[Path]:
@@ -154,11 +158,24 @@ def read_xml(path: Path) -> bytes:
     if path.stat().st_size > MAX_MODEL_BYTES:
         raise InputError(f"{path.name}: is {path.stat().st_size / 1e6:.0f} MB; a model file is at most 20 MB")
     try:
-        content = path.read_bytes()
+        content = bind_prefixes(path.read_bytes())
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror}") from None
     check_xml(content, path.name)
     return content
+
+
+def bind_prefixes(content: bytes) -> bytes:
+    """Declare on the root the prefixes that a file uses and nobody declared, as ROS reads `drake:` and `sensor:`."""
+    declared = set(re.findall(rb"xmlns:([\w.-]+)\s*=", content)) | {b"xml", b"xmlns"}
+    used = set(re.findall(rb"<([A-Za-z_][\w.-]*):[A-Za-z_]", content))
+    used |= set(re.findall(rb"\s([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*\s*=\s*[\"']", content))
+    root = re.search(rb"<(?:robot|mujoco)\b", content)
+    missing = sorted(used - declared)
+    if root is None or not missing:
+        return content
+    names = b"".join(b' xmlns:%s="urn:%s"' % (prefix, prefix) for prefix in missing)
+    return content[: root.end()] + names + content[root.end() :]
 
 
 def check_xml(content: bytes, source: str) -> None:

@@ -78,6 +78,13 @@ def _check_finite(model: mujoco.MjModel, source: str) -> None:
                 raise InputError(f"{source}: {owner} {element!r}: its {name} is not finite; give plain numbers")
 
 
+def copy_options(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
+    """Give a spec the physics options of another; MuJoCo warns of differences when one is attached to the other."""
+    for name in dir(source.option):
+        if not name.startswith("_") and not callable(getattr(source.option, name)):
+            setattr(spec.option, name, getattr(source.option, name))
+
+
 def put_scalar(element: Any, field: str, value: float) -> None:
     """Set a joint's damping or stiffness, which newer MuJoCo keeps as a polynomial's coefficients."""
     old = np.asarray(getattr(element, field))

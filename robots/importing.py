@@ -37,6 +37,7 @@ def import_model(path: Path, package_paths: Iterable[Path] = ()) -> ImportedMode
     imported = import_urdf(path, package_paths) if is_urdf else import_mjcf(path, package_paths)
     if not len(imported.spec.joints):
         raise InputError(f"{path.name}: has no joint that moves; a robot needs one")
+    ensure_solid(imported)
     ensure_servos(imported)
     compensate_gravity(imported.spec)
     let_overlaps_touch(imported)
@@ -47,6 +48,25 @@ def _is_urdf(content: bytes) -> bool:
     head = content[content.find(b"<") :]
     robot, mjcf = head.find(b"<robot"), head.find(b"<mujoco")
     return robot >= 0 and (mjcf < 0 or robot < mjcf)
+
+
+def ensure_solid(imported: ImportedModel) -> None:
+    """Let visual shapes collide where a file has no collision shape on any link that moves."""
+    moving = [body for body in imported.spec.bodies if body.name != "world" and _moves(body)]
+    geoms = [geom for body in moving for geom in body.geoms]
+    if not geoms or any(geom.contype or geom.conaffinity for geom in geoms):
+        return
+    for geom in geoms:
+        geom.contype = geom.conaffinity = 1
+    imported.notes.append("no link has a collision shape: the visual ones are taken")
+
+
+def _moves(body: mujoco.MjsBody) -> bool:
+    while body is not None and body.name != "world":
+        if body.joints:
+            return True
+        body = body.parent
+    return False
 
 
 def compensate_gravity(spec: mujoco.MjSpec) -> None:

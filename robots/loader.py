@@ -30,7 +30,7 @@ from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
-_TOOL_LENGTH = 0.04
+_TOOL_LENGTH = 0.025
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -48,7 +48,7 @@ class RobotModel:
         velocity_limits: Per arm joint, shape (n,).
         acceleration_limits: Per arm joint, shape (n,).
         workspace: What it reaches over a table.
-        tool_half: How far its last link reaches along the TCP's x and y; of use to an arm without a gripper.
+        tool_bounds: (x_min, x_max, y_min, y_max) of its last link about the TCP; of use to an arm without a gripper.
         notes: What the import repaired, added or left out, in sentences.
     """
 
@@ -62,7 +62,7 @@ class RobotModel:
     velocity_limits: Array
     acceleration_limits: Array
     workspace: Workspace
-    tool_half: tuple[float, float]
+    tool_bounds: tuple[float, float, float, float]
     notes: tuple[str, ...] = ()
 
     @property
@@ -97,7 +97,7 @@ class RobotModel:
             bodies=frozenset(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix)),
             base_position=frozen_array(model.body_pos[base]),
             reach=(self.workspace.near, self.workspace.far),
-            tool_half=self.tool_half,
+            tool_bounds=self.tool_bounds,
             gripper=self._bind_gripper(model, prefix),
             limits=self.sidecar.limits,
         )
@@ -231,7 +231,7 @@ def measure(
         velocity_limits=velocity,
         acceleration_limits=acceleration,
         workspace=workspace,
-        tool_half=_tool_half(model, site, R_site_tcp),
+        tool_bounds=_tool_bounds(model, site, R_site_tcp),
         notes=tuple(imported.notes),
     )
 
@@ -250,17 +250,22 @@ def _workspace(
     return find_workspace(Kinematics(model, joints, tool, start), TABLE_HEIGHT - sidecar.base_pose.xyz[2])
 
 
-def _tool_half(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float]:
-    """Return how far the link at the TCP reaches along its x and y, near its end."""
+def _tool_bounds(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float, float, float]:
+    """Return x_min, x_max, y_min, y_max of what is at the TCP, near its end and in its frame."""
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    weld = int(model.body_weldid[model.site_bodyid[site]])
-    bodies = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld)
-    points = world_points(model, data, collision_geoms(model, bodies), 0.004)
-    local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
-    near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
-    x, y = np.abs(near[:, :2]).max(axis=0) if len(near) else (0.01, 0.01)
-    return float(x), float(y)
+    body = int(model.body_weldid[model.site_bodyid[site]])
+    while body:
+        bodies = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == body)
+        points = world_points(model, data, collision_geoms(model, bodies), 0.004)
+        local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
+        near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
+        if len(near):
+            (x_min, y_min), (x_max, y_max) = near[:, :2].min(axis=0), near[:, :2].max(axis=0)
+            return float(x_min), float(x_max), float(y_min), float(y_max)
+        # A last link without a shape: the one before it does the work.
+        body = int(model.body_weldid[model.body_parentid[body]])
+    return -0.01, 0.01, -0.01, 0.01
 
 
 def _bare_tool(model: mujoco.MjModel, sidecar: Sidecar, site: int, oriented: bool) -> Array:
@@ -342,7 +347,7 @@ def _limits(
         actuator = model.actuator(name).id
         force = abs(model.actuator_forcerange[actuator]).max() if model.actuator_forcelimited[actuator] else np.inf
         torque = force * abs(model.actuator_gear[actuator, 0])
-        derived[i] = np.clip(0.4 * torque / max(inertia[dof, dof], 1e-6), 1.0, 8.0)
+        derived[i] = np.clip(0.4 * torque / max(inertia[dof, dof], 1e-6), 0.25, 8.0)
     if acceleration is None or len(acceleration) != n:
         acceleration = derived
     if velocity is None or len(velocity) != n:

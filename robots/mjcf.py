@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots import inertia
 from robosandbox.robots.files import ModelFiles, read_xml
-from robosandbox.robots.imported import ImportedModel, compile_spec, one_line
+from robosandbox.robots.imported import ImportedModel, compile_spec, copy_options, one_line
 
 _MAX_FILES = 100
 _MAX_REPLICAS = 1000
@@ -223,10 +223,7 @@ def _isolate(spec: mujoco.MjSpec) -> None:
     compiler.inertiafromgeom = mujoco.mjtInertiaFromGeom.mjINERTIAFROMGEOM_AUTO
     compiler.inertiagrouprange = [0, 5]
     # Measured alone, a robot obeys the options that it will have in every scene, not those of its file.
-    option, plain = spec.option, mujoco.MjSpec().option
-    for field in dir(plain):
-        if not field.startswith("_") and not callable(getattr(plain, field)):
-            setattr(option, field, getattr(plain, field))
+    copy_options(spec, mujoco.MjSpec())
     spec.visual.map.znear = 0.01
     spec.visual.map.zfar = 50.0
-    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

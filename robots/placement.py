@@ -55,18 +55,27 @@ class Workspace:
         return np.array([*(self.axis + distance * ahead), self.floor + height])
 
 
-def base_bottom(model: mujoco.MjModel) -> float:
-    """Return the lowest point of what does not move, or of the first link, metres in the robot's frame."""
+def base_bottom(model: mujoco.MjModel, joints: tuple[int, ...]) -> float:
+    """Return the lowest point of what the arm stands on, its wheels included, metres in the robot's frame.
+
+    Args:
+        model: The robot.
+        joints: Ids of the arm's joints; what they move does not count.
+    """
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
-    weld = model.body_weldid[model.geom_bodyid]
-    chosen = [g for g in range(model.ngeom) if weld[g] == 0]
+    carried = {int(model.jnt_bodyid[joint]) for joint in joints}
+    for body in range(1, model.nbody):
+        if int(model.body_parentid[body]) in carried:
+            carried.add(body)
+    chosen = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) not in carried]
     if not chosen:
-        first = next((b for b in range(1, model.nbody) if model.body_jntnum[b]), 0)
-        chosen = [g for g in range(model.ngeom) if weld[g] == first]
-    # Collision shapes are often simplified beyond the base's foot; what is seen is what stands.
-    seen = [g for g in chosen if not (model.geom_contype[g] or model.geom_conaffinity[g])]
-    points = world_points(model, data, seen or chosen, 0.005)
+        first = int(model.jnt_bodyid[joints[0]])
+        chosen = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) == first]
+    # Collision shapes are often simplified beyond the base's foot; what is seen is what stands. Wheels stand too.
+    fixed = [g for g in chosen if int(model.body_weldid[model.geom_bodyid[g]]) == 0]
+    seen = [g for g in fixed if not (model.geom_contype[g] or model.geom_conaffinity[g])]
+    points = world_points(model, data, {*(seen or fixed), *(g for g in chosen if g not in fixed)}, 0.005)
     return float(points[:, 2].min()) if len(points) else 0.0
 
 

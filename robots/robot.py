@@ -147,7 +147,7 @@ class Robot:
         bodies: Ids of all its bodies.
         base_position: Its base in the world, shape (3,).
         gripper: None for an arm without one.
-        tool_half: How far what is at the TCP reaches along its x and y; of an arm without a gripper its last link.
+        tool_bounds: (x_min, x_max, y_min, y_max) of what is at the TCP, in its frame; of an arm without a gripper its last link.
         reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
         limits: The sidecar's; what nobody's plan may pass.
     """
@@ -170,7 +170,7 @@ class Robot:
     base_position: Array
     gripper: Gripper | None
     reach: tuple[float, float]
-    tool_half: tuple[float, float] = (0.01, 0.01)
+    tool_bounds: tuple[float, float, float, float] = (-0.01, 0.01, -0.01, 0.01)
     limits: Limits | None = None
 
     @property

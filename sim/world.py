@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
+from robosandbox.robots.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects import BOX, PREFIX, add_objects
@@ -64,7 +65,9 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     base = robot_model.base_pose
     x, y, z, w = base.quat_xyzw
     frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])
-    spec.attach(robot_model.spec.copy(), prefix=ROBOT_PREFIX, frame=frame)
+    robot = robot_model.spec.copy()
+    copy_options(robot, spec)
+    spec.attach(robot, prefix=ROBOT_PREFIX, frame=frame)
     add_objects(spec, scene)
     try:
         model = spec.compile()

@@ -264,16 +264,18 @@ class Manipulator:
         return self._wait_for_fingers()
 
     def _wait_for_fingers(self) -> float:
-        """Wait until the gap no longer changes; return it."""
+        """Wait until the fingers no longer move; return the gap between them."""
         deadline = self.sim.time + _GRIP_SECONDS
         self.sim.step(_LAG)
-        width = self.gripper.width
+        state = self.gripper
         while self.sim.time < deadline:
             self.sim.step(_LAG)
-            before, width = width, self.gripper.width
-            if abs(width - before) < _GRIP_STILL:
+            before, state = state, self.gripper
+            # A jaw that has swung far off still moves where its gap no longer grows.
+            travel = abs(state.closed - before.closed) * self.geometry.max_aperture
+            if max(abs(state.width - before.width), travel) < _GRIP_STILL:
                 break
-        return width
+        return state.width
 
     def settle(self, *names: str, seconds: float = 2.0) -> ObservedScene:
         """Let time pass until these objects are seen to be still, and return that look."""

@@ -130,17 +130,28 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     down = np.array([0.0, 0.0, -1.0])
     across = np.cross(down, axis)
     gripper = arm.sim.robot.gripper
-    wide, thin = (
-        (gripper.geometry.finger_thickness, gripper.geometry.finger_width / 2.0)
-        if gripper
-        else (arm.sim.robot.tool_half[1], arm.sim.robot.tool_half[0])
-    )
     hand = arm.sim.observe().tcp_pose.rotation
     options = []
-    for closing, depth in ((across, thin), (-across, thin), (axis, wide), (-axis, wide)):
-        options.append((np.column_stack([np.cross(closing, down), closing, down]), depth))
-    # Of two opposite hands the one that turns less comes first.
-    return sorted(options, key=lambda option: (option[1] != thin, -float(np.trace(hand.T @ option[0]))))
+    for closing in (across, -across, axis, -axis):
+        rotation = np.column_stack([np.cross(closing, down), closing, down])
+        if gripper is None:
+            depth = _flange_depth(arm.sim.robot.tool_bounds, rotation.T @ axis)
+        else:
+            squarely = abs(float(closing @ axis)) > 0.5
+            depth = gripper.geometry.finger_thickness if squarely else gripper.geometry.finger_width / 2.0
+        options.append((rotation, depth))
+    # The wide side first; of two opposite hands the one that turns less.
+    return sorted(
+        options, key=lambda option: (abs(float(option[0][:, 1] @ axis)) > 0.5, -float(np.trace(hand.T @ option[0])))
+    )
+
+
+def _flange_depth(bounds: tuple[float, float, float, float], forward: Array) -> float:
+    """Return how far a flange reaches from its TCP towards `forward`, shape (3,), in the TCP frame."""
+    x_min, x_max, y_min, y_max = bounds
+    x = x_max if forward[0] > 0.0 else -x_min
+    y = y_max if forward[1] > 0.0 else -y_min
+    return x if abs(forward[0]) > abs(forward[1]) else y
 
 
 def _line(
@@ -154,9 +165,10 @@ def _line(
 ) -> tuple[Pose, Pose]:
     """Return the TCP poses where the stroke begins and ends."""
     gripper = arm.sim.robot.gripper
-    tip = gripper.geometry.tip_depth if gripper else 0.0
     middle = centre(target)
-    height = max(float(middle[2]), table_height + tip + _TIP_CLEARANCE)
+    lowest = table_height + _TIP_CLEARANCE
+    # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
+    height = max(float(middle[2]), lowest + gripper.geometry.tip_depth) if gripper else lowest
     behind = float(support(target, -axis[None])[0] + axis @ middle)
     begin = middle - axis * (behind + half_depth + _STAND_OFF)
     finish = middle - axis * (behind + half_depth) + axis * distance

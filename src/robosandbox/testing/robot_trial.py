@@ -24,6 +24,8 @@ _HELD = 0.02
 _OPENS = 0.8
 _CLOSES = 0.004
 _PUSH_M = 0.06
+_TABLE_HALF = 0.5
+_TABLE_MARGIN = 0.05
 
 
 def try_out(path: Path, config: Path, robot: RobotModel, failed: list[Check]) -> list[Check]:
@@ -94,7 +96,7 @@ def _servos_track(sim: MuJoCoBackend, blame: str | None) -> Check:
         target[joint] += step * (0.2 if np.isfinite(robot.upper[joint]) and robot.upper[joint] < 0.5 else 1.0)
         target = np.clip(target, robot.lower, robot.upper)
         for goal in (target, robot.home_q):
-            sim.execute(Trajectory(q=_ramp(sim.observe().q, goal), dt=0.01))
+            sim.execute(Trajectory(q=_ramp(sim.observe().q, goal, robot.acceleration_limits), dt=0.01))
             for _ in range(round(_TRACK_SECONDS / sim.control_timestep)):
                 if np.abs(sim.observe().q - goal).max() < 0.2 * _TRACKED:
                     break
@@ -109,8 +111,10 @@ def _servos_track(sim: MuJoCoBackend, blame: str | None) -> Check:
     return Check("servos", True, f"each joint follows a step of {_STEP} within {worst:.4f}")
 
 
-def _ramp(start: Array, goal: Array) -> Array:
-    share = np.linspace(0.0, 1.0, 60)[:, None]
+def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
+    """Return steps of 10 ms, shape (k, n), no faster than the joints can speed up and slow down."""
+    seconds = max(0.6, 2.0 * float(np.sqrt(np.abs(goal - start) / acceleration).max()))
+    share = np.linspace(0.0, 1.0, round(seconds / 0.01))[:, None]
     ramp: Array = start + share * (goal - start)
     return ramp
 
@@ -136,9 +140,16 @@ def _gripper_moves(sim: MuJoCoBackend, blame: str | None) -> Check:
 def work_point(robot: RobotModel, share: float = 0.5) -> tuple[float, float]:
     """Return a point of the table that a robot reaches: straight ahead, `share` of the way from near to far."""
     space, base = robot.workspace, robot.base_pose
-    local = space.point(space.near + share * (space.far - space.near), 0.0)
-    world = base.position + base.rotation @ local
-    return round(float(world[0]), 3), round(float(world[1]), 3)
+    direction = base.rotation @ (space.point(1.0, 0.0) - space.point(0.0, 0.0))
+    axis = base.position + base.rotation @ space.point(0.0, 0.0)
+    # A long arm reaches farther than its table does.
+    edge = min(
+        ((np.sign(d) * _TABLE_HALF - a) / d for a, d in zip(axis[:2], direction[:2], strict=True) if abs(d) > 1e-6),
+        default=space.far,
+    )
+    far = max(space.near, min(space.far, float(edge) - _TABLE_MARGIN))
+    x, y = (axis + (space.near + share * (far - space.near)) * direction)[:2]
+    return round(float(x), 3), round(float(y), 3)
 
 
 def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table_height: float = 0.04) -> Task:
