@@ -32,7 +32,7 @@ from robosandbox.errors import (
     RoboSandboxError,
     SkillError,
 )
-from robosandbox.protocols import AgentWorld, Planner, Skill
+from robosandbox.protocols import AgentWorld, Attempt, Planner, Skill
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.validation import did_you_mean
 
@@ -96,6 +96,17 @@ class Agent(Generic[WorldT]):
             InputError: The prompt is too long.
         """
         check_prompt(prompt)
+        return self._run(prompt, self.planner, self.max_replans)
+
+    def follow(self, plan: Plan) -> Episode:
+        """Carry out a plan as it is; a failure ends it.
+
+        Returns:
+            What came of it; its prompt is the plan in words.
+        """
+        return self._run(", ".join(map(str, plan.steps)), _Given(plan), 0)
+
+    def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
         steps: list[Step] = []
         attempts: list[FailedAttempt] = []
         plan: Plan | None = None
@@ -103,7 +114,7 @@ class Agent(Generic[WorldT]):
         answer: Plan | Refusal | None = None
         while True:
             try:
-                answer = self.planner.plan(prompt, self._look(), tuple(attempts))
+                answer = planner.plan(prompt, self._look(), tuple(attempts))
             except PlannerError as error:
                 unavailable = isinstance(error, PlannerUnavailableError)
                 reason = FinalReason.PLANNER_UNAVAILABLE if unavailable else FinalReason.PLANNER_FAILED
@@ -124,7 +135,7 @@ class Agent(Generic[WorldT]):
                 break
             attempts.append(failure)
             final = _FINAL_ERRORS.get(type(failure.error))
-            if final or replans == self.max_replans:
+            if final or replans == max_replans:
                 reason = final or FinalReason.REPLANS_EXHAUSTED
                 detail = f"{failure.failed}: {failure.error.message}"
                 break
@@ -193,6 +204,17 @@ class Agent(Generic[WorldT]):
     def _emit(self, event: AgentEvent) -> None:
         for listener in tuple(self.listeners):
             listener(event)
+
+
+class _Given:
+    """A planner that has one plan, whatever is asked."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        del prompt, scene, history
+        return self._plan
 
 
 def check_prompt(prompt: str) -> None:

@@ -24,12 +24,13 @@ LAYERS = (
     {"agent"},
     {"tasks"},
     {"testing"},
+    {"viewer"},
     {"commands"},
     {"cli"},
 )
 RANK = {part: rank for rank, layer in enumerate(LAYERS) for part in layer}
 LLM = ("pydantic_ai", "openai", "anthropic", "mcp", "httpx2", "jsonschema")
-HEAVY = ("yourdfpy", "cv2", "mujoco", *LLM)
+HEAVY = ("yourdfpy", "cv2", "mujoco", "viser", *LLM)
 
 
 def _files() -> list[Path]:

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, mcp, repl, robot, run, sim, tasks
+from robosandbox.commands import bench, mcp, repl, robot, run, sim, tasks, viewer
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -19,6 +19,7 @@ app.command("repl")(repl.repl)
 app.command("sim")(sim.sim)
 app.command("agent")(run.agent)
 app.command("mcp")(mcp.mcp)
+app.command("viewer")(viewer.viewer)
 app.add_typer(tasks.app, name="tasks")
 app.add_typer(robot.app, name="robot")
 

@@ -1,0 +1,106 @@
+"""`viewer`: the world in a browser, to steer and to look into."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
+from robosandbox.commands.console import EXIT_DONE
+from robosandbox.commands.run import BaseUrl, Model, PerceptionName, PlannerName, RobotName, Seed, TaskName
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.tasks.session import Session
+    from robosandbox.viewer.cell import Cell
+
+_DEFAULT_PORT = 8080
+_WAKE_SECONDS = 0.5
+# A thread that plans must not keep frames waiting for 5 ms.
+_SWITCH_SECONDS = 0.001
+
+
+def viewer(
+    task: TaskName = None,
+    robot: RobotName = None,
+    seed: Seed = 0,
+    planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    perception: PerceptionName = "ground_truth",
+    connect: Connect = None,
+    robot_id: RobotId = None,
+    zenoh_config: ZenohConfig = None,
+    port: Annotated[int, typer.Option("--port", help="On 127.0.0.1; 0 takes any free one.")] = _DEFAULT_PORT,
+) -> int:
+    """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
+    if not 0 <= port <= 65535:
+        raise InputError(f"--port: {port} is no port; give 0 to 65535")
+    if seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+    remote = connect is not None or zenoh_config is not None or robot_id is not None
+    if remote and (task is not None or robot is not None or seed != 0):
+        raise InputError("--connect: the sim has its task, robot and seed; leave out --task, --robot and --seed")
+    try:
+        from robosandbox.viewer.app import Viewer
+    except ModuleNotFoundError as missing:
+        raise InputError(f"viewer: needs {missing.name}; pip install 'robosandbox[viewer]'") from None
+    sys.setswitchinterval(_SWITCH_SECONDS)
+    stopped = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stopped.set())
+    options = {"base_url": base_url, "model": model}
+    opened = (
+        _there(connect or [], robot_id, zenoh_config, planner, options)
+        if remote
+        else _here(task, robot, seed, planner, options, perception)
+    )
+    with opened as cell:
+        shown = Viewer(cell, port)
+        shown.start()
+        try:
+            print(f"viewer at {shown.url}: {cell.workcell.task.name} with {cell.workcell.robot_name}", flush=True)
+            while not stopped.wait(_WAKE_SECONDS):
+                pass
+            print("stopping", file=sys.stderr, flush=True)
+        finally:
+            shown.stop()
+    return EXIT_DONE
+
+
+@contextmanager
+def _here(
+    task: str | None, robot: str | None, seed: int, planner: str, options: dict[str, Any], perception: str
+) -> Iterator[Cell]:
+    from robosandbox.tasks.session import open_session
+    from robosandbox.viewer.embedded import EmbeddedCell
+
+    def reopen(task: str | None, robot: str | None, seed: int = 0) -> Session:
+        return open_session(
+            task,
+            robot=robot,
+            seed=seed,
+            planner=planner,
+            planner_options=options,
+            perception=perception,
+            render_size=(360, 480),
+        )
+
+    yield EmbeddedCell(reopen(task, robot, seed), reopen)
+
+
+@contextmanager
+def _there(
+    endpoints: list[str], robot_id: str | None, zenoh_config: Any, planner: str, options: dict[str, Any]
+) -> Iterator[Cell]:
+    from robosandbox.commands.connecting import remote_session
+    from robosandbox.viewer.connected import ConnectedCell
+
+    with remote_session(endpoints, robot_id, zenoh_config, planner=planner, planner_options=options) as session:
+        yield ConnectedCell(session)

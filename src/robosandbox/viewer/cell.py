@@ -1,0 +1,155 @@
+"""The world that a viewer looks at, in this process or in a sim process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import mujoco
+
+from robosandbox.errors import InputError
+from robosandbox.robots.robot import Robot
+from robosandbox.tasks.workcell import Workcell
+from robosandbox.types import Array, Observation, Pose, Scene
+from robosandbox.wire import Picture
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Frame:
+    """How the world stands at one moment.
+
+    Attributes:
+        model: Whose.
+        seen: Joints, TCP and gripper, and the simulated time.
+        held: Id of the held object.
+        qpos: Generalized positions, shape (nq,).
+        state: The whole state of the physics, which contact forces follow from; None where it is not known.
+    """
+
+    model: mujoco.MjModel
+    seen: Observation
+    held: str | None
+    qpos: Array
+    state: Array | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Blueprint:
+    """What a world consists of: all that drawing needs besides a frame.
+
+    Attributes:
+        model: The compiled scene.
+        robot: Its robot.
+        names: What people call each body.
+        object_bodies: Body ids of the objects.
+        scene: What it was built from.
+    """
+
+    model: mujoco.MjModel
+    robot: Robot
+    names: Sequence[str]
+    object_bodies: Mapping[str, int]
+    scene: Scene
+
+    def looks_like(self, other: Blueprint) -> bool:
+        """Tell whether another world is drawn with the same shapes and colours; poses may differ."""
+        if self.model is not other.model or len(self.scene.objects) != len(other.scene.objects):
+            return False
+        pairs = zip(self.scene.objects, other.scene.objects, strict=True)
+        return all((a.id, a.size, a.rgba) == (b.id, b.size, b.rgba) for a, b in pairs)
+
+
+OnFrame = Callable[[Frame], None]
+OnPicture = Callable[[bytes, Picture], None]
+OnRefused = Callable[[Exception], None]
+Job = Callable[[], None]
+
+
+class Cell(Protocol):
+    """A workcell that can be watched and steered. Jobs run one after another, in a thread of the cell's."""
+
+    @property
+    def workcell(self) -> Workcell:
+        """The loaded task with its agent."""
+        ...
+
+    @property
+    def blueprint(self) -> Blueprint:
+        """What is to be drawn; another one after `load`."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """Where the world is, for people."""
+        ...
+
+    @property
+    def hands_on(self) -> Hands | None:
+        """Moves things by hand; None where that is not possible."""
+        ...
+
+    def start(self, on_frame: OnFrame) -> None:
+        """Begin; frames come from any thread, as long as something moves."""
+        ...
+
+    def order(self, job: Job) -> None:
+        """Run a job when those before have ended."""
+        ...
+
+    def refresh(self) -> None:
+        """Have a frame come, whether something moves or not."""
+        ...
+
+    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
+        """Have a camera's picture come as JPEG, from any thread."""
+        ...
+
+    def load(self, task: str, robot: str | None) -> None:
+        """Load another task, robot or both; for jobs.
+
+        Args:
+            task: A bundled task's name or a YAML file.
+            robot: In place of the task's.
+
+        Raises:
+            InputError: One of them is wrong; the world stays as it was.
+        """
+        ...
+
+    def relook(self) -> None:
+        """Bring `blueprint` up to date after a reset; for jobs."""
+        ...
+
+    def settle(self) -> None:
+        """Have the arm hold and come to rest after it was stopped; for jobs."""
+        ...
+
+    def close(self) -> None:
+        """Stop what runs and free the world."""
+        ...
+
+
+class Hands(Protocol):
+    """What people can do to a world with their own hands; for jobs."""
+
+    def place(self, object_id: str, pose: Pose) -> None:
+        """Put an object somewhere, at rest; raises InputError where it would be inside something."""
+        ...
+
+    def let_go(self) -> None:
+        """Let what was put somewhere fall and come to rest."""
+        ...
+
+    def jog(self, change: Pose) -> None:
+        """Move the TCP by a small transform: xyz in the world, the rotation about its own axes; raises SkillError."""
+        ...
+
+    def grip(self, closed: bool) -> None:
+        """Close or open the gripper."""
+        ...
+
+
+def no_such(what: str) -> InputError:
+    """Return the error for something that the world of another process does not offer."""
+    return InputError(f"{what}: the world is another process's; start the viewer without --connect for that")

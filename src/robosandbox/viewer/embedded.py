@@ -1,0 +1,135 @@
+"""A world in this process: physics in one thread, at the speed of the clock while something is done, and none otherwise."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+
+from robosandbox.agent.pace import Pace
+from robosandbox.sim.cameras import Studio, View
+from robosandbox.sim.worker import Worker
+from robosandbox.tasks.session import Session
+from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused
+from robosandbox.viewer.feed import FRAME_HZ
+from robosandbox.viewer.hands import WorldHands
+
+_STOP_SECONDS = 10.0
+
+# Returns the session of another task: its name or file, and a robot in place of its own.
+Open = Callable[[str, str | None], Session]
+
+
+class EmbeddedCell:
+    """Watches and steers a session of this process.
+
+    Args:
+        session: The loaded task.
+        reopen: Loads others.
+    """
+
+    def __init__(self, session: Session, reopen: Open) -> None:
+        self._session = session
+        self._open = reopen
+        self._worker = Worker(session.sim, "fast")
+        self._studio = Studio(session.sim, self._worker.read, "viewer")
+        self._on_frame: OnFrame = lambda frame: None
+        self._due = 0.0
+        self._adopt(session)
+
+    @property
+    def workcell(self) -> Session:
+        """The loaded task with its agent."""
+        return self._session
+
+    @property
+    def blueprint(self) -> Blueprint:
+        """What is to be drawn."""
+        sim = self._session.sim
+        return Blueprint(
+            model=sim.model,
+            robot=sim.robot,
+            names=sim.body_names,
+            object_bodies=sim.object_bodies,
+            scene=sim.scene,
+        )
+
+    @property
+    def title(self) -> str:
+        """Where the world is."""
+        return "simulated in this process"
+
+    @property
+    def hands_on(self) -> WorldHands:
+        """Moves things by hand."""
+        return WorldHands(self._session)
+
+    def start(self, on_frame: OnFrame) -> None:
+        """Begin."""
+        self._on_frame = on_frame
+        self._worker.start()
+        self._studio.start()
+        self.refresh()
+
+    def order(self, job: Job) -> None:
+        """Run a job in the world's thread, then send a frame."""
+
+        def run() -> None:
+            try:
+                job()
+            finally:
+                self._send()
+
+        self._worker.order(run)
+
+    def refresh(self) -> None:
+        """Send a frame."""
+        self._worker.read(self._send)
+
+    def picture(self, camera: str, deliver: OnPicture, refuse: OnRefused) -> None:
+        """Have a picture drawn in the studio's thread."""
+        self._studio.request(View(camera, "rgb", "jpeg"), deliver, refuse)
+
+    def load(self, task: str, robot: str | None) -> None:
+        """Load another task; for jobs."""
+        session = self._open(task, robot)
+        before = self._session
+        with self._studio.lock:
+            self._worker.exchange(session.sim)
+            self._studio.exchange(session.sim)
+            self._adopt(session)
+        before.close()
+
+    def relook(self) -> None:
+        """Nothing: `blueprint` is always the sim's own."""
+
+    def settle(self) -> None:
+        """Let the arm come to rest; for jobs."""
+        self._session.sim.rest()
+
+    def close(self) -> None:
+        """Stop the arm, the threads and the world."""
+        self._session.ctx.cancel()
+        idle = threading.Event()
+        self._worker.order(idle.set)
+        idle.wait(_STOP_SECONDS)
+        self._studio.stop()
+        if self._worker.stop(_STOP_SECONDS):
+            self._session.close()
+
+    def _adopt(self, session: Session) -> None:
+        self._session = session
+        session.sim.tick_hooks += [Pace(session.sim), self._between_ticks]
+
+    def _between_ticks(self) -> None:
+        now = time.monotonic()
+        if now >= self._due:
+            self._due = now + 1.0 / FRAME_HZ
+            self._send()
+
+    def _send(self) -> None:
+        sim = self._session.sim
+        state = sim.snapshot()
+        # A state begins with the time, and positions come next.
+        qpos = state[1 : 1 + sim.model.nq]
+        self._on_frame(Frame(model=sim.model, seen=sim.observe(), held=sim.held(), qpos=qpos, state=state))

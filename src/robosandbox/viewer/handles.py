@@ -1,0 +1,15 @@
+"""What viser's handles need around them."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import viser
+
+ValueT = TypeVar("ValueT")
+
+
+def assign(handle: viser.GuiInputHandle[ValueT], value: ValueT) -> None:
+    """Set what an input shows, in all browsers."""
+    # Viser's setter stands apart from its getter, where mypy does not find it.
+    handle.value = value  # type: ignore[misc]

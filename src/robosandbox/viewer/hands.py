@@ -1,0 +1,95 @@
+"""People's own hands in a world of this process: objects put elsewhere, the TCP moved by a little."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.tasks.session import Session
+from robosandbox.types import Pose
+
+_JOG_SPEED = 0.35
+_ARRIVAL = 0.06
+_GRIP_SECONDS = 0.8
+_FALL_SECONDS = 3.0
+_LOOK_SECONDS = 0.05
+_STILL = 0.005
+_INSIDE = 0.001
+
+
+class WorldHands:
+    """Moves things in a session's world; for the world's thread.
+
+    Args:
+        session: The loaded task.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+
+    def place(self, object_id: str, pose: Pose) -> None:
+        """Put an object somewhere, at rest.
+
+        Raises:
+            InputError: It would be inside something; it then stays where it was.
+        """
+        sim, model = self._session.sim, self._session.sim.model
+        body = sim.object_bodies[object_id]
+        state = sim.snapshot()
+        # A state is the time, all positions, all velocities, and more; an object's are those of its free joint.
+        q, v = 1 + int(model.jnt_qposadr[model.body_jntadr[body]]), 1 + model.nq + int(model.body_dofadr[body])
+        x, y, z, w = pose.quat_xyzw
+        state[q : q + 7] = [*pose.xyz, w, x, y, z]
+        state[v : v + 6] = 0.0
+        scratch = mujoco.MjData(model)
+        mujoco.mj_setState(model, scratch, state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        mujoco.mj_fwdPosition(model, scratch)
+        for contact in scratch.contact[: scratch.ncon]:
+            pair = [int(model.geom_bodyid[geom]) for geom in contact.geom]
+            if body in pair and contact.dist < -_INSIDE:
+                other = sim.body_names[pair[0] if pair[1] == body else pair[1]]
+                raise InputError(f"{object_id} would be {-contact.dist * 1000:.1f} mm inside {other}; put it elsewhere")
+        sim.restore(state)
+
+    def let_go(self) -> None:
+        """Let time pass until all objects lie still, for a few seconds at most."""
+        sim = self._session.sim
+        give_up = sim.time + _FALL_SECONDS
+        while sim.time < give_up:
+            sim.step(_LOOK_SECONDS)
+            speeds = [np.abs(item.linear_velocity).max() for item in sim.truth().objects.values()]
+            if max(speeds, default=0.0) < _STILL:
+                return
+
+    def jog(self, change: Pose) -> None:
+        """Move the TCP: `change.xyz` in the world, `change`'s rotation about the TCP's own axes.
+
+        Raises:
+            SkillError: It is out of reach, something is in the way, or a limit forbids it.
+        """
+        ctx, sim = self._session.ctx, self._session.sim
+        scene = ctx.look()
+        ctx.motion.use(sim, scene, held=scene.held)
+        # What is touched already must not keep the arm from moving on, or away.
+        touched = {other for _, other in sim.arm_contacts()}
+        if scene.held:
+            touched |= {scene.held, *sim.truth().objects[scene.held].contacts}
+        ctx.motion.allow(*touched)
+        seen = sim.observe()
+        goal = Pose.from_matrix(seen.tcp_pose.position + change.position, seen.tcp_pose.rotation @ change.rotation)
+        with ctx.goal():
+            sim.execute(ctx.motion.plan_line(seen.q, goal, speed=_JOG_SPEED))
+            sim.step(_ARRIVAL)
+
+    def grip(self, closed: bool) -> None:
+        """Close or open the gripper.
+
+        Raises:
+            InputError: The robot has none.
+        """
+        sim = self._session.sim
+        if sim.robot.gripper is None:
+            raise InputError(f"{sim.robot.name} has no gripper")
+        sim.set_gripper(1.0 if closed else 0.0)
+        sim.step(_GRIP_SECONDS)

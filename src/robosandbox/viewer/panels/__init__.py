@@ -1,0 +1,1 @@
+"""What people click and read beside the scene, a module each."""
