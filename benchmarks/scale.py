@@ -9,21 +9,16 @@ from __future__ import annotations
 
 import argparse
 import json
-import os
-import signal
-import threading
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
-from typing import Any
 
 from robosandbox.tasks.bench import Row, run_bench
 from robosandbox.tasks.engines import Engine
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.ray_engine import RayEngine
 from robosandbox.tasks.task import Task
+from robosandbox.testing.cluster import dying_worker, local_cluster
 
 
 def main() -> None:
@@ -43,7 +38,7 @@ def main() -> None:
         # Imports and models of the workers, which a bench of any length pays once.
         timed(tasks, 2, 2, RayEngine(2, address))
         ray, secs_ray = timed(tasks, seeds, 2, RayEngine(2, address))
-        with killer(secs_ray / 2.0) as killed:
+        with dying_worker(secs_ray / 2.0) as killed:
             survived, _ = timed(tasks, seeds, 2, RayEngine(2, address))
     report = {
         "episodes": len(one),
@@ -64,51 +59,6 @@ def timed(tasks: Sequence[Task], seeds: int, jobs: int, engine: Engine | None = 
     begin = time.perf_counter()
     rows = [replace(row, secs=0.0) for row in run_bench(tasks, seeds, jobs=jobs, engine=engine)]
     return rows, time.perf_counter() - begin
-
-
-@contextmanager
-def local_cluster() -> Iterator[str]:
-    """Yield the address of two nodes of one core each on this machine."""
-    # Before Ray is imported: nodes then listen on the loopback address only.
-    os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
-    from ray.cluster_utils import Cluster
-
-    head: dict[str, Any] = {"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
-    cluster = Cluster(initialize_head=True, head_node_args=head)
-    cluster.add_node(num_cpus=1)
-    try:
-        yield cluster.address
-    finally:
-        cluster.shutdown()
-
-
-@contextmanager
-def killer(after: float) -> Iterator[list[int]]:
-    """Kill one worker that runs episodes, some seconds from now; yield the list of those killed."""
-    killed: list[int] = []
-    stopping = threading.Event()
-
-    def kill() -> None:
-        stopping.wait(after)
-        while not killed and not stopping.is_set():
-            for file in Path("/proc").glob("[0-9]*/cmdline"):
-                try:
-                    busy = file.read_bytes().startswith(b"ray::run_chunk")
-                except OSError:
-                    continue
-                if busy:
-                    killed.append(int(file.parent.name))
-                    os.kill(killed[0], signal.SIGKILL)
-                    return
-            stopping.wait(0.01)
-
-    thread = threading.Thread(target=kill, daemon=True)
-    thread.start()
-    try:
-        yield killed
-    finally:
-        stopping.set()
-        thread.join()
 
 
 if __name__ == "__main__":

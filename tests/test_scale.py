@@ -5,10 +5,9 @@ import os
 import signal
 import subprocess
 import sys
-import threading
-import time
 from collections.abc import Iterator
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from robosandbox.tasks.engines import ProcessPool
 from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.row_file import RowFile
+from robosandbox.testing.cluster import dying_worker, local_cluster
 
 TASKS = ("pick_cube_scrambled", "home")
 SEEDS = 4
@@ -118,16 +118,11 @@ def children(pid: int) -> list[int]:
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[str]:
-    os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
-    pytest.importorskip("ray", reason="needs the extra `scale`")
-    from ray.cluster_utils import Cluster
-
-    found = Cluster(
-        initialize_head=True, head_node_args={"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
-    )
-    found.add_node(num_cpus=1)
-    yield found.address
-    found.shutdown()
+    # Not imported here: Ray reads on import where its nodes may listen.
+    if find_spec("ray") is None:
+        pytest.skip("needs the extra `scale`")
+    with local_cluster() as address:
+        yield address
 
 
 def test_a_cluster_gives_the_same_rows(rows: list[Row], cluster: str) -> None:
@@ -140,30 +135,15 @@ def test_a_cluster_gives_the_same_rows(rows: list[Row], cluster: str) -> None:
 def test_episodes_of_a_killed_ray_worker_are_run_again(rows: list[Row], cluster: str) -> None:
     from robosandbox.tasks.ray_engine import RayEngine
 
-    killed: list[int] = []
-
-    def kill() -> None:
-        while not killed:
-            for file in Path("/proc").glob("[0-9]*/cmdline"):
-                try:
-                    busy = b"ray::run_chunk" in file.read_bytes()
-                except OSError:
-                    continue
-                if busy:
-                    killed.append(int(file.parent.name))
-                    os.kill(killed[0], signal.SIGKILL)
-                    return
-            time.sleep(0.01)
-
-    killer = threading.Thread(target=kill, daemon=True)
-    killer.start()
     tasks = [find_task(name) for name in TASKS]
-    assert untimed(list(run_bench(tasks, SEEDS, engine=RayEngine(2, cluster)))) == rows
+    with dying_worker() as killed:
+        assert untimed(list(run_bench(tasks, SEEDS, engine=RayEngine(2, cluster)))) == rows
     assert killed
 
 
 def test_no_cluster_at_an_address_is_said_in_one_line() -> None:
-    pytest.importorskip("ray", reason="needs the extra `scale`")
+    if find_spec("ray") is None:
+        pytest.skip("needs the extra `scale`")
     done = bench("--tasks", "home", "--engine", "ray", "--ray-address", "127.0.0.1:1")
     assert done.returncode == 3 and "--ray-address" in done.stderr and "Traceback" not in done.stderr
 

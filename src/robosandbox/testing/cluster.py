@@ -1,0 +1,56 @@
+"""A Ray cluster of two nodes on this machine, and workers of it that die (extra `scale`)."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+
+@contextmanager
+def local_cluster() -> Iterator[str]:
+    """Yield the address of two nodes of one core each on this machine."""
+    # Before Ray is imported: nodes then listen on the loopback address only.
+    os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
+    from ray.cluster_utils import Cluster
+
+    head: dict[str, Any] = {"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
+    cluster = Cluster(initialize_head=True, head_node_args=head)
+    cluster.add_node(num_cpus=1)
+    try:
+        yield cluster.address
+    finally:
+        cluster.shutdown()
+
+
+@contextmanager
+def dying_worker(after: float = 0.0) -> Iterator[list[int]]:
+    """Kill one worker that runs episodes, some seconds from now; yield the list of those killed."""
+    killed: list[int] = []
+    stopping = threading.Event()
+
+    def kill() -> None:
+        stopping.wait(after)
+        while not killed and not stopping.is_set():
+            for file in Path("/proc").glob("[0-9]*/cmdline"):
+                try:
+                    busy = file.read_bytes().startswith(b"ray::run_chunk")
+                except OSError:
+                    continue
+                if busy:
+                    killed.append(int(file.parent.name))
+                    os.kill(killed[0], signal.SIGKILL)
+                    return
+            stopping.wait(0.01)
+
+    thread = threading.Thread(target=kill, daemon=True)
+    thread.start()
+    try:
+        yield killed
+    finally:
+        stopping.set()
+        thread.join()
