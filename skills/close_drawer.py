@@ -24,6 +24,7 @@ from robosandbox.skills.drawers import (
     withdraw,
 )
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
 
 _STAND_OFF = 0.012
@@ -107,7 +108,13 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
 
 def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
     """Return the TCP pose before the grip, from which it is pushed."""
-    robot = arm.sim.robot
-    thin = robot.gripper.geometry.finger_width / 2.0 if robot.gripper else float(robot.tool_half[0])
-    depth = thin + DrawerShape.of(drawer.size).grip[0] + _STAND_OFF
-    return Pose.from_matrix(grip_point(drawer) + depth * outwards(drawer), rotation)
+    gripper, shape = arm.sim.robot.gripper, DrawerShape.of(drawer.size)
+    point = grip_point(drawer)
+    if gripper is not None:
+        depth = gripper.geometry.finger_width / 2.0
+    else:
+        # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
+        depth = flange_depth(arm.sim.robot.tool_bounds, -(rotation.T @ outwards(drawer)))
+        point[2] -= shape.grip[2]
+    distance = depth + float(shape.grip[0]) + _STAND_OFF
+    return Pose.from_matrix(point + distance * outwards(drawer), rotation)
