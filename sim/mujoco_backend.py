@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Self
@@ -58,6 +58,7 @@ class MuJoCoBackend:
         self._trim: Array = np.zeros(0)
         self._substeps = 1
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
+        self._felt: dict[str, float] = {}
 
     # Life cycle.
 
@@ -99,6 +100,7 @@ class MuJoCoBackend:
             place(world.scene, item, data)
         check_start(world, data)
         self._settle()
+        self._felt = dict.fromkeys(self._felt, 0.0)
         data.time = 0.0
         self.physics_steps = 0
 
@@ -264,7 +266,12 @@ class MuJoCoBackend:
         touching, held = Contacts(world, data).by_object()
         objects = {
             item.id: object_truth(
-                world, data, item, self._mesh_sizes.get(item.id, item.size), frozenset(touching.get(item.id, ()))
+                world,
+                data,
+                item,
+                size=self._mesh_sizes.get(item.id, item.size),
+                contacts=frozenset(touching.get(item.id, ())),
+                felt=self._felt.get(item.id, 0.0),
             )
             for item in world.scene.objects
         }
@@ -292,6 +299,10 @@ class MuJoCoBackend:
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
         return Contacts(self._loaded, self._live).of_arm()
+
+    def feel(self, names: Iterable[str]) -> None:
+        """Keep for `truth` the most that the robot presses or pulls these objects with, from now on."""
+        self._felt = dict.fromkeys(names, 0.0)
 
     # Saving, restoring, forking.
 
@@ -409,6 +420,8 @@ class MuJoCoBackend:
     def _tick(self) -> None:
         mujoco.mj_step(self._loaded.model, self._live, self._substeps)
         self.physics_steps += self._substeps
+        for name, most in self._felt.items():
+            self._felt[name] = max(most, float(np.linalg.norm(self.force_on(name))))
         for hook in self.tick_hooks:
             hook()
 

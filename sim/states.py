@@ -11,7 +11,13 @@ from robosandbox.types import Pose, SceneObject, Vec3, frozen_array
 
 
 def object_truth(
-    world: World, data: mujoco.MjData, item: SceneObject, size: tuple[float, ...], contacts: frozenset[str]
+    world: World,
+    data: mujoco.MjData,
+    item: SceneObject,
+    *,
+    size: tuple[float, ...],
+    contacts: frozenset[str],
+    felt: float,
 ) -> ObjectTruth:
     """Return an object's state.
 
@@ -21,6 +27,7 @@ def object_truth(
         item: The object.
         size: As `ObjectTruth` has it.
         contacts: As `ObjectTruth` has them.
+        felt: As `ObjectTruth` has it.
     """
     model, parts = world.model, world.parts[item.id]
     dofs = model.body_dofadr[parts]
@@ -48,4 +55,5 @@ def object_truth(
         contacts=contacts,
         opening=opening,
         grains=grains,
+        felt=felt,
     )

@@ -81,6 +81,7 @@ def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> Tr
             contacts=tuple(sorted(item.contacts)),
             opening=item.opening,
             grains=item.grains,
+            felt=item.felt,
         )
         for item in truth.objects.values()
     )

@@ -23,6 +23,7 @@ class ObjectTruth:
         contacts: What it touches: "table", "floor", "robot", object ids.
         opening: For a drawer: how far it is open, metres.
         grains: For beads: where each is; their pose is in the middle, their velocity the mean.
+        felt: The most that the robot has pressed or pulled it with since the reset, N; for what `feel` was asked about.
     """
 
     id: str
@@ -35,6 +36,7 @@ class ObjectTruth:
     contacts: frozenset[str]
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
+    felt: float = 0.0
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""

@@ -135,7 +135,7 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     for closing in (across, -across, axis, -axis):
         rotation = np.column_stack([np.cross(closing, down), closing, down])
         if gripper is None:
-            depth = _flange_depth(arm.sim.robot.tool_bounds, rotation.T @ axis)
+            depth = flange_depth(arm.sim.robot.tool_bounds, rotation.T @ axis)
         else:
             squarely = abs(float(closing @ axis)) > 0.5
             depth = gripper.geometry.finger_thickness if squarely else gripper.geometry.finger_width / 2.0
@@ -146,7 +146,7 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     )
 
 
-def _flange_depth(bounds: tuple[float, float, float, float], forward: Array) -> float:
+def flange_depth(bounds: tuple[float, float, float, float], forward: Array) -> float:
     """Return how far a flange reaches from its TCP towards `forward`, shape (3,), in the TCP frame."""
     x_min, x_max, y_min, y_max = bounds
     x = x_max if forward[0] > 0.0 else -x_min

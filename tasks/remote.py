@@ -211,6 +211,7 @@ def truth_of(state: TrueState) -> Truth:
                 contacts=frozenset(item.contacts),
                 opening=item.opening,
                 grains=item.grains,
+                felt=item.felt,
             )
             for item in state.objects
         },

@@ -211,6 +211,7 @@ def open_session(
         options["picture"] = lambda: sim.observe([camera]).images[camera]
     mind = make_planner(planner, skills, options, dialogue=dialogue)
     try:
+        sim.feel(chosen.felt)
         sim.load(chosen.scene)
         _check_start_q(chosen, sim)
         if camera is not None and camera not in sim.cameras:

@@ -237,6 +237,31 @@ class Poured(Check):
         )
 
 
+class Tapped(Check):
+    """The robot has touched the object since the start, and not hard.
+
+    Attributes:
+        object: Id.
+        min_n: The least that it has to have pressed with at some moment, N.
+        max_n: The most that it may ever have pressed with, N.
+    """
+
+    kind: Literal["tapped"]
+    object: str
+    min_n: Positive = 0.1
+    max_n: Positive = 30.0
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Read the most that was felt."""
+        del start
+        felt = now.objects[self.object].felt
+        return Relation(self.min_n <= felt <= self.max_n, {"felt_n": felt})
+
+
 class AtHome(Check):
     """The arm is at its home configuration."""
 
@@ -339,6 +364,7 @@ Criterion = Annotated[
     | Opened
     | Closed
     | Poured
+    | Tapped
     | AtHome
     | Undisturbed
     | AllOf

@@ -8,7 +8,7 @@ from typing import Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
 
-from robosandbox.tasks.success import TABLE, Check, Criterion, On
+from robosandbox.tasks.success import TABLE, Check, Criterion, On, Tapped
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
@@ -122,6 +122,11 @@ class Task(StrictModel):
         if (most := len(names) - len(self.named)) < self.randomization.omit:
             raise ValueError(f"randomize.omit: {self.randomization.omit} of {most} objects that success does not name")
         return self
+
+    @property
+    def felt(self) -> frozenset[str]:
+        """Ids of the objects whose touches success asks about."""
+        return frozenset(check.object for _, check in _walk("success", self.success) if isinstance(check, Tapped))
 
     @property
     def named(self) -> frozenset[str]:

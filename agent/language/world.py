@@ -13,6 +13,7 @@ from robosandbox.types import DetectedObject, ObservedScene, Pose
 TABLE_HALF = 0.5
 MARGIN = 0.02
 LIFTED = 0.08
+_OPEN_SHARE = 0.5
 Parent = tuple[str, str]
 
 
@@ -38,6 +39,7 @@ class World:
         at: Where each is now, xy.
         parent: What each is on or in: ("on" | "in", id); absent for the table.
         held: What the gripper holds.
+        opened: The drawers that are open.
         base_xy: Where the robot stands.
     """
 
@@ -52,7 +54,11 @@ class World:
         self._table_height = scene.table_height
         self._extents = {item.id: half_extents(item) for item in scene.objects}
         self.parent: dict[str, Parent] = dict(self._parents())
-        self.opened: set[str] = set()
+        self.opened: set[str] = {
+            item.id
+            for item in scene.objects
+            if item.kind == "drawer" and (item.opening or 0.0) > _OPEN_SHARE * item.size[3]
+        }
 
     def _bottom(self, item: DetectedObject) -> float:
         z = item.pose.xyz[2]

@@ -20,6 +20,9 @@ RoboSandboxError
     ├── AlreadyHoldingError      the gripper is full
     ├── PlacementError           occupied, missed or toppled
     ├── PushError                the object went elsewhere
+    ├── DrawerError              a drawer did not slide as far as it should
+    ├── PourError                what was poured did not arrive, or spilled
+    ├── TapError                 the touch was not felt, or moved the object
     ├── UnsupportedError         this robot cannot do this skill
     ├── GoalTimeoutError         the deadline passed
     ├── CancelledError           somebody cancelled
@@ -87,6 +90,9 @@ class ErrorCode(StrEnum):
     ALREADY_HOLDING = "already_holding"
     PLACEMENT = "placement"
     PUSH = "push"
+    DRAWER = "drawer"
+    POUR = "pour"
+    TAP = "tap"
     UNSUPPORTED = "unsupported"
     GOAL_TIMEOUT = "goal_timeout"
     CANCELLED = "cancelled"
@@ -112,6 +118,9 @@ class Phase(StrEnum):
     LOWER = "lower"
     RELEASE = "release"
     PUSH = "push"
+    SLIDE = "slide"
+    POUR = "pour"
+    TOUCH = "touch"
     RETREAT = "retreat"
     HOME = "home"
     SETTLE = "settle"
@@ -236,7 +245,7 @@ class PlacementEvidence(Evidence):
     Attributes:
         object: What was placed.
         target: Where it should be: an object id or "table".
-        reason: No free spot, beside the mark, fallen over, or not let go.
+        reason: No free spot, beside the mark, fallen over, not let go, no place for it, or a drawer that is closed.
         expected: The pose aimed at.
         actual: The pose seen afterwards; None when it was not let go.
         blocking: What occupies the place.
@@ -244,7 +253,7 @@ class PlacementEvidence(Evidence):
 
     object: str
     target: str
-    reason: Literal["occupied", "missed", "toppled", "stuck", "unsuitable"]
+    reason: Literal["occupied", "missed", "toppled", "stuck", "unsuitable", "closed"]
     expected: Pose | None = None
     actual: Pose | None = None
     blocking: tuple[str, ...] = ()
@@ -264,6 +273,58 @@ class PushEvidence(Evidence):
     wanted: float
     along: float
     across: float
+
+
+class DrawerEvidence(Evidence):
+    """How far a drawer slid, and what it took.
+
+    Attributes:
+        drawer: Id.
+        reason: It did not give way at all, stopped on the way, or the hand lost it.
+        wanted: The opening asked for, metres.
+        opening: The opening reached, metres.
+        force: The most that the hand pulled or pushed with, along the way that the drawer slides, N.
+        blocking: What touches the drawer's sliding box, besides the robot.
+    """
+
+    drawer: str
+    reason: Literal["locked", "blocked", "slipped"]
+    wanted: float
+    opening: float
+    force: float
+    blocking: tuple[str, ...] = ()
+
+
+class PourEvidence(Evidence):
+    """Where what was poured is.
+
+    Attributes:
+        object: Id of the container that was poured from.
+        target: Id of the container that was poured into.
+        count: How many things were in it.
+        poured: How many are in the target.
+        spilled: How many are in neither.
+    """
+
+    object: str
+    target: str
+    count: int
+    poured: int
+    spilled: int
+
+
+class TapEvidence(Evidence):
+    """What the touch was like.
+
+    Attributes:
+        object: Id.
+        force: The largest felt, N.
+        moved: How far the object went, metres.
+    """
+
+    object: str
+    force: float
+    moved: float
 
 
 class TrackingEvidence(Evidence):
@@ -340,6 +401,9 @@ AnyEvidence: TypeAlias = (
     | HoldingEvidence
     | PlacementEvidence
     | PushEvidence
+    | DrawerEvidence
+    | PourEvidence
+    | TapEvidence
     | TrackingEvidence
     | TimeoutEvidence
     | BusyEvidence
@@ -522,6 +586,27 @@ class PushError(SkillError):
     evidence_type = PushEvidence
 
 
+class DrawerError(SkillError):
+    """A drawer did not slide as far as it should."""
+
+    code = ErrorCode.DRAWER
+    evidence_type = DrawerEvidence
+
+
+class PourError(SkillError):
+    """What was poured did not arrive, or spilled."""
+
+    code = ErrorCode.POUR
+    evidence_type = PourEvidence
+
+
+class TapError(SkillError):
+    """The touch was not felt, or it moved the object."""
+
+    code = ErrorCode.TAP
+    evidence_type = TapEvidence
+
+
 class UnsupportedError(SkillError):
     """This robot cannot do this skill, or not with this object."""
 
@@ -606,6 +691,9 @@ SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
         AlreadyHoldingError,
         PlacementError,
         PushError,
+        DrawerError,
+        PourError,
+        TapError,
         UnsupportedError,
         GoalTimeoutError,
         CancelledError,

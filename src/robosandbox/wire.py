@@ -437,6 +437,7 @@ class TrueObject(StrictModel):
         contacts: Names of what touches it.
         opening: For a drawer: how far it is open, metres.
         grains: For beads: where each is.
+        felt: The most that the robot has pressed or pulled it with since the reset, N; where the task asks for it.
     """
 
     id: str
@@ -449,6 +450,7 @@ class TrueObject(StrictModel):
     contacts: tuple[str, ...]
     opening: Finite | None = None
     grains: tuple[Vec3, ...] = ()
+    felt: Finite = 0.0
 
 
 class TrueState(Message):

@@ -1,0 +1,120 @@
+"""Close drawer: push a drawer shut at its grip."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
+from robosandbox.perception.relations import CLOSED_WITHIN
+from robosandbox.protocols import SkillContext
+from robosandbox.shapes import DrawerShape
+from robosandbox.skills.base import Skill
+from robosandbox.skills.drawers import (
+    SLIDE_SPEED,
+    box_of,
+    find_drawer,
+    grip_point,
+    hand_rotations,
+    most_telling,
+    moved_by,
+    opening_of,
+    outwards,
+    slide,
+    stuck,
+    withdraw,
+)
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.push import flange_depth
+from robosandbox.types import Array, DetectedObject, Pose, SkillResult
+
+_STAND_OFF = 0.012
+_PRESS = 0.002
+_STROKES = 3
+_PITCHES = tuple(np.radians([0.0, 25.0, 45.0]))
+
+
+class CloseDrawer(Skill):
+    """Push a drawer shut at its grip."""
+
+    name = "close_drawer"
+
+    def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
+        """Push a drawer shut.
+
+        Args:
+            drawer: Id of the drawer.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            InvalidArgumentError: It is no drawer.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: The grip, or where it would go, is out of reach.
+            CollisionError: Something is in the way.
+            DrawerError: It is locked, or something in it or behind it keeps it open.
+        """
+        arm = Manipulator(ctx)
+        before = find_drawer(arm, drawer)
+        if arm.sim.robot.gripper is not None:
+            arm.require_empty()
+            arm.open(0.0, wait=False)
+        now, force = before, 0.0
+        for stroke in range(_STROKES):
+            if opening_of(now) <= CLOSED_WITHIN:
+                break
+            force = _stroke(arm, now)
+            pushed, now = now, arm.find(drawer, arm.settle(drawer))
+            gone = opening_of(pushed) - opening_of(now)
+            if opening_of(now) > CLOSED_WITHIN and (stroke == _STROKES - 1 or gone < CLOSED_WITHIN):
+                raise stuck(arm, now, pushed, 0.0, force)
+        return SkillResult(
+            skill=self.name,
+            detail={
+                "drawer": drawer,
+                "opening_mm": 1e3 * opening_of(now),
+                "force_n": force,
+                **({"already_closed": True} if now is before else {}),
+            },
+            side_effects=arm.disturbed(drawer),
+        )
+
+
+def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
+    """Put the closed fingers before the grip and push once; return the most force, N."""
+    failures: list[SkillError] = []
+    arm.ctx.enter(Phase.PLAN)
+    arm.use(arm.look())
+    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    inwards = -outwards(drawer)
+    for rotation in hand_rotations(drawer, hand, _PITCHES):
+        start = _start(arm, drawer, rotation)
+        end = moved_by(start, (opening_of(drawer) + _STAND_OFF + _PRESS) * inwards)
+        try:
+            arm.motion.allow()
+            hover = arm.motion.ik(raised(start, HOVER_HEIGHT), q)
+            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
+            descent = arm.motion.plan_line(hover, start, speed=CARRY_SPEED)
+            arm.motion.allow(box_of(drawer))
+            arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        arm.follow(approach, Phase.APPROACH)
+        arm.follow(descent, Phase.DESCEND)
+        force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards)
+        withdraw(arm, drawer)
+        return force
+    raise most_telling(failures)
+
+
+def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
+    """Return the TCP pose before the grip, from which it is pushed."""
+    gripper, shape = arm.sim.robot.gripper, DrawerShape.of(drawer.size)
+    point = grip_point(drawer)
+    if gripper is not None:
+        depth = gripper.geometry.finger_width / 2.0
+    else:
+        # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
+        depth = flange_depth(arm.sim.robot.tool_bounds, -(rotation.T @ outwards(drawer)))
+        point[2] -= shape.grip[2]
+    distance = depth + float(shape.grip[0]) + _STAND_OFF
+    return Pose.from_matrix(point + distance * outwards(drawer), rotation)

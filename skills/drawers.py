@@ -1,0 +1,327 @@
+"""What opening and closing a drawer share: its grip, the way that it slides, and what the hand feels on it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.errors import (
+    CollisionError,
+    DrawerError,
+    DrawerEvidence,
+    GraspError,
+    GraspEvidence,
+    InvalidArgumentError,
+    Phase,
+    PlacementError,
+    PlacementEvidence,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bounds, box_room, contents, top
+from robosandbox.shapes import DrawerShape
+from robosandbox.skills.guarded import follow_until
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, withdrawn
+from robosandbox.types import Array, DetectedObject, Pose, Trajectory
+
+SLIDE_SPEED = 0.12
+# A drawer that runs takes a few newtons; one that resists more than this is stuck, and more might break it or drag its cabinet along.
+MOST_FORCE = 20.0
+LOCKED_WITHIN = 0.003
+# Of the first millimetres that the hand goes, the share that a drawer has to follow.
+_TRIAL = 0.005
+_FOLLOWS = 0.4
+_RESISTED = 5.0
+_PITCHES = tuple(np.radians([0.0, 25.0, 50.0, 75.0, 90.0]))
+_ROOM = 0.004
+_PRESHAPE = 0.012
+_CLOSED_ON_NOTHING = 0.5
+_HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+def box_of(drawer: DetectedObject) -> str:
+    """Return what the world calls the drawer's sliding box, its grip included."""
+    return f"{drawer.id}/box"
+
+
+def opening_of(drawer: DetectedObject) -> float:
+    """Return how far a drawer is open, metres; closed where that is not seen."""
+    return drawer.opening or 0.0
+
+
+def find_drawer(arm: Manipulator, name: str) -> DetectedObject:
+    """Return a seen drawer.
+
+    Raises:
+        ObjectNotFoundError: Nothing seen has this id.
+        InvalidArgumentError: It is no drawer.
+    """
+    found = arm.find(name)
+    if found.kind != "drawer":
+        drawers = [item.id for item in arm.start.objects if item.kind == "drawer"]
+        raise InvalidArgumentError(
+            f"{name} is a {found.kind} and no drawer; there is {', '.join(drawers) or 'none'}", phase=Phase.CHECK
+        )
+    return found
+
+
+def mouth(drawer: DetectedObject) -> BoxRoom:
+    """Return the part of the drawer's inside that lies before its cabinet, where one can reach in from above."""
+    room = box_room(drawer)
+    front, back = room.middle[0] - room.half[0], min(room.middle[0] + room.half[0], -drawer.size[1] / 2.0)
+    middle = np.array([(front + back) / 2.0, room.middle[1]])
+    return BoxRoom(middle, np.array([(back - front) / 2.0, room.half[1]]), room.floor, room.rim)
+
+
+def check_open(drawer: DetectedObject, held: DetectedObject) -> None:
+    """Check that a drawer is open far enough to put something in.
+
+    Raises:
+        PlacementError: It is closed, or not open enough.
+    """
+    low, high = bounds(held)
+    least = float((high - low)[:2].min()) + 2.0 * _ROOM
+    free = 2.0 * float(mouth(drawer).half[0])
+    if free >= least:
+        return
+    far = f"only {opening_of(drawer) * 1000:.0f} mm open" if opening_of(drawer) > CLOSED_WITHIN else "closed"
+    raise PlacementError(
+        f"{drawer.id} is {far}, and {held.id} needs {least * 1000:.0f} mm; open it first",
+        phase=Phase.CHECK,
+        evidence=PlacementEvidence(object=held.id, target=drawer.id, reason="closed"),
+    )
+
+
+def outwards(drawer: DetectedObject) -> Array:
+    """Return the unit vector (3,) along which it opens."""
+    direction: Array = -drawer.pose.rotation[:, 0]
+    return direction
+
+
+def grip_point(drawer: DetectedObject) -> Array:
+    """Return the middle of its grip in the world, shape (3,)."""
+    shape = DrawerShape.of(drawer.size)
+    point: Array = (
+        drawer.pose.position + drawer.pose.rotation @ shape.grip_centre + opening_of(drawer) * outwards(drawer)
+    )
+    return point
+
+
+def hand_rotations(drawer: DetectedObject, hand: Array, pitches: tuple[float, ...] = _PITCHES) -> list[Array]:
+    """Return TCP rotations (3, 3) that close across the slide: pointing down first, then pitched towards the front.
+
+    Args:
+        drawer: Which.
+        hand: The TCP's rotation now (3, 3); of two opposite hands the one that turns less comes first.
+        pitches: From straight down, radians.
+    """
+    across, inwards = drawer.pose.rotation[:, 1], -outwards(drawer)
+    found = []
+    for pitch in pitches:
+        approach = np.sin(pitch) * inwards - np.cos(pitch) * _UP
+        both = [np.column_stack([np.cross(y, approach), y, approach]) for y in (across, -across)]
+        found += sorted(both, key=lambda rotation: -float(np.trace(hand.T @ rotation)))
+    return found
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    approach: Trajectory
+    descent: Trajectory
+
+
+def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
+    """Close the fingers on the drawer's grip.
+
+    Args:
+        arm: Whose fingers; they are open and empty.
+        drawer: As it is seen now.
+        travel: How far the hand is then to go outwards, metres; grasps that cannot are left out.
+
+    Raises:
+        UnreachableError: Its grip, or the end of its way, is out of reach.
+        CollisionError: Something is in the way.
+        GraspError: The fingers are too narrow for it, or met nothing.
+    """
+    geometry = arm.geometry
+    width = 2.0 * float(DrawerShape.of(drawer.size).grip[1])
+    if not geometry.min_aperture + 0.001 < width < geometry.max_aperture - 0.004:
+        raise _missed(arm, drawer, "none_found", width, Phase.PLAN)
+    arm.ctx.enter(Phase.PLAN)
+    arm.use(arm.look())
+    aperture = min(geometry.max_aperture, width + 2.0 * _PRESHAPE)
+    arm.motion.open_to(aperture)
+    way = _find_way(arm, drawer, geometry.centre(width), travel)
+    arm.open(aperture, wait=False)
+    arm.follow(way.approach, Phase.APPROACH)
+    arm.follow(way.descent, Phase.DESCEND)
+    arm.ctx.enter(Phase.GRASP)
+    closed = arm.close()
+    if closed < geometry.min_aperture + _CLOSED_ON_NOTHING * (width - geometry.min_aperture):
+        raise _missed(arm, drawer, "missed", closed, Phase.GRASP)
+
+
+def _find_way(arm: Manipulator, drawer: DetectedObject, aside: float, travel: float) -> _Way:
+    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    point, away = grip_point(drawer), outwards(drawer)
+    failures: list[SkillError] = []
+    for rotation in hand_rotations(drawer, hand):
+        tcp = Pose.from_matrix(point - aside * rotation[:, 1], rotation)
+        for height in _HOVERS:
+            try:
+                hover = arm.motion.ik(withdrawn(tcp, height), q)
+                arm.motion.allow()
+                approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
+                arm.motion.allow(box_of(drawer))
+                descent = arm.motion.plan_line(hover, tcp, speed=CARRY_SPEED)
+                end = moved_by(tcp, travel * away)
+                pull = arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
+                arm.motion.ik(withdrawn(end, _HOVERS[-1]), pull.q[-1])
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                continue
+            return _Way(approach, descent)
+    raise most_telling(failures)
+
+
+def most_telling(failures: list[SkillError]) -> SkillError:
+    """Return the failure that came closest to working: the first collision, else the first of all."""
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    return (collisions or failures)[0].at(Phase.PLAN)
+
+
+def slide(arm: Manipulator, drawer: DetectedObject, free: float, travel: float, direction: Array) -> float:
+    """Move the hand along while the drawer gives way; return the most that the hand pressed with, N.
+
+    A few millimetres are tried first: a drawer that has not followed them would only drag its cabinet along.
+
+    Args:
+        arm: Its hand is at the drawer's grip.
+        drawer: As it was seen last.
+        free: How far the hand goes before it meets the grip, metres.
+        travel: How far it goes from there.
+        direction: The way that the drawer is to go, a unit vector (3,).
+
+    Raises:
+        UnreachableError: The way leads out of reach.
+        CollisionError: Something is in the way.
+    """
+    force = 0.0
+
+    def felt() -> bool:
+        nonlocal force
+        now = float(arm.sim.force_on(drawer.id) @ direction)
+        force = max(force, now)
+        return now > MOST_FORCE
+
+    arm.ctx.enter(Phase.SLIDE)
+    observation = arm.sim.observe()
+    trial = min(_TRIAL, travel)
+    for distance in (free + trial, free + travel):
+        goal = moved_by(observation.tcp_pose, distance * direction)
+        stopped = follow_until(arm, arm.motion.plan_line(arm.q, goal, speed=SLIDE_SPEED), Phase.SLIDE, felt)
+        gone = abs(opening_of(arm.find(drawer.id, arm.look())) - opening_of(drawer))
+        if stopped or gone < _FOLLOWS * trial:
+            break
+    return force
+
+
+def let_go(arm: Manipulator, drawer: DetectedObject) -> None:
+    """Open the fingers and withdraw the hand from the grip, as far as it goes."""
+    arm.ctx.enter(Phase.RELEASE)
+    aperture = arm.gripper.width + 2.0 * _PRESHAPE
+    arm.open(aperture)
+    withdraw(arm, drawer)
+
+
+def withdraw(arm: Manipulator, drawer: DetectedObject) -> None:
+    """Move the hand back along its approach, away from the grip; failing that, up.
+
+    Raises:
+        UnreachableError: It cannot.
+        CollisionError: Something is in the way.
+    """
+    arm.use(arm.look())
+    arm.motion.allow(box_of(drawer))
+    observation = arm.sim.observe()
+    for distance in _HOVERS:
+        try:
+            back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=FREE_SPEED)
+        except (UnreachableError, CollisionError):
+            continue
+        arm.follow(back, Phase.RETREAT)
+        return
+    arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+
+
+def moved_by(pose: Pose, offset: Array) -> Pose:
+    """Return the pose shifted by an offset (3,) in the world."""
+    return Pose.from_matrix(pose.position + offset, pose.rotation)
+
+
+def stuck(arm: Manipulator, drawer: DetectedObject, before: DetectedObject, wanted: float, force: float) -> DrawerError:
+    """Return the error for a drawer that is not as far open as wanted.
+
+    Args:
+        arm: Whose hand was at it.
+        drawer: As it is seen now.
+        before: As it was seen when the hand began.
+        wanted: The opening asked for, metres.
+        force: The most that the hand felt, N.
+    """
+    opening, gone = opening_of(drawer), abs(opening_of(drawer) - opening_of(before))
+    verb = "pulled" if wanted > opening else "pushed"
+    blocking = _in_the_way(arm, drawer) if verb == "pushed" else ()
+    reason: Literal["locked", "blocked", "slipped"] = "slipped"
+    if force > _RESISTED:
+        reason = "blocked" if blocking or gone > LOCKED_WITHIN else "locked"
+    figures = f"{verb} with {force:.0f} N it is {opening * 1000:.0f} mm open, {wanted * 1000:.0f} mm was wanted"
+    said = {
+        "locked": f"{drawer.id} is locked: {figures}; unlock it, or leave it",
+        "blocked": f"{drawer.id} is blocked: {figures}; clear "
+        + (f"{', '.join(blocking)} away" if blocking else "what is in its way"),
+        "slipped": f"the hand slipped off {drawer.id}: {figures}; try again",
+    }
+    return DrawerError(
+        said[reason],
+        phase=Phase.SLIDE,
+        evidence=DrawerEvidence(
+            drawer=drawer.id, reason=reason, wanted=wanted, opening=opening, force=force, blocking=blocking
+        ),
+    )
+
+
+def _in_the_way(arm: Manipulator, drawer: DetectedObject) -> tuple[str, ...]:
+    """Return what lies in the drawer and stands out over its rim."""
+    shape = DrawerShape.of(drawer.size)
+    rim = drawer.pose.xyz[2] + shape.rim
+    scene = arm.look()
+    inside = {name for name, _ in contents(scene.objects, drawer)}
+    return tuple(item.id for item in scene.objects if item.id in inside and top(item) > rim)
+
+
+def _missed(
+    arm: Manipulator, drawer: DetectedObject, reason: Literal["none_found", "missed"], aperture: float, phase: Phase
+) -> GraspError:
+    width = 2.0 * float(DrawerShape.of(drawer.size).grip[1])
+    geometry = arm.geometry
+    said = (
+        f"the fingers open {geometry.min_aperture * 1000:.0f}..{geometry.max_aperture * 1000:.0f} mm and the grip of "
+        f"{drawer.id} is {width * 1000:.0f} mm wide"
+        if reason == "none_found"
+        else f"the fingers closed to {aperture * 1000:.1f} mm and missed the grip of {drawer.id}; look again"
+    )
+    return GraspError(
+        said,
+        phase=phase,
+        evidence=GraspEvidence(
+            object=drawer.id,
+            reason=reason,
+            object_width=width,
+            aperture=arm.gripper.width,
+            max_aperture=geometry.max_aperture,
+        ),
+    )

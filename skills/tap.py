@@ -1,0 +1,176 @@
+"""Tap: touch the top of an object, gently."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from robosandbox.errors import (
+    CollisionError,
+    InvalidArgumentError,
+    Phase,
+    SkillError,
+    TapError,
+    TapEvidence,
+    UnreachableError,
+)
+from robosandbox.perception.relations import centre, moved, on_top, top
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.guarded import follow_until
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, leaning, raised
+from robosandbox.types import CONTAINER_WALL, ROUND_CONTAINERS, Array, DetectedObject, Pose, SkillResult, Trajectory
+
+_FELT = 0.5
+_MOST_MOVED = 0.004
+_NEAR = 0.006
+_DEPTHS = (0.006, 0.003, 0.001)
+_TOUCH_SPEED = 0.02
+_TOUCH_METRES_PER_SECOND = 0.01
+_YAWS = 8
+_LEANS = (0.0, 0.35, 0.7)
+
+
+class Tap(Skill):
+    """Touch the top of an object, gently."""
+
+    name = "tap"
+
+    def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
+        """Touch the top of an object from above and rise again.
+
+        Args:
+            object: Id of the object.
+
+        Raises:
+            ObjectNotFoundError: It is not seen.
+            InvalidArgumentError: It has no top of its own, or something stands on it.
+            AlreadyHoldingError: The gripper is full.
+            UnreachableError: Its top is out of reach.
+            CollisionError: Something is in the way.
+            TapError: Nothing was felt there, or the object was moved.
+        """
+        arm = Manipulator(ctx)
+        before = arm.find(object)
+        _check(arm, before)
+        if arm.sim.robot.gripper is not None:
+            arm.open(0.0)
+        force = _touch(arm, before)
+        after = arm.find(object, arm.settle(object))
+        gone = moved(before, after)
+        if force < _FELT or gone > _MOST_MOVED:
+            said = (
+                f"felt nothing at the top of {object}"
+                if force < _FELT
+                else f"touched {object} with {force:.1f} N and moved it {gone * 1000:.1f} mm"
+            )
+            raise TapError(
+                f"{said}; look again and tap it anew",
+                phase=Phase.VERIFY,
+                evidence=TapEvidence(object=object, force=force, moved=gone),
+            )
+        return SkillResult(
+            skill=self.name,
+            detail={"object": object, "force_n": force, "moved_mm": 1e3 * gone},
+            side_effects=arm.disturbed(object),
+        )
+
+
+def _check(arm: Manipulator, target: DetectedObject) -> None:
+    if target.kind == "beads":
+        raise InvalidArgumentError(f"{target.id} are beads and have no top to touch", phase=Phase.CHECK)
+    if arm.start.held is not None:
+        arm.require_empty()
+    above = [item.id for item in arm.start.objects if item.id != target.id and on_top(item, target).holds]
+    if above:
+        raise InvalidArgumentError(
+            f"{', '.join(above)} stands on {target.id}; tap that, or clear it first", phase=Phase.CHECK
+        )
+
+
+def _touch(arm: Manipulator, target: DetectedObject) -> float:
+    """Go down until the object is felt, and up again; return the most that was felt, N."""
+    arm.ctx.enter(Phase.PLAN)
+    arm.use(arm.look())
+    failures: list[SkillError] = []
+    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    for tcp in _poses(arm, target, hand):
+        try:
+            arm.motion.allow()
+            hover = arm.motion.ik(raised(tcp, HOVER_HEIGHT), q)
+            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
+            descent = arm.motion.plan_line(hover, raised(tcp, _NEAR), speed=CARRY_SPEED)
+            arm.motion.allow(target.id)
+            touch = _deepest(arm, descent.q[-1], tcp)
+        except (UnreachableError, CollisionError) as error:
+            failures.append(error)
+            continue
+        arm.follow(approach, Phase.APPROACH)
+        arm.follow(descent, Phase.DESCEND)
+        return _feel(arm, target, touch)
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    raise (collisions or failures)[0].at(Phase.PLAN)
+
+
+def _deepest(arm: Manipulator, q: Array, tcp: Pose) -> Trajectory:
+    """Return a slow way down, to a little below where the top is seen: as far below as is free."""
+    for depth in _DEPTHS:
+        try:
+            return _slowed(arm.motion.plan_line(q, raised(tcp, -depth), speed=_TOUCH_SPEED), _NEAR + depth)
+        except CollisionError as error:
+            if depth == _DEPTHS[-1]:
+                raise error
+    raise AssertionError("no depth was tried")
+
+
+def _slowed(trajectory: Trajectory, length: float) -> Trajectory:
+    """Return the trajectory with the TCP, which it takes along `length` metres, no faster than a touch may be."""
+    factor = max(1.0, length / _TOUCH_METRES_PER_SECOND / max(trajectory.duration, 1e-6))
+    return Trajectory(q=trajectory.q, dt=factor * trajectory.dt)
+
+
+def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:
+    most = 0.0
+
+    def felt() -> bool:
+        nonlocal most
+        most = max(most, float(np.linalg.norm(arm.sim.force_on(target.id))))
+        return most >= _FELT
+
+    follow_until(arm, touch, Phase.TOUCH, felt)
+    arm.use(arm.look())
+    arm.motion.allow(target.id)
+    arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+    return most
+
+
+def _poses(arm: Manipulator, target: DetectedObject, hand: Array) -> Iterator[Pose]:
+    """Yield TCP poses with the fingertips at the top of the object: straight down first, the least turned first."""
+    robot = arm.sim.robot
+    tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
+    down = np.array([0.0, 0.0, -1.0])
+    angles = target.pose.yaw + 2.0 * np.pi * np.arange(_YAWS) / _YAWS
+    closing = [np.array([np.cos(angle), np.sin(angle), 0.0]) for angle in angles]
+    rotations = [np.column_stack([np.cross(y, down), y, down]) for y in closing]
+    rotations.sort(key=lambda rotation: -round(float(np.trace(hand.T @ rotation)), 6))
+    for lean in _LEANS:
+        for point in _tops(target):
+            for rotation in rotations:
+                upright = Pose.from_matrix(point, rotation)
+                leant = leaning(upright, robot.base_position, lean)
+                yield Pose.from_matrix(point - tip * leant.rotation[:, 2], leant.rotation)
+
+
+def _tops(target: DetectedObject) -> list[Array]:
+    """Return points (3,) of the object's top: its middle, or places on a container's rim."""
+    middle, height = centre(target), top(target)
+    reach = []
+    if target.kind in ROUND_CONTAINERS:
+        radius = target.size[0] + CONTAINER_WALL / 2.0
+        reach = [radius * np.array([np.cos(a), np.sin(a), 0.0]) for a in np.arange(0.0, 2.0 * np.pi, np.pi / 2.0)]
+    elif target.kind == "bin":
+        x, y = (half + CONTAINER_WALL / 2.0 for half in target.size[:2])
+        reach = [np.array(offset) for offset in ((-x, 0.0, 0.0), (0.0, y, 0.0), (0.0, -y, 0.0), (x, 0.0, 0.0))]
+    points = [middle + target.pose.rotation @ offset for offset in reach] or [middle]
+    return [np.array([point[0], point[1], height]) for point in points]
