@@ -281,6 +281,10 @@ class MuJoCoBackend:
         """Return the object that both sides of the gripper touch."""
         return Contacts(self._loaded, self._live).by_object()[1]
 
+    def contact_forces(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
+        return Contacts(self._loaded, self._live).of_robot()
+
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         return Contacts(self._loaded, self._live).strongest()
