@@ -281,11 +281,17 @@ class TrackingEvidence(Evidence):
         joint: Its name.
         error: Commanded minus actual, radians or metres.
         contacts: What the arm touches.
+        servo_force: What the joint's servo gave, N m or N; None where a contact stopped the arm.
+        servo_limit: The most that it can give.
+        contact_force: With how many newtons the arm pressed on what stopped it; None where nothing did.
     """
 
     joint: str
     error: float
     contacts: tuple[str, ...] = ()
+    servo_force: float | None = None
+    servo_limit: float | None = None
+    contact_force: float | None = None
 
 
 class TimeoutEvidence(Evidence):
