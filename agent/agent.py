@@ -6,6 +6,7 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
+from robosandbox.agent.effects import Effects
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -112,9 +113,13 @@ class Agent(Generic[WorldT]):
         plan: Plan | None = None
         replans = 0
         answer: Plan | Refusal | None = None
+        effects = Effects()
         while True:
+            scene = self._look()
+            if not attempts:
+                effects.begin(scene)
             try:
-                answer = planner.plan(prompt, self._look(), tuple(attempts))
+                answer = planner.plan(prompt, scene, tuple(attempts))
             except PlannerError as error:
                 unavailable = isinstance(error, PlannerUnavailableError)
                 reason = FinalReason.PLANNER_UNAVAILABLE if unavailable else FinalReason.PLANNER_FAILED
@@ -129,7 +134,7 @@ class Agent(Generic[WorldT]):
             if self.approve is not None and not self.approve(plan):
                 reason, detail = FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
                 break
-            failure = self._execute(plan, steps)
+            failure = self._execute(plan, steps, effects)
             if failure is None:
                 reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
                 break
@@ -160,8 +165,11 @@ class Agent(Generic[WorldT]):
     def _look(self) -> ObservedScene:
         return self.ctx.look()
 
-    def _execute(self, plan: Plan, steps: list[Step]) -> FailedAttempt | None:
-        """Run the plan's calls, adding those that succeed to `steps`; return the first failure."""
+    def _execute(self, plan: Plan, steps: list[Step], effects: Effects) -> FailedAttempt | None:
+        """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
+
+        What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
+        """
         for index, call in enumerate(plan.steps):
             self._emit(SkillStarted(call, index, len(plan.steps)))
             try:
@@ -173,6 +181,12 @@ class Agent(Generic[WorldT]):
                 )
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
+            effects.add(call)
+            undone = effects.undone(self._look, at_the_end=index + 1 == len(plan.steps))
+            if undone is not None:
+                self._emit(SkillFailed(undone.call, undone.error.record()))
+                again = (*undone.to_repeat, *plan.steps[index + 1 :])
+                return FailedAttempt(completed=(), failed=undone.call, error=undone.error, remaining=again)
         return None
 
     def perform(self, call: SkillCall) -> SkillResult:

@@ -64,6 +64,17 @@ class Contacts:
                 strongest = (float(force[0]), world.names[inner], world.names[outer])
         return strongest
 
+    def of_robot(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
+        model, data, bodies = self._world.model, self._data, self._world.robot.bodies
+        found, force = [], np.zeros(6)
+        for index in range(data.ncon):
+            first, second = (int(model.geom_bodyid[geom]) for geom in data.contact.geom[index])
+            if first in bodies or second in bodies:
+                mujoco.mj_contactForce(model, data, index, force)
+                found.append((float(force[0]), first, second))
+        return found
+
     def force_on(self, name: str) -> Array:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         world, data = self._world, self._data

@@ -288,6 +288,17 @@ class MuJoCoBackend:
         """Return the object that both sides of the gripper touch."""
         return Contacts(self._loaded, self._live).by_object()[1]
 
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
+        actuator = int(self.robot.actuator_ids[joint])
+        limited = bool(self.model.actuator_forcelimited[actuator])
+        limit = float(np.abs(self.model.actuator_forcerange[actuator]).max()) if limited else np.inf
+        return abs(float(self._live.actuator_force[actuator])), limit
+
+    def contact_forces(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
+        return Contacts(self._loaded, self._live).of_robot()
+
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         return Contacts(self._loaded, self._live).strongest()

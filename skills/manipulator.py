@@ -18,7 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.grasp.analytic import lean
 from robosandbox.perception.relations import inside, loose, moved
-from robosandbox.protocols import SkillContext
+from robosandbox.protocols import Sim, SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
     CONTAINER_KINDS,
@@ -51,11 +51,48 @@ _RISES = (
     (0.5, 1.05),
     (0.25, 0.0),
 )
+_SPENT = 0.95
+_PRESSING = 15.0
+_PRESSED_TICKS = 3
 _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
 _STILL = 0.0005
 _DISTURBED = 0.005
+
+
+class ContactGuard:
+    """A tick hook that stops the arm where it presses on something.
+
+    Args:
+        sim: Whose arm.
+        phase: What it is doing.
+    """
+
+    def __init__(self, sim: Sim, phase: Phase) -> None:
+        self._sim = sim
+        self._phase = phase
+        self._ticks = 0
+
+    def __call__(self) -> None:
+        """Look at the contacts.
+
+        Raises:
+            TrackingError: One has been strong for longer than a bump is.
+        """
+        force, body, other = self._sim.strongest_contact()
+        self._ticks = self._ticks + 1 if force > _PRESSING else 0
+        if self._ticks < _PRESSED_TICKS:
+            return
+        joint = self._sim.robot.joints[-1]
+        raise TrackingError(
+            f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
+            "seen to be, or came into the way; look again",
+            phase=self._phase,
+            evidence=TrackingEvidence(
+                joint=joint, error=0.0, contacts=(f"{body} on {other}",), contact_force=round(force, 2)
+            ),
+        )
 
 
 class Manipulator:
@@ -187,42 +224,64 @@ class Manipulator:
 
     # Moving.
 
-    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False) -> None:
+    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False, guarded: bool = False) -> None:
         """Execute a trajectory and wait until the arm has arrived.
 
         Args:
             trajectory: From where the arm is.
             phase: For listeners and errors.
             yielding: Accept that contact keeps the arm off its goal, as when pushing.
+            guarded: Stop as soon as the arm presses on something, as where it is to touch nothing on its way.
 
         Raises:
-            TrackingError: A joint stayed off its goal.
+            TrackingError: A joint stayed off its goal, or the arm was stopped.
         """
         self.ctx.enter(phase)
-        self.sim.execute(trajectory)
-        goal = trajectory.q[-1]
+        if guarded:
+            guard = ContactGuard(self.sim, phase)
+            self.sim.tick_hooks.append(guard)
+        try:
+            self.sim.execute(trajectory)
+            self._arrive(trajectory.q[-1], phase, yielding)
+        finally:
+            if guarded:
+                self.sim.tick_hooks.remove(guard)
+
+    def _arrive(self, goal: Array, phase: Phase, yielding: bool) -> None:
         patience = self.sim.time + _TRIM_AFTER
         deadline = self.sim.time + _ARRIVAL_SECONDS
         while (error := np.abs(self.q - goal)).max() > _ARRIVED:
             if self.sim.time >= deadline:
                 if yielding:
                     return
-                worst = int(error.argmax())
-                robot = self.sim.robot
-                contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts())
-                touching = f" while {', '.join(contacts)}" if contacts else ""
-                raise TrackingError(
-                    f"{robot.joints[worst]} stayed {error[worst]:.3f} off its goal{touching}; "
-                    "something is in the way or the load is too heavy",
-                    phase=phase,
-                    evidence=TrackingEvidence(
-                        joint=robot.joints[worst], error=float((goal - self.q)[worst]), contacts=contacts
-                    ),
-                )
+                raise self._off_goal(goal, int(error.argmax()), phase)
             if yielding or self.sim.time < patience:
                 self.sim.step(self.sim.control_timestep)
             else:
                 self.sim.trim(goal)
+
+    def _off_goal(self, goal: Array, joint: int, phase: Phase) -> TrackingError:
+        """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
+        robot, error = self.sim.robot, float((goal - self.q)[joint])
+        contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts())
+        force, limit = self.sim.servo_force(joint)
+        if contacts:
+            cause = f"while {', '.join(contacts)}; clear what is in the way, or take something lighter"
+        elif force >= _SPENT * limit:
+            cause = f"with its servo at its limit of {limit:.0f}; the load is too heavy for it: take something lighter"
+        else:
+            cause = f"though nothing is touched; its servo gives {force:.1f} of at most {limit:.0f}: it is weak, or its joint stiff"
+        return TrackingError(
+            f"{robot.joints[joint]} stayed {abs(error):.3f} off its goal {cause}",
+            phase=phase,
+            evidence=TrackingEvidence(
+                joint=robot.joints[joint],
+                error=error,
+                contacts=contacts,
+                servo_force=round(force, 3),
+                servo_limit=limit if np.isfinite(limit) else None,
+            ),
+        )
 
     def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far.
@@ -256,14 +315,14 @@ class Manipulator:
             closed = float(np.clip(geometry.closed_fraction(geometry.joint_for_aperture(aperture)), 0.0, 1.0))
         self.sim.set_gripper(closed)
         if wait:
-            self._wait_for_fingers()
+            self.wait_for_fingers()
 
     def close(self) -> float:
         """Close the fingers until they stop; return the gap between them, metres."""
         self.sim.set_gripper(1.0)
-        return self._wait_for_fingers()
+        return self.wait_for_fingers()
 
-    def _wait_for_fingers(self) -> float:
+    def wait_for_fingers(self) -> float:
         """Wait until the fingers no longer move; return the gap between them."""
         deadline = self.sim.time + _GRIP_SECONDS
         self.sim.step(_LAG)

@@ -30,12 +30,15 @@ from robosandbox.skills.manipulator import (
     check_rise,
     withdrawn,
 )
+from robosandbox.skills.sensing import LoadMeter, changed, check_closed, check_open, lift_error
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
 _ATTEMPTS = 3
+_LOOKS = 5
+_FINAL = ("immovable", "too_heavy", "gripper_stuck")
 _STRAIGHT_DOWN = 0.999
 _LOW_HOVERS = (0.055, 0.035)
 _HOVER_CLEARANCE = 0.004
@@ -74,37 +77,51 @@ class Pick(Skill):
             return _lift_held(arm, target)
         arm.require_empty()
         excluded: list[Grasp] = []
+        looks, least_aperture = 0, 0.0
+        scene = arm.start
         while True:
-            scene = arm.look()
-            plan = _plan_grasp(arm, arm.find(object, scene), scene, excluded)
+            plan = _plan_grasp(arm, arm.find(object, scene), scene, excluded, least_aperture)
             try:
+                arm.open(plan.aperture, wait=False)
+                arm.follow(plan.approach, Phase.APPROACH, guarded=True)
+                check_open(arm, plan.grasp, plan.aperture)
+                if looks < _LOOKS and changed(scene, arm.look()):
+                    looks, scene = looks + 1, arm.settle(object)
+                    continue
                 return self._execute(arm, target, plan)
             except (GraspError, TrackingError) as error:
+                if isinstance(error.evidence, GraspEvidence) and error.evidence.reason in _FINAL:
+                    _back_off(arm, error)
+                    raise
+                if error.phase == Phase.DESCEND:
+                    # The object is wider, or elsewhere, than it seems.
+                    least_aperture = arm.geometry.max_aperture
                 excluded.append(plan.grasp)
                 if len(excluded) >= _ATTEMPTS:
                     raise
                 _back_off(arm, error)
+                scene = arm.look()
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: _GraspPlan) -> SkillResult:
         grasp = plan.grasp
-        arm.open(plan.aperture, wait=False)
-        arm.follow(plan.approach, Phase.APPROACH)
-        arm.follow(plan.descent, Phase.DESCEND)
+        arm.follow(plan.descent, Phase.DESCEND, guarded=True)
         arm.ctx.enter(Phase.GRASP)
-        width = arm.close()
-        geometry = arm.geometry
+        before = arm.gripper.width
+        arm.close()
+        check_closed(arm, grasp, before)
+        width, geometry = arm.gripper.width, arm.geometry
         empty = geometry.min_aperture + _CLOSED_ON_NOTHING * (grasp.width - geometry.min_aperture)
-        if width < empty:
-            raise _grasp_error(arm, grasp, "missed", width, Phase.GRASP)
-        rise = _lift(arm, target.id)
         scene = arm.look()
-        after = arm.find(target.id, scene)
-        dz = bottom(after) - bottom(target)
-        if scene.held != target.id or dz < _LEAST_RISE * rise:
-            raise _grasp_error(arm, grasp, "slipped", arm.gripper.width, Phase.LIFT)
+        if width < empty and scene.held != target.id:
+            raise _missed(arm, grasp, width)
+        after = _lift(arm, arm.find(target.id, scene), grasp.width)
         return SkillResult(
             skill=self.name,
-            detail={"object": target.id, "dz_mm": 1000.0 * dz, "width_mm": 1000.0 * width},
+            detail={
+                "object": target.id,
+                "dz_mm": 1000.0 * (bottom(after) - bottom(target)),
+                "width_mm": 1000.0 * width,
+            },
             side_effects=arm.disturbed(target.id),
         )
 
@@ -112,20 +129,7 @@ class Pick(Skill):
 def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     """Lift what the gripper holds already, if it has not been lifted: an earlier pick may have been stopped."""
     if bottom(target) - arm.start.table_height < _LEAST_RISE * LIFT_HEIGHT:
-        rise = _lift(arm, target.id)
-        scene = arm.look()
-        dz = bottom(arm.find(target.id, scene)) - bottom(target)
-        if scene.held != target.id or dz < _LEAST_RISE * rise:
-            raise GraspError(
-                f"lost {target.id} while lifting; look again and pick it anew",
-                phase=Phase.LIFT,
-                evidence=GraspEvidence(
-                    object=target.id,
-                    reason="slipped",
-                    aperture=arm.gripper.width,
-                    max_aperture=arm.geometry.max_aperture,
-                ),
-            )
+        _lift(arm, target, arm.gripper.width)
     return SkillResult(
         skill=Pick.name,
         detail={"object": target.id, "already_held": True, "width_mm": 1000.0 * arm.gripper.width},
@@ -133,10 +137,33 @@ def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     )
 
 
-def _lift(arm: Manipulator, object_id: str) -> float:
-    arm.use(arm.look(), held=object_id)
+def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObject:
+    """Lift what the fingers have closed on, and return where it is seen when it is still.
+
+    Args:
+        arm: Whose hand.
+        target: The object as it lies between the fingers.
+        width: Its extent between them, metres.
+
+    Raises:
+        GraspError: It did not come up.
+    """
+    arm.use(arm.look(), held=target.id)
     arm.motion.allow("table", *(item.id for item in arm.start.objects))
-    return arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+    load = LoadMeter(arm.sim, target.id)
+    arm.sim.tick_hooks.append(load)
+    try:
+        rise = arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+    except TrackingError:
+        raise lift_error(arm, target, width, load.pull) from None
+    finally:
+        arm.sim.tick_hooks.remove(load)
+    # What slips out is still moving.
+    scene = arm.settle(target.id)
+    after = arm.find(target.id, scene)
+    if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
+        raise lift_error(arm, target, width, load.pull)
+    return after
 
 
 def _back_off(arm: Manipulator, error: SkillError) -> None:
@@ -150,7 +177,9 @@ def _back_off(arm: Manipulator, error: SkillError) -> None:
         raise error from None
 
 
-def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, excluded: list[Grasp]) -> _GraspPlan:
+def _plan_grasp(
+    arm: Manipulator, target: DetectedObject, scene: ObservedScene, excluded: list[Grasp], least_aperture: float
+) -> _GraspPlan:
     """Return the first candidate whose approach, descent and lift are all possible.
 
     Raises:
@@ -168,7 +197,7 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
     failures: list[SkillError] = []
     telling: list[SkillError] = []
     for grasp in _nearest_first(arm, candidates):
-        aperture = min(geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE)
+        aperture = min(geometry.max_aperture, max(least_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE))
         try:
             motion.open_to(aperture)
             hover = _hover(arm, grasp, target, q)
@@ -263,19 +292,16 @@ def _no_candidate(arm: Manipulator, target: DetectedObject) -> GraspError:
     )
 
 
-def _grasp_error(arm: Manipulator, grasp: Grasp, reason: str, width: float, phase: Phase) -> GraspError:
-    said = "closed on nothing" if reason == "missed" else "lost it while lifting"
+def _missed(arm: Manipulator, grasp: Grasp, width: float) -> GraspError:
     return GraspError(
-        f"{said}: the fingers are {width * 1000:.1f} mm apart and {grasp.object} is {grasp.width * 1000:.1f} mm wide; "
-        "look again and try another grasp",
-        phase=phase,
-        evidence=GraspEvidence.model_validate(
-            {
-                "object": grasp.object,
-                "reason": reason,
-                "object_width": grasp.width,
-                "aperture": width,
-                "max_aperture": arm.geometry.max_aperture,
-            }
+        f"closed on nothing: the fingers are {width * 1000:.1f} mm apart and {grasp.object} is {grasp.width * 1000:.1f} mm "
+        "wide; look again and try another grasp",
+        phase=Phase.GRASP,
+        evidence=GraspEvidence(
+            object=grasp.object,
+            reason="missed",
+            object_width=grasp.width,
+            aperture=width,
+            max_aperture=arm.geometry.max_aperture,
         ),
     )

@@ -55,3 +55,17 @@ def beta_cdf(x: float, a: float, b: float) -> float:
         if abs(1.0 - c * d) < 1e-14:
             break
     return front * (fraction - 1.0)
+
+
+def wilson_interval(successes: int, trials: int, z: float = 1.959964) -> tuple[float, float]:
+    """Return the Wilson score interval of a rate (Wilson, Probable Inference, JASA 22, 1927); `z` = 1.96 covers 95%.
+
+    Raises:
+        ValueError: The counts are not 0 <= successes <= trials, trials >= 1.
+    """
+    if not 0 <= successes <= trials or trials < 1:
+        raise ValueError(f"{successes} of {trials} is no rate")
+    rate, share = successes / trials, z * z / trials
+    middle = (rate + share / 2.0) / (1.0 + share)
+    half = z * math.sqrt(rate * (1.0 - rate) / trials + share / (4.0 * trials)) / (1.0 + share)
+    return max(0.0, middle - half), min(1.0, middle + half)

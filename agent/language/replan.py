@@ -51,15 +51,12 @@ def _draft_of(attempt: Attempt, fresh: Draft | Refusal) -> Draft:
 
 
 def _after_failure(before: Draft, last: Attempt) -> tuple[Step, ...]:
-    """Return the failed step and what follows it."""
-    calls = before.calls
-    for i in range(len(last.completed), len(calls)):
-        if calls[i] == last.failed:
-            return before.steps[i:]
-    for i, call in enumerate(calls):
-        if call == last.failed:
-            return before.steps[i:]
-    return (Step(last.failed),)
+    """Return the failed step and what remains to be done after it, with the choices that the draft knows of."""
+    begin = len(last.completed)
+    steps = before.steps[begin:] + before.steps[:begin]
+    return tuple(
+        next((step for step in steps if step.call == call), Step(call)) for call in (last.failed, *last.remaining)
+    )
 
 
 class _Reaction:

@@ -188,18 +188,26 @@ class GraspEvidence(Evidence):
 
     Attributes:
         object: Id.
-        reason: No candidate, closed on nothing, or lost after closing.
+        reason: No candidate; closed on nothing; lost after closing; held, but fixed where it is or far too heavy
+            ("immovable"); moved, but heavier than the grip or the arm can bear ("too_heavy"); fingers that do not go
+            where they are sent ("gripper_stuck").
         object_width: Extent between the fingers, metres; None when no candidate was found.
         aperture: The gap after closing, or the most it opens, metres.
         max_aperture: The most it opens, metres.
+        commanded: The gap that was commanded, metres; None when it does not matter.
+        pull: The largest upward force with which the arm pulled at it, N; None when it was not lifted.
+        moved: How far it went while it was lifted, metres; None when it was not lifted.
         tried: How many candidates were examined, and what stopped each kind of them.
     """
 
     object: str
-    reason: Literal["none_found", "missed", "slipped"]
+    reason: Literal["none_found", "missed", "slipped", "immovable", "too_heavy", "gripper_stuck"]
     object_width: float | None = None
     aperture: float
     max_aperture: float
+    commanded: float | None = None
+    pull: float | None = None
+    moved: float | None = None
     tried: dict[str, int] = Field(default_factory=dict)
 
 
@@ -334,11 +342,17 @@ class TrackingEvidence(Evidence):
         joint: Its name.
         error: Commanded minus actual, radians or metres.
         contacts: What the arm touches.
+        servo_force: What the joint's servo gave, N m or N; None where a contact stopped the arm.
+        servo_limit: The most that it can give.
+        contact_force: With how many newtons the arm pressed on what stopped it; None where nothing did.
     """
 
     joint: str
     error: float
     contacts: tuple[str, ...] = ()
+    servo_force: float | None = None
+    servo_limit: float | None = None
+    contact_force: float | None = None
 
 
 class TimeoutEvidence(Evidence):

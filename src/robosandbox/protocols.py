@@ -96,6 +96,10 @@ class Sim(Protocol):
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         ...
 
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
+        ...
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now."""
         ...

@@ -1,0 +1,214 @@
+"""What becomes of episodes that something upsets: recovered, rightly refused, or neither.
+
+    python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--cases nudged slipped ...] [--jobs 2] [--json]
+
+A fault strikes at a random moment of a bundled task: robosandbox.testing.upsets draws it, the moment and the layout from
+the seed. Where the task can still be done, the share of episodes that end with it done, judged on the simulated state, is
+the recovery rate. Where it cannot, a correct refusal ends the episode after the first failed skill call, with an error
+whose evidence names the cause. A false claim is an agent's "done" that the simulated state contradicts. The largest force
+of the arm on the table, on itself and on what no call named is kept over all control ticks.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import multiprocessing
+import statistics
+import time
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from robosandbox.agent.episode import SkillStarted
+from robosandbox.tasks.interval import wilson_interval
+from robosandbox.tasks.session import Session, open_session
+from robosandbox.testing.faults import ContactMeter, Meddler
+from robosandbox.testing.upsets import CASES, Upset, draw_upset, lost, out_of_reach
+
+
+@dataclass(frozen=True, slots=True)
+class Row:
+    """One episode.
+
+    Attributes:
+        case: What upset it.
+        seed: The draw.
+        task: The bundled task.
+        about: The drawn figures.
+        hopeless: Whether the task could not be done: by the case, or because the object ended out of every reach.
+        done: What the simulated state says.
+        claimed: What the agent said.
+        named: Whether the last error names the cause.
+        attempts: Failed plans.
+        errors: Their codes, with the grasp's reason.
+        reason: Why the agent ended.
+        detail: Its last sentence.
+        sim_secs: Simulated seconds.
+        cpu_secs: Processor seconds, roll-outs included.
+        contacts: The largest force on what was not to be touched, by kind: N and the two bodies.
+    """
+
+    case: str
+    seed: int
+    task: str
+    about: str
+    hopeless: bool
+    done: bool
+    claimed: bool
+    named: bool
+    attempts: int
+    errors: tuple[str, ...]
+    reason: str
+    detail: str
+    sim_secs: float
+    cpu_secs: float
+    contacts: dict[str, tuple[float, str, str]]
+
+    @property
+    def refused_rightly(self) -> bool:
+        """Whether it ended after the first failure, with the cause."""
+        return not self.claimed and self.attempts <= 1 and self.named
+
+
+def run(name: str, seed: int, what_if: bool) -> Row:
+    """Run one episode."""
+    case = CASES[name]
+    task, upset, subject = draw_upset(case, seed)
+    with open_session(task, what_if=what_if) as session:
+        if upset.perception is not None:
+            session.ctx.perception = upset.perception
+        meter = ContactMeter(session.sim)
+        session.sim.tick_hooks.append(meter)
+        session.agent.listeners.append(lambda event: _expect(meter, event))
+        _arm(session, upset)
+        begin = time.process_time()
+        episode = session.run()
+        cpu, secs = time.process_time() - begin, session.sim.time
+        session.sim.tick_hooks.clear()
+        verdict = session.judge()
+        gone = not verdict.success and lost(session, subject)
+    errors = [attempt.error.record() for attempt in episode.attempts]
+    last = errors[-1] if errors else None
+    named = case.named if upset.hopeless else out_of_reach
+    return Row(
+        case=name,
+        seed=seed,
+        task=task.name,
+        about=upset.about,
+        hopeless=upset.hopeless or gone,
+        done=verdict.success,
+        claimed=episode.success,
+        named=last is not None and named(last),
+        attempts=len(errors),
+        errors=tuple(f"{error.code}:{getattr(error.evidence, 'reason', '')}".rstrip(":") for error in errors),
+        reason=str(episode.final_reason),
+        detail=episode.final_detail,
+        sim_secs=round(secs, 2),
+        cpu_secs=round(cpu, 2),
+        contacts={kind: (round(force, 1), a, b) for kind, (force, a, b) in meter.worst.items()},
+    )
+
+
+def _expect(meter: ContactMeter, event: object) -> None:
+    if isinstance(event, SkillStarted):
+        meter.intended = {value for value in event.call.arguments.values() if isinstance(value, str)}
+
+
+def _arm(session: Session, upset: Upset) -> None:
+    """Let the fault begin at its moment."""
+    if upset.fault is None:
+        return
+    meddler = Meddler(session.sim)
+    ticks = upset.fault(meddler)
+    if upset.at <= 0.0:
+        next(ticks, None)
+
+    def tick() -> None:
+        if session.sim.time >= upset.at - 1e-9:
+            next(ticks, None)
+
+    session.sim.tick_hooks.append(tick)
+
+
+def summary(rows: Sequence[Row]) -> dict[str, Any]:
+    """Return the figures of some episodes."""
+    hopeful = [row for row in rows if not row.hopeless]
+    hopeless = [row for row in rows if row.hopeless]
+    worst: dict[str, tuple[float, str, str]] = {}
+    for row in rows:
+        for kind, found in row.contacts.items():
+            worst[kind] = max(worst.get(kind, (0.0, "", "")), found)
+    return {
+        "recovered": _rate(sum(row.done and row.claimed for row in hopeful), len(hopeful)),
+        "refused_rightly": _rate(sum(row.refused_rightly for row in hopeless), len(hopeless)),
+        "false_claims": sum(row.claimed and not row.done for row in rows),
+        "wrong_refusals": sum(not row.claimed and row.reason in ("refused", "gave_up") for row in hopeful),
+        "attempts_mean": round(statistics.mean(row.attempts for row in rows), 2),
+        "sim_s_median": statistics.median(row.sim_secs for row in rows),
+        "cpu_s_median": statistics.median(row.cpu_secs for row in rows),
+        "cpu_s_max": max(row.cpu_secs for row in rows),
+        "worst_contact_n": worst,
+    }
+
+
+def _rate(count: int, total: int) -> dict[str, Any] | None:
+    if not total:
+        return None
+    low, high = wilson_interval(count, total)
+    return {"count": count, "of": total, "rate": round(count / total, 4), "low": round(low, 3), "high": round(high, 3)}
+
+
+def _line(name: str, figures: dict[str, Any]) -> str:
+    def rate(key: str) -> str:
+        found = figures[key]
+        return "" if found is None else f"{found['count']}/{found['of']} ({found['low']:.2f}-{found['high']:.2f})"
+
+    forces = ", ".join(f"{kind} {force:.0f}" for kind, (force, _, _) in sorted(figures["worst_contact_n"].items()))
+    return (
+        f"{name:16}{rate('recovered'):>22}{rate('refused_rightly'):>22}{figures['false_claims']:>7}"
+        f"{figures['wrong_refusals']:>7}{figures['attempts_mean']:>9}{figures['sim_s_median']:>8.1f}"
+        f"{figures['cpu_s_median']:>8.2f}  {forces}"
+    )
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first-seed", type=int, default=0)
+    parser.add_argument("--no-what-if", action="store_true")
+    parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--misses", action="store_true", help="also print every episode that went wrong")
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+    logging.disable(logging.WARNING)
+    seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
+    episodes = [(name, seed, not arguments.no_what_if) for name in arguments.cases for seed in seeds]
+    if arguments.jobs > 1:
+        context = multiprocessing.get_context("spawn")
+        with ProcessPoolExecutor(arguments.jobs, mp_context=context) as pool:
+            rows = list(pool.map(run, *zip(*episodes, strict=True)))
+    else:
+        rows = [run(*episode) for episode in episodes]
+    table = {name: summary([row for row in rows if row.case == name]) for name in arguments.cases}
+    table["all"] = summary(rows)
+    if arguments.json:
+        print(json.dumps({"what_if": not arguments.no_what_if, "cases": table, "rows": [asdict(r) for r in rows]}))
+        return
+    print(
+        f"{'case':16}{'recovered':>22}{'rightly refused':>22}{'false':>7}{'wrong':>7}{'attempts':>9}{'sim s':>8}"
+        f"{'cpu s':>8}  largest force on what was not to be touched, N"
+    )
+    for name, figures in table.items():
+        print(_line(name, figures))
+    if arguments.misses:
+        for row in rows:
+            if not (row.refused_rightly if row.hopeless else row.done and row.claimed):
+                print(f"{row.case} {row.seed} {row.task} ({row.about}): {row.reason}, {row.errors}: {row.detail}")
+
+
+if __name__ == "__main__":
+    main()

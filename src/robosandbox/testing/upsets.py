@@ -1,0 +1,574 @@
+"""Episodes that something upsets: a bundled task's layout, a fault, the moment at which it strikes, all drawn from a seed.
+
+A case is recoverable when the robot can still do the task, and hopeless when it cannot. Which it is follows from figures of
+the world alone (reach of the tool centre point, weight over friction of the pads, widths), never from what the skills do.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robosandbox.agent.episode import SkillStarted
+from robosandbox.errors import ErrorRecord, GraspEvidence, UnreachableEvidence
+from robosandbox.perception.relations import centre, gap, support
+from robosandbox.protocols import Perception
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.success import AllOf, Check, Undisturbed
+from robosandbox.tasks.task import Task
+from robosandbox.testing import faults
+from robosandbox.testing.faults import Fault, MistakenPerception
+from robosandbox.types import Array, DetectedObject, Pose, Scene, SceneObject
+
+# What each task moves, and where to.
+SUBJECTS: dict[str, tuple[str, str | None]] = {
+    "pick_cube_scrambled": ("red_cube", None),
+    "pick_can": ("can", None),
+    "pick_ball": ("yellow_ball", None),
+    "pick_from_three": ("green_cube", None),
+    "put_in_bin": ("red_cube", "grey_bin"),
+    "stack_two": ("red_cube", "blue_cube"),
+    "place_on_block": ("red_cube", "blue_block"),
+    "place_beside": ("red_cube", "blue_block"),
+    "push_left": ("red_cube", None),
+    "push_forward": ("red_cube", None),
+    "stack_three": ("green_cube", "blue_cube"),
+}
+_PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
+_HANDLED = (*_PICKS, "put_in_bin", "stack_two")
+# The tool centre point of the Panda comes no further out than this at table height (a million random configurations),
+# and a fingertip reaches a centimetre beyond it.
+FARTHEST = 0.93
+# Within these, from the base, an object can be grasped from above.
+_NEAR, _FAR = 0.3, 0.75
+_EDGE = 0.44
+_ROLL_DECELERATION = 0.14
+_HAND_AWAY = 0.15
+_DRAWS = 500
+_BEFORE_THE_END = 0.1
+
+_ON_THE_WAY = ("perceive", "plan", "approach")
+_BEFORE_CONTACT = ("approach", "descend")
+_CARRYING = ("lift", "transfer")
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """One control tick of the episode as it would have gone."""
+
+    time: float
+    step: int
+    phase: str
+    tcp: Array
+
+
+@dataclass(slots=True, kw_only=True)
+class Upset:
+    """What is done to an episode.
+
+    Attributes:
+        scene: How it begins.
+        fault: What happens.
+        at: In which simulated second; 0 is before it begins.
+        perception: What the robot sees with.
+        hopeless: Whether the task cannot be done any more.
+        about: The drawn figures, for the row.
+    """
+
+    scene: Scene
+    fault: Fault | None = None
+    at: float = 0.0
+    perception: Perception | None = None
+    hopeless: bool = False
+    about: str = ""
+
+
+class Draw:
+    """The dice of one episode, and the episode as it would have gone.
+
+    Args:
+        case: The case's name.
+        seed: The episode's.
+        tasks: Bundled tasks, of which the seed takes one.
+    """
+
+    def __init__(self, case: str, seed: int, tasks: Sequence[str]) -> None:
+        self.rng = np.random.default_rng([seed, *case.encode()])
+        task = find_task(tasks[seed % len(tasks)])
+        self.subject, self.target = SUBJECTS[task.name]
+        with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
+            scene = session.sim.scene
+            self.base = session.sim.robot.base_position
+        criterion = _without_undisturbed(task.success)
+        self.task = task.model_copy(update={"scene": scene, "success": criterion})
+        self._moments: list[Moment] | None = None
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as drawn so far."""
+        return self.task.scene
+
+    def change(self, scene: Scene) -> None:
+        """Take another scene."""
+        self.task = self.task.model_copy(update={"scene": scene})
+        self._moments = None
+
+    def replace(self, name: str, **fields: object) -> None:
+        """Change fields of one object."""
+        objects = tuple(
+            SceneObject.model_validate({**item.model_dump(), **fields}) if item.id == name else item
+            for item in self.scene.objects
+        )
+        self.change(self.scene.model_copy(update={"objects": objects}))
+
+    def add(self, item: SceneObject) -> None:
+        """Add an object."""
+        self.change(self.scene.model_copy(update={"objects": (*self.scene.objects, item)}))
+
+    def item(self, name: str) -> DetectedObject:
+        """Return an object as it stands at the start."""
+        item = next(item for item in self.scene.objects if item.id == name)
+        return DetectedObject(id=item.id, kind=item.kind, size=item.size, colour="", rgba=item.rgba, pose=item.pose)
+
+    def uniform(self, low: float, high: float) -> float:
+        """Return a number between two."""
+        return float(self.rng.uniform(low, high))
+
+    def direction(self) -> Array:
+        """Return a unit vector (2,)."""
+        angle = self.uniform(0.0, 2.0 * math.pi)
+        return np.array([math.cos(angle), math.sin(angle)])
+
+    def radius(self, xy: Array) -> float:
+        """Return the distance from the robot's base, metres."""
+        return float(np.hypot(*(xy - self.base[:2])))
+
+    def easy(self, xy: Array) -> bool:
+        """Tell whether a place is well within reach and on the table."""
+        return _NEAR < self.radius(xy) < _FAR and bool((np.abs(xy) < _EDGE).all())
+
+    def free(self, item: DetectedObject, but: Iterable[str] = (), least: float = 0.004) -> bool:
+        """Tell whether an object has room there."""
+        others = [self.item(other.id) for other in self.scene.objects if other.id not in (item.id, *but)]
+        return all(gap(item, other) > least for other in others)
+
+    def offset(self, name: str, low: float, high: float) -> Array:
+        """Return by how much (2,) an object may be moved to a free and easy place."""
+        item = self.item(name)
+        for _ in range(_DRAWS):
+            step = self.direction() * self.uniform(low, high)
+            there = _moved(item, step)
+            if self.easy(there.pose.position[:2]) and self.free(there):
+                return step
+        raise ValueError(f"no room for {name}")
+
+    def moment(self, phases: Iterable[str], *, step: int = 0, away_from: Array | None = None) -> float:
+        """Return a moment of the undisturbed episode: in these phases of one skill call, the hand away from a place.
+
+        Raises:
+            ValueError: There is none.
+        """
+        if self._moments is None:
+            self._moments = _timeline(self.task)
+        fit = [
+            moment.time
+            for moment in self._moments[: -round(_BEFORE_THE_END / 0.01)]
+            if moment.step == step
+            and moment.phase in phases
+            and (away_from is None or float(np.linalg.norm(moment.tcp[:2] - away_from[:2])) > _HAND_AWAY)
+        ]
+        if not fit:
+            raise ValueError(f"no moment in {', '.join(phases)}")
+        return fit[int(self.rng.integers(len(fit)))]
+
+
+Causes = Callable[[ErrorRecord], bool]
+
+
+@dataclass(frozen=True, slots=True)
+class Case:
+    """A kind of upset.
+
+    Attributes:
+        name: Its name.
+        tasks: Bundled tasks to which it happens.
+        draw: From the dice to the upset.
+        named: Whether an error names the cause; for what is or may become hopeless.
+    """
+
+    name: str
+    tasks: tuple[str, ...]
+    draw: Callable[[Draw], Upset] = field(repr=False)
+    named: Causes = field(repr=False)
+
+
+def out_of_reach(error: ErrorRecord) -> bool:
+    """It says how close the arm comes."""
+    return isinstance(error.evidence, UnreachableEvidence)
+
+
+def _grasp(*reasons: str) -> Causes:
+    return lambda error: isinstance(error.evidence, GraspEvidence) and error.evidence.reason in reasons
+
+
+def _too_wide(error: ErrorRecord) -> bool:
+    evidence = error.evidence
+    return (
+        isinstance(evidence, GraspEvidence)
+        and evidence.object_width is not None
+        and evidence.object_width > evidence.max_aperture
+    )
+
+
+def _immovable(error: ErrorRecord) -> bool:
+    evidence = error.evidence
+    return (
+        isinstance(evidence, GraspEvidence)
+        and evidence.reason == "immovable"
+        and evidence.pull is not None
+        and evidence.pull > 0.0
+    )
+
+
+def _too_heavy(error: ErrorRecord) -> bool:
+    evidence = error.evidence
+    return (
+        isinstance(evidence, GraspEvidence)
+        and evidence.reason in ("immovable", "too_heavy")
+        and evidence.pull is not None
+        and evidence.pull > 0.0
+    )
+
+
+def _stuck_fingers(error: ErrorRecord) -> bool:
+    evidence = error.evidence
+    return (
+        isinstance(evidence, GraspEvidence)
+        and evidence.reason == "gripper_stuck"
+        and evidence.commanded is not None
+        and abs(evidence.commanded - evidence.aperture) > 0.002
+    )
+
+
+# What can be recovered from.
+
+
+def nudged(draw: Draw) -> Upset:
+    """The object is slid to another place while the hand comes."""
+    offset, speed = draw.offset(draw.subject, 0.01, 0.08), draw.uniform(0.1, 0.4)
+    at = draw.moment(_BEFORE_CONTACT)
+    about = f"{np.hypot(*offset) * 1e3:.0f} mm at {speed:.2f} m/s"
+    return Upset(scene=draw.scene, fault=faults.nudge(draw.subject, offset, speed), at=at, about=about)
+
+
+def slipped(draw: Draw) -> Upset:
+    """The object is let slip while it is lifted or carried."""
+    friction = draw.uniform(0.0, 0.02)
+    at = draw.moment(_CARRYING if draw.target else ("lift",))
+    return Upset(scene=draw.scene, fault=faults.slip(draw.subject, friction), at=at, about=f"friction {friction:.3f}")
+
+
+def blocked_on_top(draw: Draw) -> Upset:
+    """Something is put on top of the object after the plan was made."""
+    half = draw.uniform(0.012, 0.02)
+    _park(draw, "blocker", half)
+    item = draw.item(draw.subject)
+    room = min(0.008, 0.5 * item.size[0])
+    offset = (draw.uniform(-room, room), draw.uniform(-room, room))
+    at = draw.moment(_ON_THE_WAY, away_from=item.pose.position)
+    fault = faults.put_on("blocker", draw.subject, offset)
+    return Upset(scene=draw.scene, fault=fault, at=at, about=f"{half * 2e3:.0f} mm block")
+
+
+def crowded(draw: Draw) -> Upset:
+    """One to four neighbours stand closer than fingers are thick."""
+    count, gaps = int(draw.rng.integers(1, 5)), []
+    item = draw.item(draw.subject)
+    angles = (item.pose.yaw if item.kind == "box" else draw.uniform(0.0, 2.0 * math.pi)) + np.arange(4) * math.pi / 2.0
+    for number, angle in enumerate(draw.rng.permutation(angles)[:count]):
+        space = draw.uniform(0.001, 0.006)
+        half = draw.uniform(0.015, 0.02)
+        axis = np.array([math.cos(angle), math.sin(angle), 0.0])
+        reach = float(support(item, axis[None])[0] - axis @ centre(item))
+        x, y = (centre(item) + axis * (reach + space + half))[:2]
+        turn = (0.0, 0.0, math.sin(angle / 2.0), math.cos(angle / 2.0))
+        pose = Pose(xyz=(x, y, draw.scene.table_height + half + 0.001), quat_xyzw=turn)
+        stands = SceneObject(
+            id=f"neighbour_{number}", kind="box", size=(half,) * 3, pose=pose, rgba=(0.4, 0.4, 0.45, 1.0)
+        )
+        draw.add(stands)
+        if not draw.free(draw.item(stands.id), least=0.0):
+            draw.change(draw.scene.model_copy(update={"objects": draw.scene.objects[:-1]}))
+            continue
+        gaps.append(f"{space * 1e3:.1f}")
+    if not gaps:
+        raise ValueError("no room for a neighbour")
+    return Upset(scene=draw.scene, about=f"gaps {', '.join(gaps)} mm")
+
+
+def occupied(draw: Draw) -> Upset:
+    """Something is put where the object is to go, while it is being fetched."""
+    half = draw.uniform(0.015, 0.02)
+    _park(draw, "blocker", half)
+    assert draw.target is not None
+    target = draw.item(draw.target)
+    if draw.task.name == "place_beside":
+        # In the middle of the strip on its left.
+        y = float(support(target, np.array([[0.0, 1.0, 0.0]]))[0])
+        place = np.array([target.pose.xyz[0] + draw.uniform(-0.02, 0.02), y + half + draw.uniform(0.01, 0.06), 0.0])
+        pose = Pose(xyz=(*place[:2], draw.scene.table_height + half + 0.001))
+        fault = faults.put("blocker", pose)
+        if not draw.free(_at(draw.item("blocker"), pose)):
+            raise ValueError("no room for the blocker")
+    else:
+        room = 0.3 * target.size[0]
+        offset = (draw.uniform(-room, room), draw.uniform(-room, room))
+        place, fault = target.pose.position, faults.put_on("blocker", draw.target, offset)
+    phases = (*_ON_THE_WAY, "descend", "grasp", "lift")
+    at = draw.moment(phases, away_from=place)
+    return Upset(scene=draw.scene, fault=fault, at=at, about=f"{half * 2e3:.0f} mm block")
+
+
+def toppled(draw: Draw) -> Upset:
+    """The first two of a tower of three are knocked over while the third is fetched."""
+    step = 1
+    at = draw.moment(
+        ("approach", "descend", "grasp", "lift"), step=step, away_from=draw.item("blue_cube").pose.position
+    )
+    velocity = np.array([*(draw.direction() * draw.uniform(0.6, 1.1)), draw.uniform(0.0, 0.5)])
+    about = f"{np.hypot(*velocity[:2]):.2f} m/s"
+    return Upset(scene=draw.scene, fault=faults.knock(draw.subject, velocity), at=at, about=about)
+
+
+def rolled_away(draw: Draw) -> Upset:
+    """The ball rolls off while the hand comes."""
+    item = draw.item(draw.subject)
+    for _ in range(_DRAWS):
+        speed = draw.uniform(0.08, 0.3)
+        velocity = draw.direction() * speed
+        end = _moved(item, velocity * speed / (2.0 * _ROLL_DECELERATION))
+        if draw.easy(end.pose.position[:2]) and draw.free(end):
+            break
+    else:
+        raise ValueError("nowhere to roll")
+    at = draw.moment(_BEFORE_CONTACT)
+    return Upset(scene=draw.scene, fault=faults.roll(draw.subject, velocity), at=at, about=f"{speed:.2f} m/s")
+
+
+def just_too_far(draw: Draw) -> Upset:
+    """The object lies further out than a hand can grasp, but not further than a finger reaches."""
+    item = draw.item(draw.subject)
+    for _ in range(_DRAWS):
+        radius, angle = draw.uniform(0.81, 0.85), draw.uniform(-0.65, 0.65)
+        xy = draw.base[:2] + radius * np.array([math.cos(angle), math.sin(angle)])
+        there = _at(item, Pose(xyz=(float(xy[0]), float(xy[1]), item.pose.xyz[2]), quat_xyzw=item.pose.quat_xyzw))
+        if (np.abs(xy) < 0.485 - item.size[0]).all() and draw.free(there):
+            break
+    else:
+        raise ValueError("no room out there")
+    draw.replace(draw.subject, pose=there.pose)
+    return Upset(scene=draw.scene, about=f"{radius:.3f} m away")
+
+
+def mislocated(draw: Draw) -> Upset:
+    """The object is seen up to 25 mm from where it is, for a while or throughout."""
+    offset = draw.direction() * draw.uniform(0.005, 0.025)
+    lasting = draw.uniform(0.0, 1.0) < 0.5
+    end = np.inf if lasting else draw.uniform(1.0, 6.0)
+    begin = 0.0 if lasting else draw.uniform(0.0, 1.0)
+    seen = MistakenPerception(draw.subject, offset=np.array([*offset, 0.0]), begin=begin, end=end)
+    about = f"{np.hypot(*offset) * 1e3:.0f} mm " + ("throughout" if lasting else f"from {begin:.1f} to {end:.1f} s")
+    return Upset(scene=draw.scene, perception=seen, about=about)
+
+
+def missized(draw: Draw) -> Upset:
+    """The object is seen smaller or larger than it is."""
+    width = 2.0 * draw.item(draw.subject).size[0]
+    scale = draw.uniform(0.6, min(1.6, 0.068 / width))
+    seen = MistakenPerception(draw.subject, scale=scale)
+    return Upset(scene=draw.scene, perception=seen, about=f"{scale:.2f} times as large")
+
+
+def half_closed(draw: Draw) -> Upset:
+    """The gripper opens no further than half way, but further than the object is wide; or it sticks for a while."""
+    width = 2.0 * draw.item(draw.subject).size[0]
+    at = draw.moment(_ON_THE_WAY)
+    if draw.uniform(0.0, 1.0) < 0.5:
+        aperture = draw.uniform(width + 0.008, min(0.074, width + 0.03))
+        return Upset(
+            scene=draw.scene,
+            fault=faults.half_open(aperture),
+            at=at,
+            about=f"opens {aperture * 1e3:.0f} mm for {width * 1e3:.0f} mm",
+        )
+    aperture, seconds = draw.uniform(0.02, 0.06), draw.uniform(0.5, 5.0)
+    about = f"at {aperture * 1e3:.0f} mm for {seconds:.1f} s, object {width * 1e3:.0f} mm"
+    return Upset(scene=draw.scene, fault=faults.jam(aperture, seconds), at=at, about=about)
+
+
+def weakened(draw: Draw) -> Upset:
+    """An arm servo loses stiffness and force; what is left still carries arm and object."""
+    joint, gain, limit = int(draw.rng.integers(7)), draw.uniform(0.15, 0.6), draw.uniform(0.3, 0.9)
+    at = draw.moment((*_ON_THE_WAY, "descend", "grasp", "lift", "push"))
+    about = f"joint {joint + 1} to {gain:.2f}, force to {limit:.2f}"
+    return Upset(scene=draw.scene, fault=faults.weaken(joint, gain, limit), at=at, about=about)
+
+
+# What cannot be helped.
+
+
+def bolted(draw: Draw) -> Upset:
+    """The object is fixed to the table."""
+    return Upset(scene=draw.scene, fault=faults.bolt(draw.subject), hopeless=True)
+
+
+def too_wide(draw: Draw) -> Upset:
+    """The object is wider than the gripper opens, however it is turned."""
+    item = draw.item(draw.subject)
+    half = draw.uniform(0.043, 0.07)
+    size = {"box": (half, half * draw.uniform(1.0, 1.2), half), "sphere": (half,), "cylinder": (half, 1.2 * half)}
+    height = {"box": half, "sphere": half, "cylinder": 1.2 * half}[item.kind]
+    x, y, _ = item.pose.xyz
+    pose = Pose(xyz=(x, y, draw.scene.table_height + height + 0.001), quat_xyzw=item.pose.quat_xyzw)
+    draw.replace(draw.subject, size=size[item.kind], pose=pose)
+    if not draw.free(draw.item(draw.subject)):
+        raise ValueError("no room for so large a thing")
+    return Upset(scene=draw.scene, hopeless=True, about=f"{half * 2e3:.0f} mm")
+
+
+def too_heavy(draw: Draw) -> Upset:
+    """The object weighs more than the friction of two pads that press with 50 N each can carry: 100 N."""
+    mass = draw.uniform(12.0, 40.0)
+    draw.replace(draw.subject, mass=mass)
+    return Upset(scene=draw.scene, hopeless=True, about=f"{mass:.0f} kg")
+
+
+def far_out(draw: Draw) -> Upset:
+    """The object lies on the floor, further out than any part of the hand comes."""
+    item = draw.item(draw.subject)
+    low = float(item.pose.xyz[2] - draw.scene.table_height)
+    for _ in range(_DRAWS):
+        radius, angle = draw.uniform(FARTHEST + 0.03, 1.5), draw.uniform(-math.pi, math.pi)
+        x, y = draw.base[:2] + radius * np.array([math.cos(angle), math.sin(angle)])
+        if max(abs(x), abs(y)) > 0.56:
+            break
+    draw.replace(draw.subject, pose=Pose(xyz=(float(x), float(y), low), quat_xyzw=item.pose.quat_xyzw))
+    return Upset(scene=draw.scene, hopeless=True, about=f"{radius:.2f} m away")
+
+
+def jammed(draw: Draw) -> Upset:
+    """The fingers stick for good, at an aperture at which they hold nothing.
+
+    Stiff fingers pressed onto a ball hold it where it is at least 0.71 times as wide as all of it: there the cones of
+    friction (coefficient 1) take in the line between the two contacts.
+    """
+    width = 2.0 * draw.item(draw.subject).size[0]
+    aperture = draw.uniform(0.3, 0.65) * width
+    at = draw.moment(_ON_THE_WAY)
+    about = f"at {aperture * 1e3:.0f} mm, object {width * 1e3:.0f} mm"
+    return Upset(scene=draw.scene, fault=faults.jam(aperture, None), at=at, hopeless=True, about=about)
+
+
+_LOST = out_of_reach
+RECOVERABLE = (
+    Case("nudged", (*_HANDLED, "push_left"), nudged, _LOST),
+    Case("slipped", _HANDLED, slipped, _LOST),
+    Case("blocked_on_top", ("pick_cube_scrambled", "pick_can", "stack_two"), blocked_on_top, _LOST),
+    Case("crowded", ("pick_cube_scrambled", "pick_can", "stack_two", "put_in_bin"), crowded, _LOST),
+    Case("occupied", ("stack_two", "place_on_block", "place_beside"), occupied, _LOST),
+    Case("toppled", ("stack_three",), toppled, _LOST),
+    Case("rolled_away", ("pick_ball",), rolled_away, _LOST),
+    Case("just_too_far", ("pick_cube_scrambled", "pick_can", "put_in_bin"), just_too_far, _LOST),
+    Case("mislocated", (*_PICKS, "put_in_bin"), mislocated, _LOST),
+    Case("missized", _HANDLED, missized, _LOST),
+    Case("half_closed", (*_PICKS, "put_in_bin"), half_closed, _LOST),
+    Case("weakened", (*_HANDLED, "push_left"), weakened, _LOST),
+)
+HOPELESS = (
+    Case("bolted", _HANDLED, bolted, _immovable),
+    Case("too_wide", _HANDLED, too_wide, _too_wide),
+    Case("too_heavy", _HANDLED, too_heavy, _too_heavy),
+    Case("far_out", _HANDLED, far_out, out_of_reach),
+    Case("jammed", (*_PICKS, "put_in_bin"), jammed, _stuck_fingers),
+)
+CASES = {case.name: case for case in (*RECOVERABLE, *HOPELESS)}
+
+
+def draw_upset(case: Case, seed: int) -> tuple[Task, Upset, str]:
+    """Return a seed's task, what is done to it, and the object that it is about."""
+    attempt = 0
+    while True:
+        draw = Draw(case.name, seed + 100_000 * attempt, case.tasks)
+        try:
+            upset = case.draw(draw)
+        except ValueError:
+            # No room in this layout for the upset: draw another.
+            attempt += 1
+            if attempt == 20:
+                raise
+            continue
+        return draw.task, upset, draw.subject
+
+
+def lost(session: Session, subject: str) -> bool:
+    """Tell whether an object has come to rest where no part of the hand gets to it."""
+    item = session.sim.truth().objects[subject].detected()
+    towards = session.sim.robot.base_position - centre(item)
+    towards[2] = 0.0
+    distance = float(np.linalg.norm(towards))
+    nearest = distance - float(support(item, towards[None] / distance)[0] - towards @ centre(item) / distance)
+    return nearest > FARTHEST
+
+
+def _timeline(task: Task) -> list[Moment]:
+    """Run the task as if nothing happened, and return its control ticks.
+
+    Raises:
+        ValueError: It fails all by itself.
+    """
+    moments: list[Moment] = []
+    step = -1
+
+    def count(event: object) -> None:
+        nonlocal step
+        step += isinstance(event, SkillStarted)
+
+    with open_session(task, what_if=False, max_replans=0) as session:
+        sim, ctx = session.sim, session.ctx
+        session.agent.listeners.append(count)
+        sim.tick_hooks.append(
+            lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.observe().tcp_pose.position))
+        )
+        episode = session.run()
+    if not episode.success:
+        raise ValueError(f"fails undisturbed: {episode.final_detail}")
+    return moments
+
+
+def _park(draw: Draw, name: str, half: float) -> None:
+    """Add a block in a corner of the table, out of everybody's way."""
+    for x, y in ((-0.3, 0.42), (-0.3, -0.42), (-0.4, 0.42), (-0.4, -0.42)):
+        pose = Pose(xyz=(x, y, draw.scene.table_height + half + 0.001))
+        draw.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))
+        return
+
+
+def _at(item: DetectedObject, pose: Pose) -> DetectedObject:
+    return DetectedObject(id=item.id, kind=item.kind, size=item.size, colour="", rgba=item.rgba, pose=pose)
+
+
+def _moved(item: DetectedObject, step: Array) -> DetectedObject:
+    x, y, z = item.pose.xyz
+    return _at(item, Pose(xyz=(x + float(step[0]), y + float(step[1]), z), quat_xyzw=item.pose.quat_xyzw))
+
+
+def _without_undisturbed(check: Check) -> Check:
+    """Leave out that other things stay where they are: faults move them, and a blocker has to be moved."""
+    if not isinstance(check, AllOf):
+        return check
+    kept = tuple(_without_undisturbed(child) for child in check.checks if not isinstance(child, Undisturbed))
+    return check.model_copy(update={"checks": kept})
