@@ -45,6 +45,13 @@ class Arranging(Placing):
         names, several = self._objects(command, targets)
         if isinstance(place, Relation) and place.refs and definite:
             targets = self._targets(place, names)
+        again = [name for name in names if name in self.put_down] if several else []
+        if again and not any(ref.determiner == "it" for ref in command.objects):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"{listed(again)} would be put somewhere and then moved again; say it as two commands, or leave it out.",
+                again,
+            )
         if several:
             names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
             names = tuple(sorted(names, key=self.world.level, reverse=True))
@@ -57,6 +64,7 @@ class Arranging(Placing):
             return
         for name in names:
             self._put_one(name, place, targets, stack=command.verb == "stack" and self.world.held != name)
+        self.put_down.update(names)
         self._theme(names)
 
     def _is_there(self, name: str, place: Place | None, targets: Sequence[str]) -> bool:

@@ -28,6 +28,7 @@ class Hands:
         self.steps: list[Step] = []
         self.start_held = scene.held
         self.last_side: tuple[str, str] | None = None
+        self.put_down: set[str] = set()
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
         self.moved = {self.world.held} if self.world.held else set()

@@ -67,6 +67,11 @@ class Phrasing(Modifiers):
         """As in "the ball, the pink one": the second says which."""
         apposed: Found[Ref] = []
         for j, ref in found:
+            if ref.determiner == "a" and ref.nouns and self.text(j) == ",":
+                # "a pen, any pen"
+                apposed += [
+                    (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
+                ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
             if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
                 continue
