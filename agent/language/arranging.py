@@ -82,7 +82,10 @@ class Arranging(Placing):
             return
         if not held:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")
-        names, _ = self._objects(command)
+        try:
+            names, _ = self._objects(command, fits=lambda name: name == held)
+        except RefusedError:
+            names, _ = self._objects(command)
         if names != (held,):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {held}, not {listed(names)}.", (held,))
         self._put_free(held, self.world.at[held])
@@ -253,6 +256,10 @@ class Arranging(Placing):
         groups = list(dict.fromkeys(colours[name] for name in sorted(names, key=lambda name: -self.world.at[name][1])))
         if len(groups) < 2:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "They all have the same colour.", names)
+        if len(groups) == len(names):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"{listed(names)}: each has a colour of its own; where should which go?", names
+            )
         centres = {colour: (0.1, 0.25 - 0.5 * k / (len(groups) - 1)) for k, colour in enumerate(groups)}
         for name in sorted(names, key=lambda name: (groups.index(colours[name]), -self.world.level(name))):
             self._put_free(name, centres[colours[name]])

@@ -163,6 +163,7 @@ class _Builder(Arranging):
                 f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, which ends at ±{TABLE_HALF:g} m.",
                 (name,),
             )
+        self._note_moved(name)
         self._add("push", object=name, direction=direction, distance=round(metres, 4))
         self.world.shift(name, dx * metres, dy * metres)
 

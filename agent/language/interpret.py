@@ -78,8 +78,8 @@ def choose(
             refused.append(error)
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
-                missing = error.refusal.code is RefusalCode.OBJECT_NOT_FOUND
-                limit = min(limit, strain + (2 * CLOSE if missing else CLOSE))
+                unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS)
+                limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
             continue
         best = strain if not plans else best
         context.last = reading
