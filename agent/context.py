@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from robosandbox.agent.force import ForceGuard
+from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
@@ -122,16 +123,13 @@ class AgentContext:
         Raises:
             ValueError: The timeout is not positive.
         """
-        if timeout is not None and not timeout > 0.0:
-            raise ValueError(f"timeout is {timeout}; it takes seconds above 0")
-        self._cancelled.clear()
-        self._started = self.sim.time
-        self._deadline = None if timeout is None else self.sim.time + timeout
-        try:
-            yield
-        finally:
-            self._deadline = None
-            self._cancelled.clear()
+        with one_goal(self._cancelled, timeout):
+            self._started = self.sim.time
+            self._deadline = None if timeout is None else self.sim.time + timeout
+            try:
+                yield
+            finally:
+                self._deadline = None
 
     def _check(self) -> None:
         """Raise once for a cancel or a missed deadline; what cleans up afterwards may move again."""

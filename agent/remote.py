@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
+from robosandbox.agent.goal import one_goal
 from robosandbox.errors import CancelledError, GoalTimeoutError, TimeoutEvidence
 from robosandbox.types import ObservedScene, SkillResult
 from robosandbox.wire import SkillInfo
@@ -47,15 +48,12 @@ class RemoteContext:
         Raises:
             ValueError: The timeout is not positive.
         """
-        if timeout is not None and not timeout > 0.0:
-            raise ValueError(f"timeout is {timeout}; it takes seconds above 0")
-        self._cancelled.clear()
-        self._timeout = self._left = timeout
-        try:
-            yield
-        finally:
-            self._timeout = self._left = None
-            self._cancelled.clear()
+        with one_goal(self._cancelled, timeout):
+            self._timeout = self._left = timeout
+            try:
+                yield
+            finally:
+                self._timeout = self._left = None
 
     def call(self, skill: str, arguments: Mapping[str, Any]) -> SkillResult:
         """Run a skill on the robot.

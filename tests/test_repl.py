@@ -27,6 +27,7 @@ from robosandbox.commands.shell.showing import object_names, scene_table
 from robosandbox.errors import CancelledError, RenderingError
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import open_session
+from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 
 PROGRAM = (sys.executable, "-c", "from robosandbox.cli import main; main()")
@@ -225,6 +226,28 @@ def test_ctrl_c_stops_a_goal_or_an_endless_thought_and_leaves_the_conversation(p
     person.says("break", "ended in a fault of the code (RuntimeError)")
     person.says("pick up the blue cube", "done: pick(object=blue_cube)")
     assert person.leaves("/quit\r") == EXIT_DONE
+
+
+def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_line(people):
+    pytest.importorskip("pydantic_ai")
+    picks = plan(("pick", {"object": "red_cube"}))
+    stalled = Answer(body=picks.body, send=20, then="stall")
+    with ScriptedServer(stalled, stalled, picks, fails(400, "no such field")) as server:
+        person = people("--planner", "openai", "--model", "scripted", "--base-url", server.url)
+        for line in ("pick up the red cube", "/plan pick up the red cube"):
+            asked = len(server.requests)
+            person.types(f"{line}\r")
+            while len(server.requests) == asked:
+                time.sleep(0.02)
+            start = time.monotonic()
+            person.types("\x03")
+            person.sees("cancelled")
+            person.is_asked()
+            assert time.monotonic() - start < 10.0
+        person.says("pick up the red cube", "done: pick(object=red_cube)")
+        person.says("/plan put it down", "does not take the request: HTTP 400: no such field")
+        assert "fault" not in "\n".join(person.screen.display)
+        assert person.leaves() == EXIT_DONE
 
 
 def test_tab_completes_verbs_objects_and_commands_and_ctrl_c_drops_the_line(people):

@@ -45,6 +45,13 @@ class Arranging(Placing):
         names, several = self._objects(command, targets)
         if isinstance(place, Relation) and place.refs and definite:
             targets = self._targets(place, names)
+        again = [name for name in names if name in self.put_down] if several else []
+        if again and not any(ref.determiner == "it" for ref in command.objects):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"{listed(again)} would be put somewhere and then moved again; say it as two commands, or leave it out.",
+                again,
+            )
         if several:
             names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
             names = tuple(sorted(names, key=self.world.level, reverse=True))
@@ -57,6 +64,7 @@ class Arranging(Placing):
             return
         for name in names:
             self._put_one(name, place, targets, stack=command.verb == "stack" and self.world.held != name)
+        self.put_down.update(names)
         self._theme(names)
 
     def _is_there(self, name: str, place: Place | None, targets: Sequence[str]) -> bool:
@@ -74,7 +82,10 @@ class Arranging(Placing):
             return
         if not held:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The gripper holds nothing that I could put down.")
-        names, _ = self._objects(command)
+        try:
+            names, _ = self._objects(command, fits=lambda name: name == held)
+        except RefusedError:
+            names, _ = self._objects(command)
         if names != (held,):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"The gripper holds {held}, not {listed(names)}.", (held,))
         self._put_free(held, self.world.at[held])
@@ -245,6 +256,10 @@ class Arranging(Placing):
         groups = list(dict.fromkeys(colours[name] for name in sorted(names, key=lambda name: -self.world.at[name][1])))
         if len(groups) < 2:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "They all have the same colour.", names)
+        if len(groups) == len(names):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"{listed(names)}: each has a colour of its own; where should which go?", names
+            )
         centres = {colour: (0.1, 0.25 - 0.5 * k / (len(groups) - 1)) for k, colour in enumerate(groups)}
         for name in sorted(names, key=lambda name: (groups.index(colours[name]), -self.world.level(name))):
             self._put_free(name, centres[colours[name]])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.arranging import Arranging
@@ -162,6 +163,7 @@ class _Builder(Arranging):
                 f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, which ends at ±{TABLE_HALF:g} m.",
                 (name,),
             )
+        self._note_moved(name)
         self._add("push", object=name, direction=direction, distance=round(metres, 4))
         self.world.shift(name, dx * metres, dy * metres)
 
@@ -282,9 +284,33 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
             and command.objects[0].determiner == "it"
         ):
             fused[-1] = Command(command.verb, before.objects, command.place, command.tower, command.order)
+        elif before and _lifts_both(before, command):
+            # "red on blue and both on the slab": a tower on the slab, not two cubes side by side.
+            place = command.place
+            assert isinstance(place, Relation)
+            fused[-1] = replace(before, tower=(*before.tower, *place.refs))
         else:
             fused.append(command)
     return fused
+
+
+def _lifts_both(before: Command, command: Command) -> bool:
+    """Say whether a command puts the two that the one before stacked on something else."""
+    on = [isinstance(c.place, Relation) and c.place.kind == "on" and len(c.place.refs) == 1 for c in (before, command)]
+    both = command.objects[0] if len(command.objects) == 1 else None
+    plain = (
+        both is not None
+        and (both.count == 2 or (both.determiner == "it" and both.plural))
+        and not (both.nouns or both.colours or both.names or both.other)
+    )
+    return (
+        all(on)
+        and plain
+        and not command.tower
+        and len(before.objects) == 1
+        and not before.objects[0].plural
+        and {before.verb, command.verb} <= {"put", "stack"}
+    )
 
 
 def _is_tower(commands: Sequence[Command]) -> bool:

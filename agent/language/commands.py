@@ -192,7 +192,7 @@ class Commands(Clauses):
         for j, refs in self.np_list(i):
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
-            starts = {both, j + 1} if self.text(j) in (",", ":") else {both}
+            starts = {both, j + 1} if self.text(j) in (",", ":", "!") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
                 kinds = [element.kind for element in elements]
                 if "place" in kinds or "matching" in kinds:

@@ -28,6 +28,7 @@ class Discourse:
         themes: Groups of ids that were acted on.
         described: The descriptions, as far as they have any.
         nouns: What things were called.
+        origins: Where things were before they were moved last: xy, and what they were on or in.
         question: The words that the last refusal asked about.
         last: The last sentence that became a plan.
     """
@@ -36,6 +37,7 @@ class Discourse:
     themes: list[tuple[str, ...]] = field(default_factory=list)
     described: list[Ref] = field(default_factory=list)
     nouns: list[tuple[str, ...]] = field(default_factory=list)
+    origins: dict[str, tuple[tuple[float, float], tuple[str, str] | None]] = field(default_factory=dict)
     question: str = ""
     last: Sentence | None = None
 
@@ -48,7 +50,7 @@ class Discourse:
     def become(self, other: Discourse) -> None:
         """Take over what another one has noted."""
         self.mentioned, self.themes, self.nouns = other.mentioned, other.themes, other.nouns
-        self.described = other.described
+        self.described, self.origins = other.described, other.origins
         self.question, self.last = other.question, other.last
 
     def spoken_of(self) -> set[str]:

@@ -104,7 +104,7 @@ class Grounder(Orders):
                     f"“{ref.text}”: other than which? I see {listed(list(objects))}.",
                     list(objects),
                 )
-            found = [item for item in found if item.id not in self.discourse.spoken_of()]
+            found = [item for item in found if item.id not in self.discourse.spoken_of() | {self.world.held}]
             if ref.one and not ref.colours and self.discourse.described and not several:
                 # "one red cube on the other": another red cube, if there is one.
                 like = self._named(replace(self.discourse.described[-1], names=()), found, False, None)
@@ -218,6 +218,11 @@ class Grounder(Orders):
         else:
             anchor = self._anchors(relation.refs[0], loose=False)[0]
             found = self._around(kind, [name for name in names if name != anchor], anchor)
+            if len(found) > 1 and ref.determiner == "the" and not (ref.plural or ref.ranks):
+                # "the cup right of the can" is the one next to it, where one clearly is.
+                found.sort(key=lambda name: self._gap(name, anchor))
+                near, next_ = (math.dist(self.world.at[name], self.world.at[anchor]) for name in found[:2])
+                found = found[:1] if near < 0.7 * next_ else found
         if not found and not empty:
             raise RefusedError(
                 RefusalCode.OBJECT_NOT_FOUND,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
@@ -28,10 +29,12 @@ class Hands:
         self.steps: list[Step] = []
         self.start_held = scene.held
         self.last_side: tuple[str, str] | None = None
+        self.put_down: set[str] = set()
+        self.called: tuple[str, ...] = ()
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
-        self.moved = {self.world.held} if self.world.held else set()
-        self.start = {name: (xy, self.world.parent.get(name)) for name, xy in self.world.at.items()}
+        self.moved: set[str] = set()
+        self.came_from = dict(discourse.origins)
 
     def _add(self, skill: str, others: Sequence[dict[str, Any]] = (), **arguments: Any) -> None:
         if skill not in self.skills:
@@ -67,8 +70,14 @@ class Hands:
                 RefusalCode.IMPOSSIBLE, f"{listed(above)} stands on {name}; say where to put {above[0]} first.", above
             )
         self._add("pick", object=name)
-        self.moved.add(name)
+        self._note_moved(name)
         self.world.take(name)
+
+    def _note_moved(self, name: str) -> None:
+        """Remember where a thing comes from, before it is moved."""
+        if name not in self.moved:
+            self.moved.add(name)
+            self.discourse.origins[name] = (self.world.at[name], self.world.parent.get(name))
 
     def _theme(self, names: tuple[str, ...]) -> None:
         self.discourse.themes.append(names)
@@ -80,6 +89,10 @@ class Hands:
         names: list[str] = []
         several = len(command.objects) > 1
         for ref in command.objects:
+            if ref.one and ref.other and not ref.nouns and self.called:
+                # "a cup on the block and another on the tray": another cup.
+                ref = replace(ref, nouns=self.called)
+            self.called = ref.nouns or self.called
             meaning = self.ground.many(
                 ref, fits or self.world.movable, (*exclude, *names) if ref.determiner != "the" else exclude
             )

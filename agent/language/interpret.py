@@ -67,15 +67,19 @@ def choose(
     """Return the plan of the plainest reading that has one; two different plans of equal right are ambiguous."""
     plans: dict[tuple[str, ...], tuple[Draft, Discourse]] = {}
     refused: list[RefusedError] = []
-    best = 0.0
+    best, limit = 0.0, float("inf")
     for strain, reading in readings:
-        if plans and strain > best + CLOSE:
+        if (plans and strain > best + CLOSE) or strain > limit:
             break
         context = deepcopy(discourse) if discourse else Discourse()
         try:
             draft = build(reading, scene, skills, context, chosen)
         except RefusedError as error:
             refused.append(error)
+            if not plans:
+                # What the plainest reading cannot do, a far-fetched one must not do in its place.
+                unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS)
+                limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
             continue
         best = strain if not plans else best
         context.last = reading

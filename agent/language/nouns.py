@@ -67,6 +67,11 @@ class Phrasing(Modifiers):
         """As in "the ball, the pink one": the second says which."""
         apposed: Found[Ref] = []
         for j, ref in found:
+            if ref.determiner == "a" and ref.nouns and self.text(j) == ",":
+                # "a pen, any pen"
+                apposed += [
+                    (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
+                ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
             if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
                 continue
@@ -250,7 +255,8 @@ class Phrasing(Modifiers):
         for j, _ in self.tag(i, "REST"):
             if base.determiner in ("the", "all"):
                 ref = replace(base, determiner="all", plural=True, other=True)
-                found.append((j, ref))
+                # "the others" are of the same kind; the rest is everything.
+                found.append((j, replace(ref, one=self.text(i) in ("others", "other"))))
                 if self.text(j) == "of":
                     for k in self.optional(j + 1, "THE"):
                         found += self._noun(k, ref)
@@ -323,6 +329,8 @@ class Phrasing(Modifiers):
         for spoken, name in self.words.spoken:
             end = i + len(spoken)
             if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
+                # Said in full it means that one; other readings of the same words only multiply.
+                found = [item for item in found if item[0] != end]
                 found.append((end, replace(ref, names=(name,))))
         j = i
         parts: list[str] = []

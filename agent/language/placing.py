@@ -102,9 +102,11 @@ class Placing(Hands):
                 step = distance or NUDGE
                 self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
             case Original():
-                if name not in self.moved:
+                # Where it was before this sentence, or else before the one that moved it.
+                origins = self.discourse.origins if name in self.moved else self.came_from
+                if name not in origins:
                     raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
-                xy, parent = self.start[name]
+                xy, parent = origins[name]
                 if parent and parent[0] == "in":
                     self._put_in(name, parent[1])
                 elif parent:
@@ -167,6 +169,7 @@ class Placing(Hands):
                 )
             if world.objects[name].kind == "drawer":
                 self._take(name)
+            self._note_moved(name)
             self._add("stack", object=name, target=target)
         else:
             self._take(name)

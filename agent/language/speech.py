@@ -172,7 +172,7 @@ AVOID = (
     "but keep away from"
 )
 AVOID_TAILS = (
-    "alone, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
+    "alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
     "as is, there, undisturbed, in peace, out of it, out of this, still, at all, unmoved, where it was, "
     "as they are, in their place, out, over, under any circumstances, whatever you do"
 )

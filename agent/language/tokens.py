@@ -150,7 +150,7 @@ _TABLES = frozenset(phrase_list(TABLE))
 def scene_words(ids: tuple[str, ...]) -> SceneWords:
     """Return the vocabulary that a scene's ids add."""
     parts = {part for name in ids for part in id_parts(name)}
-    spelled = sorted((re.escape(name) for name in ids if re.search(r"[^A-Za-z]", name)), key=len, reverse=True)
+    spelled = sorted((re.escape(name) for name in ids if len(id_parts(name)) > 1), key=len, reverse=True)
     pattern = re.compile(rf"(?<![\w.-])(?:{'|'.join(spelled)})(?![\w-])", re.IGNORECASE) if spelled else None
     spoken = tuple(
         (id_parts(name), name)
@@ -313,7 +313,10 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             length = 0
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
-            length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
+            # "hang on, ..." corrects what was said before it; at the start it corrects nothing.
+            corrects = kept and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
+            aside = ASIDE_FILLERS.match(tokens, i) if edge and not corrects else 0
+            length = max(END_FILLERS.match(tokens, i) if kept else 0, aside)
             after = i + length
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
         opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner
 
 
-def openai(
+def with_model(
+    service: Service,
     skills: Sequence[Skill[Any]],
     *,
     model: str = "",
@@ -23,63 +25,20 @@ def openai(
     picture: Picture | None = None,
     time_limit: float = 60.0,
 ) -> LLMPlanner:
-    """Return a planner for any endpoint that speaks OpenAI's chat completions: OpenAI, Ollama, vLLM, llama.cpp.
+    """Return a planner that asks a model.
 
     Args:
+        service: What its endpoint speaks: OpenAI's chat completions (OpenAI, Ollama, vLLM, llama.cpp), or Anthropic's.
         skills: What plans may call.
         model: Its name at the endpoint.
-        base_url: The endpoint, up to and with `/v1`; OpenAI's when left out.
+        base_url: The endpoint, for OpenAI's protocol up to and with `/v1`; the service's own when left out.
         cassette: A file to record exchanges to, or to replay when it exists.
         picture: Takes a camera picture for a model that sees.
         time_limit: Seconds for a plan, retries included.
+
+    Raises:
+        InputError: An option is wrong, a key is missing, or the package is not installed.
     """
-    return _planner(skills, "openai", model, base_url, cassette, picture, time_limit)
-
-
-def anthropic(
-    skills: Sequence[Skill[Any]],
-    *,
-    model: str = "",
-    base_url: str | None = None,
-    cassette: Path | None = None,
-    picture: Picture | None = None,
-    time_limit: float = 60.0,
-) -> LLMPlanner:
-    """Return a planner for Anthropic's models; arguments as for `openai`."""
-    return _planner(skills, "anthropic", model, base_url, cassette, picture, time_limit)
-
-
-def auto(
-    skills: Sequence[Skill[Any]],
-    *,
-    model: str = "",
-    base_url: str | None = None,
-    cassette: Path | None = None,
-    picture: Picture | None = None,
-    time_limit: float = 60.0,
-    dialogue: bool = False,
-) -> Planner:
-    """Return a planner that asks a model only about what the grammar does not understand; arguments as for `openai`.
-
-    With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
-    """
-    from robosandbox.agent.llm.auto import AutoPlanner
-    from robosandbox.agent.planner import StubPlanner
-
-    service: Service = "anthropic" if model.startswith("claude") and base_url is None else "openai"
-    thinker = _planner(skills, service, model, base_url, cassette, picture, time_limit)
-    return AutoPlanner(StubPlanner(skills, dialogue=dialogue), thinker)
-
-
-def _planner(
-    skills: Sequence[Skill[Any]],
-    service: Service,
-    model: str,
-    base_url: str | None,
-    cassette: Path | None,
-    picture: Picture | None,
-    time_limit: float,
-) -> LLMPlanner:
     settings = LLMSettings(
         service=service, model=model, base_url=base_url, cassette=cassette, picture=picture, time_limit=time_limit
     )
@@ -92,3 +51,31 @@ def _planner(
             f"--planner: a language model needs the package {error.name!r}; install robosandbox[llm]"
         ) from None
     return LLMPlanner(skills, settings)
+
+
+openai = partial(with_model, "openai")
+anthropic = partial(with_model, "anthropic")
+
+
+def auto(
+    skills: Sequence[Skill[Any]],
+    *,
+    model: str = "",
+    base_url: str | None = None,
+    cassette: Path | None = None,
+    picture: Picture | None = None,
+    time_limit: float = 60.0,
+    dialogue: bool = False,
+) -> Planner:
+    """Return a planner that asks a model only about what the grammar does not understand; arguments as for `with_model`.
+
+    With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
+    """
+    from robosandbox.agent.llm.auto import AutoPlanner
+    from robosandbox.agent.planner import StubPlanner
+
+    service: Service = "anthropic" if model.startswith("claude") and base_url is None else "openai"
+    thinker = with_model(
+        service, skills, model=model, base_url=base_url, cassette=cassette, picture=picture, time_limit=time_limit
+    )
+    return AutoPlanner(StubPlanner(skills, dialogue=dialogue), thinker)

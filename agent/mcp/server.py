@@ -16,7 +16,7 @@ from mcp.shared.exceptions import MCPError
 
 from robosandbox.agent.mcp import tools
 from robosandbox.agent.mcp.robot import Robot
-from robosandbox.errors import PlannerError, PlannerUnavailableError, RenderingError, SkillError
+from robosandbox.errors import InputError, PlannerError, PlannerUnavailableError, RenderingError, SkillError
 from robosandbox.types import Refusal, SkillCall
 from robosandbox.validation import did_you_mean
 
@@ -130,7 +130,7 @@ async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolR
 async def _plan(robot: Robot, arguments: tools.PlanArguments) -> types.CallToolResult:
     try:
         return tools.answer(tools.planned(await robot.plan(arguments.prompt)))
-    except PlannerError as error:
+    except (InputError, PlannerError) as error:
         code = "planner_unavailable" if isinstance(error, PlannerUnavailableError) else "planner_failed"
         return tools.failed(code, str(error))
 

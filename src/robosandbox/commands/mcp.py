@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands import run as options
+from robosandbox.commands import options
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.errors import InputError
@@ -24,6 +24,7 @@ def mcp(
     planner: options.PlannerName = "stub",
     base_url: options.BaseUrl = None,
     model: options.Model = None,
+    cassette: options.Cassette = None,
     perception: options.PerceptionName = "ground_truth",
     seed: options.Seed = 0,
     what_if: options.WhatIf = True,
@@ -36,8 +37,6 @@ def mcp(
     timeout: Annotated[float, typer.Option("--timeout", help="Simulated seconds that a skill may take.")] = 120.0,
 ) -> int:
     """Serve a robot's skills to an MCP client: of an embedded world, or with --connect of a sim process."""
-    if seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
     if http is not None and not 0 <= http < 65536:
         raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
     if not timeout > 0.0:
@@ -48,7 +47,7 @@ def mcp(
         if error.name is None or error.name.startswith("robosandbox"):
             raise
         raise InputError(f"mcp: needs the package {error.name!r}; install robosandbox[mcp]") from None
-    planner_options = {"base_url": base_url, "model": model}
+    planner_options = {"base_url": base_url, "model": model, "cassette": cassette}
 
     if connect or robot_id or zenoh_config:
         if task or robot or seed or realtime:

@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
-from robosandbox.commands.run import MaxReplans, PlannerName, RobotName, TaskName
+from robosandbox.commands.options import (
+    BaseUrl,
+    Camera,
+    Cassette,
+    MaxReplans,
+    Model,
+    OwnSeed,
+    PlannerName,
+    RobotName,
+    TaskName,
+)
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -26,18 +36,20 @@ def repl(
     task: TaskName = None,
     robot: RobotName = None,
     planner: PlannerName = "stub",
+    base_url: BaseUrl = None,
+    model: Model = None,
+    cassette: Cassette = None,
+    camera: Camera = None,
     perception: Annotated[
         str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="The layout; 0 is the task as written.")] = None,
+    seed: OwnSeed = None,
     max_replans: MaxReplans = 3,
     reconnect: Annotated[
         float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
     ] = 30.0,
 ) -> int:
     """Talk to a robot, line by line; without --connect in a world of this process."""
-    if max_replans < 0:
-        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
     if not 0.0 <= reconnect <= 86400.0:
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     remote = bool(connect or robot_id or zenoh_config)
@@ -47,9 +59,7 @@ def repl(
             raise InputError(
                 f"{option}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
             )
-    if seed is not None and seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
-
+    planner_options = {"base_url": base_url, "model": model, "cassette": cassette}
     if not remote:
         from robosandbox.tasks.session import open_session
 
@@ -57,6 +67,8 @@ def repl(
             task,
             robot=robot,
             planner=planner,
+            planner_options=planner_options,
+            camera=camera,
             dialogue=True,
             perception=perception or "ground_truth",
             seed=seed or 0,
@@ -71,7 +83,14 @@ def repl(
 
     with connect_to(*(connect or []), zenoh_config=zenoh_config, reconnect=reconnect) as client:
         there = client.robot(robot_id)
-        far = RemoteSession(there, planner=planner, dialogue=True, max_replans=max_replans)
+        far = RemoteSession(
+            there,
+            planner=planner,
+            planner_options=planner_options,
+            camera=camera,
+            dialogue=True,
+            max_replans=max_replans,
+        )
         return _talk(far, Link(client, there))
 
 

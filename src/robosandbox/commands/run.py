@@ -2,37 +2,33 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
+from robosandbox.commands.options import (
+    BaseUrl,
+    Camera,
+    Cassette,
+    Json,
+    MaxReplans,
+    Model,
+    PerceptionName,
+    PlannerName,
+    Prompt,
+    RobotName,
+    Seed,
+    TaskName,
+    WhatIf,
+)
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
-    from robosandbox.tasks.session import Session
     from robosandbox.tasks.workcell import Workcell
     from robosandbox.types import Plan, Refusal
-
-Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
-TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
-RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
-PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
-BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
-Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
-Cassette = Annotated[
-    Path | None, typer.Option("--cassette", help="Record what is said with the model; replay it if the file exists.")
-]
-Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
-PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
-Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")]
-MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.")]
-WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
-
 
 Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
@@ -56,8 +52,20 @@ def run(
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
-    options = {"base_url": base_url, "model": model, "cassette": cassette}
-    with _open(prompt, task, robot, planner, options, camera, perception, seed, max_replans, what_if) as session:
+    _check_said(prompt, task)
+    from robosandbox.tasks.session import open_session
+
+    with open_session(
+        task,
+        robot=robot,
+        planner=planner,
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
+        camera=camera,
+        perception=perception,
+        seed=seed,
+        max_replans=max_replans,
+        what_if=what_if,
+    ) as session:
         from robosandbox.commands import trying
 
         if confirm:
@@ -86,15 +94,12 @@ def agent(
 
     if prompt is not None:
         prompt = read_prompt(prompt)
-    if max_replans < 0:
-        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
-    options = {"base_url": base_url, "model": model, "cassette": cassette}
     with remote_session(
         connect or [],
         robot_id,
         zenoh_config,
         planner=planner,
-        planner_options=options,
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
         camera=camera,
         max_replans=max_replans,
     ) as session:
@@ -117,8 +122,19 @@ def plan(
     """Print the plan for a prompt; nothing moves."""
     from robosandbox.types import Refusal
 
-    options = {"base_url": base_url, "model": model, "cassette": cassette}
-    with _open(prompt, task, robot, planner, options, camera, perception, seed, 0, False) as session:
+    _check_said(prompt, task)
+    from robosandbox.tasks.session import open_session
+
+    with open_session(
+        task,
+        robot=robot,
+        planner=planner,
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
+        camera=camera,
+        perception=perception,
+        seed=seed,
+        what_if=False,
+    ) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
@@ -139,39 +155,12 @@ def planned(answer: Plan | Refusal) -> str:
     return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or "nothing to do"
 
 
-def _open(
-    prompt: str | None,
-    task: str | None,
-    robot: str | None,
-    planner: str,
-    options: dict[str, Any],
-    camera: str | None,
-    perception: str,
-    seed: int,
-    max_replans: int,
-    what_if: bool,
-) -> Session:
-    from robosandbox.tasks.session import open_session
-
+def _check_said(prompt: str | None, task: str | None) -> None:
+    """Refuse what cannot be carried out before a world is built."""
     if prompt is None and task is None:
         raise InputError('prompt: is missing; say what to do, as in "pick up the red cube", or give --task')
     if prompt is not None and prompt != "-":
         read_prompt(prompt)
-    if seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
-    if max_replans < 0:
-        raise InputError(f"--max-replans: {max_replans} is negative; give 0 or more")
-    return open_session(
-        task,
-        robot=robot,
-        planner=planner,
-        planner_options=options,
-        camera=camera,
-        perception=perception,
-        seed=seed,
-        max_replans=max_replans,
-        what_if=what_if,
-    )
 
 
 def _carry_out(session: Workcell, prompt: str, json: bool) -> int:

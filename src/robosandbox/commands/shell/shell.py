@@ -18,6 +18,7 @@ from robosandbox.commands.shell.slash import find
 from robosandbox.errors import (
     InputError,
     InternalError,
+    PlannerError,
     RenderingError,
     ServiceUnavailableError,
     SkillError,
@@ -89,7 +90,7 @@ class Shell:
             return Outcome("cancelled", EXIT_FAILED)
         except ServiceUnavailableError as error:
             return Outcome(_one_line(error), EXIT_UNAVAILABLE)
-        except (InputError, RenderingError, SkillError) as error:
+        except (InputError, PlannerError, RenderingError, SkillError) as error:
             return Outcome(_one_line(error), EXIT_FAILED)
         except Exception as fault:
             # One wrong line must not take the conversation with it.

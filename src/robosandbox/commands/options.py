@@ -1,0 +1,36 @@
+"""Options that several commands share, with what each of them accepts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from robosandbox.errors import InputError
+
+
+def _from_zero(option: typer.CallbackParam, value: int | None) -> int | None:
+    if value is not None and value < 0:
+        raise InputError(f"--{str(option.name).replace('_', '-')}: {value} is negative; give 0 or more")
+    return value
+
+
+Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
+TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
+RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
+PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
+BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
+Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
+Cassette = Annotated[
+    Path | None, typer.Option("--cassette", help="Record what is said with the model; replay it if the file exists.")
+]
+Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
+PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
+Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)]
+OwnSeed = Annotated[
+    int | None, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)
+]
+MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.", callback=_from_zero)]
+WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
