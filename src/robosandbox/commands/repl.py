@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
+from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.run import MaxReplans, PlannerName, RobotName, TaskName
 from robosandbox.errors import InputError
 
@@ -25,6 +26,7 @@ def repl(
     zenoh_config: ZenohConfig = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     perception: Annotated[
         str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")

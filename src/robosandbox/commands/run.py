@@ -9,6 +9,7 @@ import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -42,6 +43,7 @@ def run(
     prompt: Prompt = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,
@@ -105,6 +107,7 @@ def plan(
     prompt: Prompt = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,
