@@ -8,11 +8,11 @@ import numpy as np
 from robosandbox.robots.chain import actuator_joints
 from robosandbox.robots.finding import Check
 from robosandbox.robots.imported import compile_spec
-from robosandbox.robots.infer import TABLE_HEIGHT, Inference, collision_test
+from robosandbox.robots.infer import Inference, collision_test
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.placement import find_workspace
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.types import Array, matrix_from_quat_xyzw
+from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
 _DOWN = np.array([0.0, 0.0, -1.0])
 _TCP_ASIDE = 0.010

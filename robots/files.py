@@ -127,17 +127,24 @@ class ModelFiles:
             )
 
 
+def search_first(package_paths: Iterable[Path]) -> None:
+    """Put folders at the head of ROS_PACKAGE_PATH, for all that loads robots by way of a scene, here and in children."""
+    added = [str(Path(path).resolve()) for path in package_paths]
+    if added:
+        before = os.environ.get(PACKAGE_PATH_VARIABLE)
+        os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join([*added, *([before] if before else [])])
+
+
 @contextmanager
 def searching(package_paths: Iterable[Path]) -> Iterator[None]:
-    """Put folders at the head of ROS_PACKAGE_PATH for a while, for all that loads robots by way of a scene."""
+    """Search folders first for a while."""
     before = os.environ.get(PACKAGE_PATH_VARIABLE)
-    added = [str(Path(path).resolve()) for path in package_paths]
-    os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join([*added, *([before] if before else [])])
+    search_first(package_paths)
     try:
         yield
     finally:
         if before is None:
-            del os.environ[PACKAGE_PATH_VARIABLE]
+            os.environ.pop(PACKAGE_PATH_VARIABLE, None)
         else:
             os.environ[PACKAGE_PATH_VARIABLE] = before
 

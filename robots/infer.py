@@ -30,10 +30,9 @@ from robosandbox.robots.sidecar import (
 )
 from robosandbox.robots.surfaces import world_points
 from robosandbox.robots.sweep import moving_groups, palm_of, place, sweep_gripper
-from robosandbox.types import Array, quat_xyzw_from_matrix
+from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
 
-TABLE_HEIGHT = 0.04
 _TOOL = re.compile(
     r"tcp|tool|pinch|grasp|gripper_?frame|end_?effector|\bee\b|ee_|_ee|eef|flange|attachment|grip_?(site|point)", re.I
 )
@@ -87,7 +86,12 @@ class _Hand:
 
 
 def infer(
-    path: Path, *, gripper: Path | None = None, arm: str | None = None, package_paths: Iterable[Path] = ()
+    path: Path,
+    *,
+    gripper: Path | None = None,
+    arm: str | None = None,
+    package_paths: Iterable[Path] = (),
+    table_height: float = TABLE_HEIGHT,
 ) -> Inference:
     """Work out a robot's sidecar.
 
@@ -96,6 +100,7 @@ def infer(
         gripper: A gripper's model to mount on its flange.
         arm: Which arm, where there are several: the name of its last body, or a part of it.
         package_paths: Where package:// names are looked up.
+        table_height: Of the table that it is to stand on, metres.
 
     Raises:
         InputError: A file is wrong, or no arm is found in it.
@@ -106,11 +111,15 @@ def infer(
     if gripper is not None:
         attachment = _flange(imported, gripper, arm)
         mount(imported, attachment, gripper, package_paths)
-    return infer_imported(imported, attachment=attachment, arm=arm)
+    return infer_imported(imported, attachment=attachment, arm=arm, table_height=table_height)
 
 
 def infer_imported(
-    imported: ImportedModel, *, attachment: GripperAttachment | None = None, arm: str | None = None
+    imported: ImportedModel,
+    *,
+    attachment: GripperAttachment | None = None,
+    arm: str | None = None,
+    table_height: float = TABLE_HEIGHT,
 ) -> Inference:
     """Work out the sidecar of an imported model; it is changed to fit: other arms go, fingers are refined.
 
@@ -146,7 +155,7 @@ def infer_imported(
     findings["reach"] = Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead")
     home = find_home(kinematics, space, names, imported.keyframes, collision_test(imported, kinematics, space.floor))
     findings["arm.home_qpos"] = Finding(home.confidence, home.evidence)
-    xyz, yaw = base_pose(space, TABLE_HEIGHT)
+    xyz, yaw = base_pose(space, table_height)
     turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
     findings["base_pose.xyz"] = Finding(
         0.9 if space.tilt < 0.5 else 0.5,

@@ -14,7 +14,7 @@ from robosandbox.robots.derive import DerivedGripper, derive_gripper
 from robosandbox.robots.fingers import refine_fingers
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import TABLE_HEIGHT, flange_tool, infer_imported, keep_tree
+from robosandbox.robots.infer import flange_tool, infer_imported, keep_tree
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot, say
 from robosandbox.robots.mount import mount
@@ -25,7 +25,7 @@ from robosandbox.robots.servos import soften_grip
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
 from robosandbox.robots.sweep import collision_geoms, servo_map
-from robosandbox.types import Array, Pose, frozen_array
+from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
@@ -124,7 +124,11 @@ class RobotModel:
 
 
 def load_robot(
-    robot_urdf: Path | None = None, robot_config: Path | None = None, package_paths: tuple[Path, ...] = ()
+    robot_urdf: Path | None = None,
+    robot_config: Path | None = None,
+    package_paths: tuple[Path, ...] = (),
+    *,
+    table_height: float = TABLE_HEIGHT,
 ) -> RobotModel:
     """Return the robot that a scene names, measured; the same files give the same object.
 
@@ -133,6 +137,7 @@ def load_robot(
         robot_config: Its sidecar; None takes `<stem>.robosandbox.yaml` beside the model, a shipped one for a model of
             this name, or what can be inferred from the model.
         package_paths: Where a URDF's package:// names are looked up, before ROS_PACKAGE_PATH.
+        table_height: Of the table that it works on, metres; where nobody says, its base is put on it.
 
     Raises:
         InputError: A file is missing or wrong; the message names file, field, value and remedy.
@@ -140,29 +145,46 @@ def load_robot(
     path = resolve_robot(robot_urdf).resolve()
     config = find_sidecar(path, robot_config)
     stamp = config.stat().st_mtime_ns if config else 0
-    return _load(path, config, package_paths, path.stat().st_mtime_ns, stamp)
+    return _load(path, config, package_paths, table_height, path.stat().st_mtime_ns, stamp)
 
 
 @lru_cache(maxsize=16)
 def _load(
-    path: Path, config: Path | None, package_paths: tuple[Path, ...], model_stamp: int, config_stamp: int
+    path: Path,
+    config: Path | None,
+    package_paths: tuple[Path, ...],
+    table_height: float,
+    model_stamp: int,
+    config_stamp: int,
 ) -> RobotModel:
     del model_stamp, config_stamp  # part of the cache key: an edited file is read again
     given = load_yaml_model(config, Sidecar) if config else None
     imported = import_model(path, package_paths)
     if given is None and (known := known_sidecar(imported)) is not None:
-        config, given = known
+        config, given = known[0], _on_table(known[1], table_height)
         say(f"{path.name}: no sidecar beside it; runs on the shipped {config.name}")
     if given is None or config is None:
-        found = infer_imported(imported)
+        found = infer_imported(imported, table_height=table_height)
         others = f"; other arms in it: {', '.join(found.choices[1:])}" if found.choices[1:] else ""
         say(f"{path.name}: no sidecar; runs on what was inferred (robo-sandbox robot infer shows it){others}")
-        return measure(imported, found.sidecar, path.name, workspace=found.workspace)
-    return load_with(imported, given, config, package_paths)
+        return measure(imported, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
+    return load_with(imported, given, config, package_paths, table_height=table_height)
+
+
+def _on_table(sidecar: Sidecar, table_height: float) -> Sidecar:
+    """Return a shipped sidecar, whose base stands on the default table, for a table of another height."""
+    x, y, z = sidecar.base_pose.xyz
+    base = sidecar.base_pose.model_copy(update={"xyz": (x, y, z + table_height - TABLE_HEIGHT)})
+    return sidecar.model_copy(update={"base_pose": base})
 
 
 def load_with(
-    imported: ImportedModel, given: Sidecar, config: Path, package_paths: tuple[Path, ...] = ()
+    imported: ImportedModel,
+    given: Sidecar,
+    config: Path,
+    package_paths: tuple[Path, ...] = (),
+    *,
+    table_height: float = TABLE_HEIGHT,
 ) -> RobotModel:
     """Return an imported model measured under a sidecar; the model is changed to fit it.
 
@@ -181,11 +203,16 @@ def load_with(
             refine_fingers(imported, sidecar.gripper.joints)
     except InputError as error:
         raise InputError(f"{config.name}: {error}") from None
-    return measure(imported, sidecar, config.name)
+    return measure(imported, sidecar, config.name, table_height=table_height)
 
 
 def measure(
-    imported: ImportedModel, sidecar: Sidecar, source: str, *, workspace: Workspace | None = None
+    imported: ImportedModel,
+    sidecar: Sidecar,
+    source: str,
+    *,
+    table_height: float = TABLE_HEIGHT,
+    workspace: Workspace | None = None,
 ) -> RobotModel:
     """Return the robot with all that skills need measured on it.
 
@@ -193,6 +220,7 @@ def measure(
         imported: The model, ready.
         sidecar: Its complete roles.
         source: Names them in errors.
+        table_height: Of the table that it works on, metres.
         workspace: What it reaches, if that is known already.
 
     Raises:
@@ -219,7 +247,7 @@ def measure(
     _add_wrist_camera(spec, model, tcp_site, R_site_tcp)
     velocity, acceleration = _limits(sidecar, spec, model, arm_q, imported.velocity)
     if workspace is None:
-        workspace = _workspace(model, sidecar, site, R_site_tcp, arm_q)
+        workspace = _workspace(model, sidecar, site, R_site_tcp, arm_q, table_height)
     return RobotModel(
         name=path.stem,
         path=path,
@@ -237,7 +265,12 @@ def measure(
 
 
 def _workspace(
-    model: mujoco.MjModel, sidecar: Sidecar, site: int, R_site_tcp: Array, arm_q: dict[int, float]
+    model: mujoco.MjModel,
+    sidecar: Sidecar,
+    site: int,
+    R_site_tcp: Array,
+    arm_q: dict[int, float],
+    table_height: float,
 ) -> Workspace:
     start = model.qpos0.copy()
     for address, value in arm_q.items():
@@ -247,7 +280,7 @@ def _workspace(
     tool = Tool(int(model.site_bodyid[site]), model.site_pos[site].copy(), quat.reshape(3, 3) @ R_site_tcp)
     joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
     # The table's height in the robot's frame: where the sidecar puts the base decides it.
-    return find_workspace(Kinematics(model, joints, tool, start), TABLE_HEIGHT - sidecar.base_pose.xyz[2])
+    return find_workspace(Kinematics(model, joints, tool, start), table_height - sidecar.base_pose.xyz[2])
 
 
 def _tool_bounds(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float, float, float]:

@@ -21,6 +21,7 @@ _WORK_X = 0.13
 _TABLE_HALF = 0.5
 _BASE_MARGIN = 0.05
 _FORWARD = 0.15
+_WHEEL_CLEARANCE = 0.005
 _HOME_STARTS = 14
 
 
@@ -75,8 +76,11 @@ def base_bottom(model: mujoco.MjModel, joints: tuple[int, ...]) -> float:
     # Collision shapes are often simplified beyond the base's foot; what is seen is what stands. Wheels stand too.
     fixed = [g for g in chosen if int(model.body_weldid[model.geom_bodyid[g]]) == 0]
     seen = [g for g in fixed if not (model.geom_contype[g] or model.geom_conaffinity[g])]
-    points = world_points(model, data, {*(seen or fixed), *(g for g in chosen if g not in fixed)}, 0.005)
-    return float(points[:, 2].min()) if len(points) else 0.0
+    foot = world_points(model, data, seen or fixed, 0.005)[:, 2].min(initial=np.inf)
+    # What is held but not welded, as a wheel, would rub on the table.
+    wheels = world_points(model, data, [g for g in chosen if g not in fixed], 0.005)[:, 2].min(initial=np.inf)
+    lowest = float(min(foot, wheels - _WHEEL_CLEARANCE))
+    return lowest if np.isfinite(lowest) else 0.0
 
 
 def find_workspace(

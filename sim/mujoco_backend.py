@@ -377,7 +377,7 @@ class MuJoCoBackend:
 
     def _compile(self, scene: Scene) -> None:
         config = Path(scene.robot_config) if scene.robot_config else None
-        self._world = world = build_world(scene, load_robot(scene.robot_urdf, config))
+        self._world = world = build_world(scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height))
         self._data = mujoco.MjData(world.model)
         self.compilations += 1
         self.epoch += 1

@@ -180,6 +180,8 @@ ROUND_CONTAINERS: frozenset[str] = frozenset({"bowl", "cup"})
 
 MAX_BEADS = 100
 
+# A scene's table top, metres, where it says nothing else.
+TABLE_HEIGHT = 0.04
 MAX_PROMPT_LENGTH = 4000
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
@@ -308,7 +310,7 @@ class Scene(StrictModel):
     robot_urdf: Path | None = None
     robot_config: Path | None = None
     objects: tuple[SceneObject, ...] = ()
-    table_height: Annotated[float, Field(gt=0.005, le=2.0, allow_inf_nan=False)] = 0.04
+    table_height: Annotated[float, Field(gt=0.005, le=2.0, allow_inf_nan=False)] = TABLE_HEIGHT
 
     @field_validator("objects")
     @classmethod

@@ -12,6 +12,7 @@ import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -34,6 +35,7 @@ def bench(
         str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
     ] = None,
     task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
+    package_path: PackagePath = None,
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
     engine: Annotated[

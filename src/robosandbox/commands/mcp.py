@@ -9,6 +9,7 @@ import typer
 from robosandbox.commands import options
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
 from robosandbox.commands.console import EXIT_DONE
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 def mcp(
     task: options.TaskName = None,
     robot: options.RobotName = None,
+    package_path: PackagePath = None,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,

@@ -20,6 +20,7 @@ from robosandbox.commands.options import (
     RobotName,
     TaskName,
 )
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -35,6 +36,7 @@ def repl(
     zenoh_config: ZenohConfig = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,

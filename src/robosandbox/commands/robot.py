@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -21,9 +22,6 @@ GripperModel = Annotated[
     Path | None, typer.Option("--gripper", help="A gripper's model to mount on an arm that has none.")
 ]
 ArmName = Annotated[str | None, typer.Option("--arm", help="Which arm, where the model has several.")]
-PackagePath = Annotated[
-    list[Path] | None, typer.Option("--package-path", help="Where package:// names are looked up; may be repeated.")
-]
 SidecarFile = Annotated[
     Path | None, typer.Option("--sidecar", help="The sidecar; the one beside the model if left out.")
 ]
@@ -46,7 +44,7 @@ def infer(
     from robosandbox.robots.explain import document, to_yaml
     from robosandbox.robots.infer import infer as work_out
 
-    found = work_out(_model(model), gripper=_file(gripper, "--gripper"), arm=arm, package_paths=package_path or ())
+    found = work_out(_model(model), gripper=_file(gripper, "--gripper"), arm=arm)
     if output is not None:
         try:
             output.parent.mkdir(parents=True, exist_ok=True)
@@ -83,7 +81,6 @@ def check(
         sidecar=sidecar,
         gripper=_file(gripper, "--gripper"),
         arm=arm,
-        package_paths=tuple(package_path or ()),
     )
     if json:
         print_json(report.document())

@@ -23,6 +23,7 @@ from robosandbox.commands.options import (
     TaskName,
     WhatIf,
 )
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -38,6 +39,7 @@ def run(
     prompt: Prompt = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,
@@ -110,6 +112,7 @@ def plan(
     prompt: Prompt = None,
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from robosandbox.commands.console import EXIT_DONE
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ def sim(
         str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")
     ] = None,
     robot: Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")] = None,
+    package_path: PackagePath = None,
     robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
     listen: Annotated[
         str | None, typer.Option("--listen", help="Zenoh endpoint; tcp/127.0.0.1:7447 if left out.")
