@@ -184,6 +184,7 @@ class Manipulator:
             TrackingError: A joint stayed off its goal.
         """
         self.ctx.enter(phase)
+        self.ctx.announce(trajectory)
         self.sim.execute(trajectory)
         goal = trajectory.q[-1]
         patience = self.sim.time + _TRIM_AFTER

@@ -30,7 +30,7 @@ from robosandbox.skills.manipulator import (
     check_rise,
     withdrawn,
 )
-from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
+from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
@@ -167,7 +167,8 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
     q = arm.q
     failures: list[SkillError] = []
     telling: list[SkillError] = []
-    for grasp in _nearest_first(arm, candidates):
+    ordered = _nearest_first(arm, candidates)
+    for index, grasp in enumerate(ordered):
         aperture = min(geometry.max_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE)
         try:
             motion.open_to(aperture)
@@ -182,7 +183,9 @@ def _plan_grasp(arm: Manipulator, target: DetectedObject, scene: ObservedScene, 
             if not _is_of_leaning(error, grasp):
                 telling.append(error)
             continue
+        arm.ctx.announce(GraspSearch(candidates=tuple(ordered), chosen=index))
         return _GraspPlan(grasp, aperture, approach, descent)
+    arm.ctx.announce(GraspSearch(candidates=tuple(ordered), chosen=None))
     raise _most_telling(failures, telling or failures)
 
 
