@@ -13,6 +13,7 @@ from robosandbox.agent.episode import (
     Episode,
     FailedAttempt,
     FinalReason,
+    Intended,
     Listener,
     PhaseEntered,
     Planned,
@@ -34,7 +35,7 @@ from robosandbox.errors import (
     SkillError,
 )
 from robosandbox.protocols import AgentWorld, Attempt, Planner, Skill
-from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.types import MAX_PROMPT_LENGTH, Intent, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.validation import did_you_mean
 
 _log = logging.getLogger(__name__)
@@ -203,7 +204,12 @@ class Agent(Generic[WorldT]):
         def tell(phase: str) -> None:
             self._emit(PhaseEntered(call, phase))
 
+        def show(intent: Intent) -> None:
+            self._emit(Intended(call, intent))
+
         self.ctx.listeners.append(tell)
+        if self.listeners:
+            self.ctx.intent_listeners.append(show)
         try:
             for permit in self.permits:
                 permit(call)
@@ -214,6 +220,8 @@ class Agent(Generic[WorldT]):
             raise InternalError.log(call, fault, _log) from fault
         finally:
             self.ctx.listeners.remove(tell)
+            if show in self.ctx.intent_listeners:
+                self.ctx.intent_listeners.remove(show)
 
     def _emit(self, event: AgentEvent) -> None:
         for listener in tuple(self.listeners):

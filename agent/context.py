@@ -13,7 +13,7 @@ from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
-from robosandbox.types import Limits, ObservedScene, SkillCall
+from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
 
@@ -30,6 +30,7 @@ class AgentContext:
         what_if: Whether skills may try repairs on copies of the world.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         listeners: Called with each phase that begins.
+        intent_listeners: Called with what a skill is about to do.
         phase: The phase that began last.
     """
 
@@ -40,6 +41,7 @@ class AgentContext:
     what_if: bool = True
     limits: Limits | None = None
     listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
+    intent_listeners: list[Callable[[Intent], None]] = field(default_factory=list, init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
     _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
@@ -111,6 +113,11 @@ class AgentContext:
         self._check()
         for listener in tuple(self.listeners):
             listener(phase)
+
+    def announce(self, intent: Intent) -> None:
+        """Tell listeners what a skill is about to do."""
+        for listener in tuple(self.intent_listeners):
+            listener(intent)
 
     def cancel(self) -> None:
         """Stop what runs, from any thread: it ends in a CancelledError before the next control tick."""

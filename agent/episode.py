@@ -8,7 +8,7 @@ from enum import StrEnum
 from typing import Any
 
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.types import Plan, Refusal, SkillCall, SkillResult
+from robosandbox.types import Intent, Plan, Refusal, SkillCall, SkillResult
 
 
 class FinalReason(StrEnum):
@@ -125,6 +125,14 @@ class PhaseEntered:
 
 
 @dataclass(frozen=True, slots=True)
+class Intended:
+    """The running skill is about to follow a path, or has weighed how to hold something."""
+
+    call: SkillCall
+    intent: Intent
+
+
+@dataclass(frozen=True, slots=True)
 class SkillEnded:
     """A step reached its post-condition."""
 
@@ -155,5 +163,5 @@ class Ended:
     episode: Episode
 
 
-AgentEvent = Planned | SkillStarted | PhaseEntered | SkillEnded | SkillFailed | Replanning | Ended
+AgentEvent = Planned | SkillStarted | PhaseEntered | Intended | SkillEnded | SkillFailed | Replanning | Ended
 Listener = Callable[[AgentEvent], None]

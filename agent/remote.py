@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.goal import one_goal
 from robosandbox.errors import CancelledError, GoalTimeoutError, TimeoutEvidence
-from robosandbox.types import ObservedScene, SkillResult
+from robosandbox.types import Intent, ObservedScene, SkillResult
 from robosandbox.wire import SkillInfo
 
 if TYPE_CHECKING:
@@ -21,10 +21,12 @@ class RemoteContext:
 
     Attributes:
         listeners: Called with each phase that begins, in the thread that waits for the skill.
+        intent_listeners: Called with what a skill is about to do, in the same thread.
     """
 
     def __init__(self, robot: RemoteRobot) -> None:
         self.listeners: list[Callable[[str], None]] = []
+        self.intent_listeners: list[Callable[[Intent], None]] = []
         self._robot = robot
         self._cancelled = threading.Event()
         self._boot_id: str | None = None
@@ -70,13 +72,18 @@ class RemoteContext:
                 f"not done after {timeout:g} s; allow more time or ask for less at once",
                 evidence=TimeoutEvidence(deadline=timeout, elapsed=timeout - self._left),
             )
-        goal = self._robot.send(skill, arguments, timeout=self._left, boot_id=self._boot_id)
+        goal = self._robot.send(
+            skill, arguments, timeout=self._left, boot_id=self._boot_id, intents=bool(self.intent_listeners)
+        )
         asked = False
         try:
             for feedback in goal.follow():
                 if feedback is not None:
                     for listener in tuple(self.listeners):
                         listener(feedback.phase)
+                for intent in goal.intents():
+                    for show in tuple(self.intent_listeners):
+                        show(intent)
                 if self._cancelled.is_set() and not asked:
                     asked = True
                     goal.cancel()

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from robosandbox.errors import ConnectionEvidence, ConnectionLostError, UnknownGoalError
-from robosandbox.types import SkillResult
-from robosandbox.wire import Feedback, Goal
+from robosandbox.types import Grasp, GraspSearch, Intent, SkillResult, Trajectory, frozen_array
+from robosandbox.wire import Feedback, Goal, Intended
 
 if TYPE_CHECKING:
     from robosandbox.agent.remote_robot import RemoteRobot
@@ -26,6 +26,7 @@ class RemoteGoal:
         self._robot = robot
         self._goal = goal
         self._feedback: deque[Feedback] = deque()
+        self._intents: deque[Intended] = deque()
         self._changed = threading.Condition()
         self._lost = False
 
@@ -94,8 +95,13 @@ class RemoteGoal:
                 self._look_up()
             yield None
 
+    def intents(self) -> Iterator[Intent]:
+        """Yield what the skill has said since that it is about to do; nothing where the goal was sent without `intents`."""
+        while self._intents:
+            yield _intent(self._intents.popleft())
+
     def _has_news(self) -> bool:
-        return self._lost or self._goal.status.final or bool(self._feedback)
+        return self._lost or self._goal.status.final or bool(self._feedback) or bool(self._intents)
 
     def _look_up(self) -> None:
         try:
@@ -108,11 +114,13 @@ class RemoteGoal:
 
     # What the robot tells it, from Zenoh's threads.
 
-    def hear(self, news: Goal | Feedback) -> None:
+    def hear(self, news: Goal | Feedback | Intended) -> None:
         """Take news."""
         with self._changed:
             if isinstance(news, Feedback):
                 self._feedback.append(news)
+            elif isinstance(news, Intended):
+                self._intents.append(news)
             elif not self._goal.status.final:
                 self._goal = news
                 if news.status.final:
@@ -124,3 +132,14 @@ class RemoteGoal:
         with self._changed:
             self._lost = True
             self._changed.notify_all()
+
+
+def _intent(news: Intended) -> Intent:
+    """Return what a message says that a skill is about to do."""
+    if news.path:
+        return Trajectory(q=frozen_array(news.path), dt=news.dt)
+    grasps = tuple(
+        Grasp(object=news.object or "", tcp_pose=item.tcp_pose, width=item.width, quality=item.quality)
+        for item in news.grasps
+    )
+    return GraspSearch(candidates=grasps, chosen=news.chosen)

@@ -31,6 +31,7 @@ from robosandbox.wire import (
     GoalRef,
     GoalStatus,
     Info,
+    Intended,
     Load,
     Message,
     MessageT,
@@ -52,6 +53,13 @@ _ANSWER_SECONDS = 10.0
 _LOAD_SECONDS = 120.0
 _POLL_SECONDS = 0.02
 _DENIED_SECONDS = 1.5
+
+
+_NEWS: dict[str, type[Goal] | type[Feedback] | type[Intended]] = {
+    "status": Goal,
+    "feedback": Feedback,
+    "intent": Intended,
+}
 
 
 class RemoteRobot:
@@ -142,6 +150,7 @@ class RemoteRobot:
         queue: bool = False,
         goal_id: str | None = None,
         boot_id: str | None = None,
+        intents: bool = False,
     ) -> RemoteGoal:
         """Send a goal and return when the sim has accepted it.
 
@@ -152,6 +161,7 @@ class RemoteRobot:
             queue: Wait behind the running goal in place of a BusyError.
             goal_id: A UUID of one's own; sent again with it a goal runs once.
             boot_id: The sim process that the goal is meant for; another one refuses it.
+            intents: Whether to hear what the skill is about to do.
 
         Raises:
             SkillError: The sim refuses it.
@@ -164,6 +174,7 @@ class RemoteRobot:
             queue=queue,
             client_id=self._client.id,
             boot_id=boot_id,
+            intents=intents,
         )
         pending = Goal(goal_id=message.goal_id, boot_id="", skill=skill, status=GoalStatus.ACCEPTED)
         # News of the goal may come before the answer.
@@ -305,10 +316,10 @@ class RemoteRobot:
     def _on_news(self, sample: zenoh.Sample) -> None:
         *_, goal_id, kind = str(sample.key_expr).split("/")
         followed = self._followed(goal_id)
-        if not followed or kind not in ("status", "feedback"):
+        model = _NEWS.get(kind)
+        if not followed or model is None:
             return
-        payload = sample.payload.to_bytes()
-        news = decode(payload, Goal) if kind == "status" else decode(payload, Feedback)
+        news = decode(sample.payload.to_bytes(), model)
         for goal in followed:
             goal.hear(news)
 

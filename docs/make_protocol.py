@@ -24,6 +24,7 @@ KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, 
     ("skill/<name>/get_result", "query", wire.GoalRef, wire.Goal, f"how far it is; the last {wire.KEPT_RESULTS} kept"),
     ("goal/<goal_id>/status", "publication", "", wire.Goal, "each change; late joiners ask get_result"),
     ("goal/<goal_id>/feedback", "publication", "", wire.Feedback, "each phase that begins"),
+    ("goal/<goal_id>/intent", "publication", "", wire.Intended, "what it is about to do, for goals that ask for it"),
     ("obs/state", "publication, query", wire.Ask, wire.State, f"{wire.STATE_HZ:g} times a second"),
     ("obs/objects", "publication, query", wire.Ask, wire.Objects, "what perception sees; while somebody listens"),
     ("obs/camera/<name>/rgb", "publication, query", "", "picture", "JPEG; while somebody listens"),
@@ -38,7 +39,17 @@ KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, 
 )
 REQUESTS = (wire.Ask, wire.SendGoal, wire.GoalRef, wire.Reset, wire.Load, wire.Clock)
 ANSWERS = (
-    *(wire.Info, wire.Goal, wire.Feedback, wire.State, wire.Objects, wire.TrueState, wire.Saved, wire.Picture),
+    *(
+        wire.Info,
+        wire.Goal,
+        wire.Feedback,
+        wire.Intended,
+        wire.State,
+        wire.Objects,
+        wire.TrueState,
+        wire.Saved,
+        wire.Picture,
+    ),
     errors.ErrorRecord,
 )
 

@@ -17,7 +17,8 @@ from robosandbox.protocols import Skill
 from robosandbox.sim.goals import Ledger, LiveGoal
 from robosandbox.sim.host import Host
 from robosandbox.sim.publishing import GoalNews
-from robosandbox.types import SkillCall, SkillResult
+from robosandbox.sim.survey import intended_of
+from robosandbox.types import Intent, SkillCall, SkillResult
 from robosandbox.wire import Feedback, Goal
 
 _log = logging.getLogger(__name__)
@@ -95,12 +96,19 @@ class Executor:
                 )
             )
 
+        def show(intent: Intent) -> None:
+            self._news.intent(intended_of(entry.goal.goal_id, intent))
+
         host.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
         host.ctx.listeners.append(tell)
+        if entry.intents:
+            host.ctx.intent_listeners.append(show)
         try:
             return skill(host.ctx, entry.checked)
         finally:
             host.ctx.listeners.remove(tell)
+            if entry.intents:
+                host.ctx.intent_listeners.remove(show)
 
 
 def _come_to_rest(host: Host) -> None:

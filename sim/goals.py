@@ -38,6 +38,7 @@ class LiveGoal:
         cancelled: Whether somebody asked for its end.
         abandoned: Whether that was because its client was lost.
         phases: How many began.
+        intents: Whether its client wants to hear what it is about to do.
     """
 
     goal: Goal
@@ -48,6 +49,7 @@ class LiveGoal:
     cancelled: bool = False
     abandoned: bool = False
     phases: int = 0
+    intents: bool = False
 
 
 class Ledger:
@@ -84,7 +86,9 @@ class Ledger:
                 return known.goal, False
             self._refuse_if_busy(request, doing)
             goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=skill, status=GoalStatus.ACCEPTED)
-            self._live[request.goal_id] = LiveGoal(goal, request.arguments, checked, request.timeout, request.client_id)
+            self._live[request.goal_id] = LiveGoal(
+                goal, request.arguments, checked, request.timeout, request.client_id, intents=request.intents
+            )
             return goal, True
 
     def _refuse_if_busy(self, request: SendGoal, doing: str | None) -> None:

@@ -15,7 +15,7 @@ from robosandbox.errors import InvalidMessageError, MessageEvidence
 from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
 from robosandbox.sim.requests import Request
 from robosandbox.validation import did_you_mean
-from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Message, Picture, key
+from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
 
 _log = logging.getLogger(__name__)
 _OBJECTS_HZ = 5.0
@@ -156,6 +156,10 @@ class GoalNews:
     def feedback(self, feedback: Feedback) -> None:
         """Publish that a phase begins."""
         self._put(feedback.goal_id, "feedback", feedback)
+
+    def intent(self, intended: Intended) -> None:
+        """Publish what a goal is about to do."""
+        self._put(intended.goal_id, "intent", intended)
 
     def _put(self, goal_id: str, name: str, message: Message) -> None:
         self._session.put(

@@ -5,10 +5,27 @@ from __future__ import annotations
 import time
 from typing import Literal
 
+import numpy as np
+
 from robosandbox.sim.goals import LiveGoal
 from robosandbox.sim.host import Host
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.wire import Camera, Gripper, GripperInfo, Info, Joint, SkillInfo, State, TrueObject, TrueState
+from robosandbox.types import GraspSearch, Intent
+from robosandbox.wire import (
+    Camera,
+    GraspOption,
+    Gripper,
+    GripperInfo,
+    Info,
+    Intended,
+    Joint,
+    SkillInfo,
+    State,
+    TrueObject,
+    TrueState,
+)
+
+_MOST_SHOWN = 64
 
 
 def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
@@ -94,6 +111,30 @@ def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> Tr
         table_height=truth.table_height,
         objects=tuple(objects) if with_objects else (),
         held=truth.held if with_objects else None,
+    )
+
+
+def intended_of(goal_id: str, intent: Intent) -> Intended:
+    """Return what a skill is about to do, thinned out to what a picture needs."""
+    if isinstance(intent, GraspSearch):
+        kept = list(range(min(len(intent.candidates), _MOST_SHOWN)))
+        if intent.chosen is not None and intent.chosen >= len(kept):
+            kept[-1] = intent.chosen
+        return Intended(
+            goal_id=goal_id,
+            object=intent.candidates[0].object if intent.candidates else None,
+            grasps=tuple(
+                GraspOption(tcp_pose=found.tcp_pose, width=found.width, quality=found.quality)
+                for found in (intent.candidates[index] for index in kept)
+            ),
+            chosen=None if intent.chosen is None else kept.index(intent.chosen),
+        )
+    rows = len(intent.q)
+    picked = np.linspace(0, rows - 1, min(rows, _MOST_SHOWN)).round().astype(int)
+    return Intended(
+        goal_id=goal_id,
+        path=tuple(tuple(row) for row in intent.q[picked].tolist()),
+        dt=intent.duration / max(1, len(picked) - 1),
     )
 
 

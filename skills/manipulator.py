@@ -237,6 +237,7 @@ class Manipulator:
             TrackingError: A joint stayed off its goal, or the arm was stopped.
         """
         self.ctx.enter(phase)
+        self.ctx.announce(trajectory)
         if guarded:
             guard = ContactGuard(self.sim, phase)
             self.sim.tick_hooks.append(guard)

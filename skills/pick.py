@@ -31,7 +31,7 @@ from robosandbox.skills.manipulator import (
     withdrawn,
 )
 from robosandbox.skills.sensing import LoadMeter, changed, check_closed, check_open, lift_error
-from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, SkillResult, Trajectory
+from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
@@ -196,7 +196,8 @@ def _plan_grasp(
     q = arm.q
     failures: list[SkillError] = []
     telling: list[SkillError] = []
-    for grasp in _nearest_first(arm, candidates):
+    ordered = _nearest_first(arm, candidates)
+    for index, grasp in enumerate(ordered):
         aperture = min(geometry.max_aperture, max(least_aperture, grasp.width + 2.0 * _PRESHAPE_CLEARANCE))
         try:
             motion.open_to(aperture)
@@ -211,7 +212,9 @@ def _plan_grasp(
             if not _is_of_leaning(error, grasp):
                 telling.append(error)
             continue
+        arm.ctx.announce(GraspSearch(candidates=tuple(ordered), chosen=index))
         return _GraspPlan(grasp, aperture, approach, descent)
+    arm.ctx.announce(GraspSearch(candidates=tuple(ordered), chosen=None))
     raise _most_telling(failures, telling or failures)
 
 

@@ -52,7 +52,8 @@ def serving(task: str, robot: str | None = None) -> Iterator[Viewer]:
 @contextmanager
 def page_of(browser: Browser, viewer: Viewer) -> Iterator[Page]:
     page = browser.new_page(viewport={"width": 800, "height": 480})
-    page.goto(viewer.url)
+    # Half the pixels: they are drawn on a CPU here.
+    page.goto(f"{viewer.url}/?fixedDpr=0.5")
     field(page, "Prompt").wait_for(timeout=1000 * PATIENCE)
     page.add_style_tag(content=".mantine-Notifications-root { display: none }")
     try:

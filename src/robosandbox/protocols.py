@@ -17,6 +17,7 @@ if TYPE_CHECKING:
         Array,
         DetectedObject,
         Grasp,
+        Intent,
         Observation,
         ObservedScene,
         Plan,
@@ -166,6 +167,11 @@ class AgentWorld(Protocol):
         """Called with each phase that begins."""
         ...
 
+    @property
+    def intent_listeners(self) -> list[Callable[[Intent], None]]:
+        """Called with what a skill is about to do."""
+        ...
+
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
         ...
@@ -191,6 +197,10 @@ class SkillContext(AgentWorld, Protocol):
 
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins."""
+        ...
+
+    def announce(self, intent: Intent) -> None:
+        """Tell listeners what is about to be done; costs nothing when there are none."""
         ...
 
 

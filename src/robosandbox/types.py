@@ -515,6 +515,22 @@ class Grasp:
     quality: float
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class GraspSearch:
+    """The ways to hold an object that a skill has weighed.
+
+    Attributes:
+        candidates: In the order in which they were tried.
+        chosen: Index of the one that is to be carried out; None when none of them can be.
+    """
+
+    candidates: tuple[Grasp, ...]
+    chosen: int | None
+
+
+# What a skill is about to do, for those who watch: a path for the arm, or how it wants to hold something.
+Intent = Trajectory | GraspSearch
+
 # Plans and episodes.
 
 

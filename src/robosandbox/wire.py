@@ -131,6 +131,7 @@ class SendGoal(FromClient):
         queue: Wait behind the running goal in place of being refused as busy.
         client_id: The id of the client's liveliness token: its goals are cancelled when the client is lost.
         boot_id: The sim process that the client planned for; another one refuses with `connection_lost`.
+        intents: Whether to publish what the skill is about to do, on `goal/<id>/intent`.
     """
 
     goal_id: GoalId
@@ -139,6 +140,7 @@ class SendGoal(FromClient):
     queue: bool = False
     client_id: GoalId | None = None
     boot_id: Annotated[str, Field(max_length=64)] | None = None
+    intents: bool = False
 
 
 class GoalRef(FromClient):
@@ -359,6 +361,40 @@ class Feedback(Message):
     number: Count
     time: Finite
     elapsed: NonNegative
+
+
+class GraspOption(StrictModel):
+    """A way to hold an object.
+
+    Attributes:
+        tcp_pose: The TCP in the world when the fingers close.
+        width: Extent of the object between the fingers, metres.
+        quality: Higher is better.
+    """
+
+    tcp_pose: Pose
+    width: Finite
+    quality: Finite
+
+
+class Intended(Message):
+    """On `goal/<id>/intent`, where the goal asked for it: what the skill is about to do.
+
+    Attributes:
+        goal_id: The client's.
+        path: Configurations at equal steps of time that the arm is to follow, at most 64; empty for a grasp.
+        dt: Seconds between them.
+        object: What is to be held; None for a path.
+        grasps: How it could be, in the order in which that was tried, at most 64.
+        chosen: Index of the one to be carried out; None when none can be.
+    """
+
+    goal_id: GoalId
+    path: tuple[Numbers, ...] = ()
+    dt: NonNegative = 0.0
+    object: str | None = None
+    grasps: tuple[GraspOption, ...] = ()
+    chosen: Count | None = None
 
 
 class Gripper(StrictModel):

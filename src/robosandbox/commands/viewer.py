@@ -18,6 +18,7 @@ from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.tasks.session import Session
+    from robosandbox.tasks.task import Task
     from robosandbox.viewer.cell import Cell
 
 _DEFAULT_PORT = 8080
@@ -81,7 +82,7 @@ def _here(
     from robosandbox.tasks.session import open_session
     from robosandbox.viewer.embedded import EmbeddedCell
 
-    def reopen(task: str | None, robot: str | None, seed: int = 0) -> Session:
+    def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
         return open_session(
             task,
             robot=robot,

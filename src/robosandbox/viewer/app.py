@@ -5,15 +5,46 @@ from __future__ import annotations
 import threading
 
 import mujoco
-import viser
+import numpy as np
 
+from robosandbox.types import Array
 from robosandbox.viewer import operator
 from robosandbox.viewer.cell import Blueprint, Cell, Frame
+from robosandbox.viewer.dragging import Dragging
 from robosandbox.viewer.feed import Feed
+from robosandbox.viewer.layers.contacts import ContactForces
+from robosandbox.viewer.layers.evidence import FailureEvidence
+from robosandbox.viewer.layers.grasps import GraspCandidates
+from robosandbox.viewer.layers.layer import Layer
+from robosandbox.viewer.layers.path import PlannedPath
+from robosandbox.viewer.layers.shapes import CollisionShapes
+from robosandbox.viewer.layers.tool import BaseAndReach, HomeGhost, TcpFrame
+from robosandbox.viewer.layers.trail import TcpTrail
 from robosandbox.viewer.operator import News, Operator
+from robosandbox.viewer.panels.cameras import CamerasPanel
+from robosandbox.viewer.panels.jog import JogPanel
+from robosandbox.viewer.panels.layers import LayersPanel
 from robosandbox.viewer.panels.prompt import PromptPanel
+from robosandbox.viewer.panels.readings import ReadingsPanel
+from robosandbox.viewer.panels.repairs import RepairsPanel
+from robosandbox.viewer.panels.sidecar import SidecarPanel
+from robosandbox.viewer.panels.world import WorldPanel
 from robosandbox.viewer.server import HOST, open_server
 from robosandbox.viewer.stage import Stage
+
+_LAYERS: tuple[type[Layer], ...] = (
+    TcpTrail,
+    PlannedPath,
+    GraspCandidates,
+    FailureEvidence,
+    ContactForces,
+    CollisionShapes,
+    TcpFrame,
+    BaseAndReach,
+    HomeGhost,
+)
+# In front of the robot, to its right, above the table: relative to the table's size and height.
+_EYE, _TARGET = np.array([1.05, -0.95, 0.76]), np.array([-0.05, 0.0, 0.16])
 
 
 class Viewer:
@@ -24,6 +55,7 @@ class Viewer:
         port: 0 takes any free one.
 
     Attributes:
+        cell: The world.
         control: Does what people click.
         server: What browsers talk to.
         feed: Sends frames.
@@ -34,16 +66,16 @@ class Viewer:
 
     def __init__(self, cell: Cell, port: int) -> None:
         self.cell = cell
-        self._lock = threading.Lock()
         self.server = open_server(port)
         self.control = Operator(cell)
-        self._blueprint = cell.blueprint
-        self._data = mujoco.MjData(self._blueprint.model)
-        self._stage = Stage(self.server, self._blueprint.model, self._blueprint.names)
+        self._lock = threading.RLock()
+        self._layers = [layer(self.server) for layer in _LAYERS]
+        self._dragging = Dragging(cell, self.control)
         self.feed = Feed(self._draw, lambda: bool(self.server.get_clients()))
-        self._panels = [PromptPanel(self.server, self.control)]
-        _aim(self.server, self._blueprint)
-        self.control.listeners += [self._hear, *(panel.hear for panel in self._panels)]
+        self._lay_out()
+        self._adopt(cell.blueprint)
+        hearers = (self._hear, *(layer.hear for layer in self._layers), *(panel.hear for panel in self._hearing))
+        self.control.listeners += hearers
         self.server.on_client_connect(lambda _: self.feed.wake())
 
     @property
@@ -62,38 +94,67 @@ class Viewer:
         self.feed.stop()
         self.server.stop()
 
+    def _lay_out(self) -> None:
+        server, control, cell = self.server, self.control, self.cell
+        prompt = PromptPanel(server, control)
+        repairs = RepairsPanel(server, control)
+        tabs = server.gui.add_tab_group()
+        with tabs.add_tab("Robot"):
+            self._readings = ReadingsPanel(server)
+        with tabs.add_tab("Show"):
+            LayersPanel(server, self._layers, cell.refresh)
+        with tabs.add_tab("Camera"):
+            self._cameras = CamerasPanel(server, cell)
+        with tabs.add_tab("Hand"):
+            JogPanel(server, cell, control)
+        with tabs.add_tab("Sidecar"):
+            self._sidecar = SidecarPanel(server, cell, control)
+        with tabs.add_tab("World"):
+            world = WorldPanel(server, cell, control)
+        self._hearing = (prompt, repairs, self._cameras, self._sidecar, world)
+
     def _hear(self, news: News) -> None:
-        if not isinstance(news, operator.Loaded | operator.Went):
-            return
-        found = self.cell.blueprint
-        if found.looks_like(self._blueprint):
-            return
-        with self._lock, self.server.atomic():
-            self._blueprint = found
-            self._data = mujoco.MjData(found.model)
-            self._stage.remove()
-            self._stage = Stage(self.server, found.model, found.names)
+        if isinstance(news, operator.Loaded | operator.Went):
+            found = self.cell.blueprint
+            if not found.looks_like(self._blueprint):
+                with self._lock, self.server.atomic():
+                    self._stage.remove()
+                    self._adopt(found)
+
+    def _adopt(self, blueprint: Blueprint) -> None:
+        self._blueprint = blueprint
+        self._data = mujoco.MjData(blueprint.model)
+        self._stage = Stage(self.server, blueprint.model, blueprint.names)
+        for layer in self._layers:
+            layer.adopt(blueprint, self._stage)
+        self._dragging.adopt(blueprint, self._stage)
+        self._sidecar.adopt(blueprint, self._stage)
+        self._aim(np.array([0.0, 0.0, blueprint.scene.table_height]))
+
+    def _aim(self, table: Array) -> None:
+        """Have browsers that come begin in front of the robot."""
+        camera = self.server.initial_camera
+        camera.position, camera.look_at, camera.fov = table + _EYE, table + _TARGET, 0.9
 
     def _draw(self, frame: Frame) -> None:
         with self._lock:
-            self._show(frame)
+            if frame.model is self._blueprint.model:
+                self._show(frame)
 
     def _show(self, frame: Frame) -> None:
-        model = self._blueprint.model
-        if frame.model is not model:
-            # Of the world before; a frame of this one is on its way.
-            return
-        if frame.state is not None:
-            mujoco.mj_setState(model, self._data, frame.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        model, data = frame.model, self._data
+        shown = [layer for layer in self._layers if layer.shown]
+        if frame.state is None:
+            data.qpos[:] = frame.qpos
         else:
-            self._data.qpos[:] = frame.qpos
-        mujoco.mj_kinematics(model, self._data)
+            mujoco.mj_setState(model, data, frame.state, mujoco.mjtState.mjSTATE_INTEGRATION)
+        if frame.state is not None and any(layer.needs_forces for layer in shown):
+            mujoco.mj_forward(model, data)
+        else:
+            mujoco.mj_kinematics(model, data)
         with self.server.atomic():
-            self._stage.show(self._data)
-
-
-def _aim(server: viser.ViserServer, blueprint: Blueprint) -> None:
-    """Have browsers begin in front of the robot, to its right, looking at the middle of the table."""
-    server.initial_camera.position = (1.05, -0.95, 0.8)
-    server.initial_camera.look_at = (-0.05, 0.0, 0.2)
-    server.initial_camera.fov = 0.9
+            self._stage.show(data)
+            for layer in shown:
+                layer.draw(frame, data)
+        self._readings.draw(frame, self._blueprint)
+        self._cameras.draw(frame)

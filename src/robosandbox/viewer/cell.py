@@ -8,10 +8,10 @@ from typing import Protocol
 
 import mujoco
 
-from robosandbox.errors import InputError
 from robosandbox.robots.robot import Robot
+from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell
-from robosandbox.types import Array, Observation, Pose, Scene
+from robosandbox.types import Array, Observation, ObservedScene, Pose, Scene
 from robosandbox.wire import Picture
 
 
@@ -52,6 +52,11 @@ class Blueprint:
     object_bodies: Mapping[str, int]
     scene: Scene
 
+    def turns(self, index: int) -> bool:
+        """Tell whether an arm joint, by its place in `robot.joints`, turns; else it slides."""
+        joint = int(self.model.dof_jntid[int(self.robot.dof_indices[index])])
+        return bool(self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
+
     def looks_like(self, other: Blueprint) -> bool:
         """Tell whether another world is drawn with the same shapes and colours; poses may differ."""
         if self.model is not other.model or len(self.scene.objects) != len(other.scene.objects):
@@ -62,6 +67,7 @@ class Blueprint:
 
 OnFrame = Callable[[Frame], None]
 OnPicture = Callable[[bytes, Picture], None]
+OnScene = Callable[[ObservedScene], None]
 OnRefused = Callable[[Exception], None]
 Job = Callable[[], None]
 
@@ -105,11 +111,15 @@ class Cell(Protocol):
         """Have a camera's picture come as JPEG, from any thread."""
         ...
 
-    def load(self, task: str, robot: str | None) -> None:
+    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
+        """Have what perception sees come, from any thread."""
+        ...
+
+    def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task, robot or both; for jobs.
 
         Args:
-            task: A bundled task's name or a YAML file.
+            task: A task, a bundled one's name, or a YAML file.
             robot: In place of the task's.
 
         Raises:
@@ -148,8 +158,3 @@ class Hands(Protocol):
     def grip(self, closed: bool) -> None:
         """Close or open the gripper."""
         ...
-
-
-def no_such(what: str) -> InputError:
-    """Return the error for something that the world of another process does not offer."""
-    return InputError(f"{what}: the world is another process's; start the viewer without --connect for that")

@@ -12,10 +12,11 @@ import zenoh
 from robosandbox.errors import ForbiddenError, InputError, RoboSandboxError, SkillError
 from robosandbox.robots.loader import load_robot
 from robosandbox.sim.world import build_world
-from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.remote import RemoteSession
+from robosandbox.tasks.session import resolve_task
+from robosandbox.tasks.task import Task
 from robosandbox.types import Array, GripperState, Observation, Pose, Scene, frozen_array
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused
+from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.wire import State, decode
 
 _log = logging.getLogger(__name__)
@@ -101,9 +102,20 @@ class ConnectedCell:
 
         self._pictures.submit(ask)
 
-    def load(self, task: str, robot: str | None) -> None:
+    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
+        """Have the sim's perception look."""
+
+        def ask() -> None:
+            try:
+                deliver(self._robot.observe())
+            except RoboSandboxError as error:
+                refuse(error)
+
+        self._pictures.submit(ask)
+
+    def load(self, task: Task | str, robot: str | None) -> None:
         """Have the sim load another task; for jobs."""
-        chosen = load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+        chosen = resolve_task(task)
         if robot is not None:
             scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
             chosen = chosen.model_copy(update={"scene": scene})

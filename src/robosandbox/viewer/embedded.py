@@ -7,17 +7,19 @@ import time
 from collections.abc import Callable
 
 from robosandbox.agent.pace import Pace
+from robosandbox.errors import RoboSandboxError
 from robosandbox.sim.cameras import Studio, View
 from robosandbox.sim.worker import Worker
 from robosandbox.tasks.session import Session
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused
+from robosandbox.tasks.task import Task
+from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.feed import FRAME_HZ
 from robosandbox.viewer.hands import WorldHands
 
 _STOP_SECONDS = 10.0
 
-# Returns the session of another task: its name or file, and a robot in place of its own.
-Open = Callable[[str, str | None], Session]
+# Returns the session of a task, its name or its file, with a robot in place of its own.
+Open = Callable[[Task | str, str | None], Session]
 
 
 class EmbeddedCell:
@@ -62,7 +64,7 @@ class EmbeddedCell:
     @property
     def hands_on(self) -> WorldHands:
         """Moves things by hand."""
-        return WorldHands(self._session)
+        return WorldHands(self._session, self._send)
 
     def start(self, on_frame: OnFrame) -> None:
         """Begin."""
@@ -90,7 +92,18 @@ class EmbeddedCell:
         """Have a picture drawn in the studio's thread."""
         self._studio.request(View(camera, "rgb", "jpeg"), deliver, refuse)
 
-    def load(self, task: str, robot: str | None) -> None:
+    def look(self, deliver: OnScene, refuse: OnRefused) -> None:
+        """Have perception look between two control ticks."""
+
+        def ask() -> None:
+            try:
+                deliver(self._session.observe())
+            except RoboSandboxError as error:
+                refuse(error)
+
+        self._worker.read(ask)
+
+    def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task; for jobs."""
         session = self._open(task, robot)
         before = self._session

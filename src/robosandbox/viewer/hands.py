@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import mujoco
 import numpy as np
 
@@ -23,10 +25,12 @@ class WorldHands:
 
     Args:
         session: The loaded task.
+        shown: Called when something was put elsewhere without time passing.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: Session, shown: Callable[[], None]) -> None:
         self._session = session
+        self._shown = shown
 
     def place(self, object_id: str, pose: Pose) -> None:
         """Put an object somewhere, at rest.
@@ -51,6 +55,7 @@ class WorldHands:
                 other = sim.body_names[pair[0] if pair[1] == body else pair[1]]
                 raise InputError(f"{object_id} would be {-contact.dist * 1000:.1f} mm inside {other}; put it elsewhere")
         sim.restore(state)
+        self._shown()
 
     def let_go(self) -> None:
         """Let time pass until all objects lie still, for a few seconds at most."""

@@ -12,7 +12,7 @@ COLOURS = {"grey": _GREY, "green": _GREEN, "blue": _BLUE, "red": _RED, "amber": 
 def block(*lines: str) -> str:
     """Return lines of HTML in the type that panels are set in."""
     return (
-        '<div style="font-size:0.84em;line-height:1.45;padding:0 0.9em;overflow-wrap:anywhere">'
+        '<div style="font-size:0.84em;line-height:1.45;padding:0 0.9em 0.6em;overflow-wrap:anywhere">'
         + "".join(lines)
         + "</div>"
     )
@@ -42,10 +42,19 @@ def heading(text: str) -> str:
     )
 
 
-def gauge(name: str, value: float, low: float, high: float, text: str) -> str:
-    """Return a row with a name, a bar with where a value lies between its limits, and the value in words."""
+def gauge(name: str, value: float, low: float, high: float, text: str, *, warn: bool = True) -> str:
+    """Return a row with a name, a bar with where a value lies between its limits, and the value in words.
+
+    Args:
+        name: Escaped here.
+        value: What is shown.
+        low: The least.
+        high: The most.
+        text: The value in words; escaped here.
+        warn: Whether it turns red near a limit.
+    """
     share = 50.0 if not high > low else max(0.0, min(100.0, 100.0 * (value - low) / (high - low)))
-    near = share < 4.0 or share > 96.0
+    near = warn and not 4.0 <= share <= 96.0
     colour = _RED if near else _BLUE
     return (
         '<div style="display:grid;grid-template-columns:8.2em 1fr 6.2em;gap:0.6em;align-items:center;margin:0.18em 0">'

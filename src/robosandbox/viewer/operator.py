@@ -13,6 +13,7 @@ from typing import Any
 from robosandbox.agent.episode import AgentEvent, Episode
 from robosandbox.errors import InternalError, RoboSandboxError
 from robosandbox.tasks.judge import Verdict
+from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
 from robosandbox.viewer.cell import Cell
 
@@ -157,7 +158,7 @@ class Operator:
 
         self._begin(Doing.LOADING, "step back", job)
 
-    def load(self, task: str, robot: str | None) -> None:
+    def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task, robot or both."""
 
         def job() -> None:
@@ -169,7 +170,11 @@ class Operator:
             self._ways.clear()
             self.tell(Loaded())
 
-        self._begin(Doing.LOADING, f"load {task}" + (f" with {robot}" if robot else ""), job)
+        self._begin(
+            Doing.LOADING,
+            f"load {task.name if isinstance(task, Task) else task}" + (f" with {robot}" if robot else ""),
+            job,
+        )
 
     def by_hand(self, what: str, job: Callable[[], None]) -> bool:
         """Move something by hand; return whether it was begun, which it is not while something else is under way."""

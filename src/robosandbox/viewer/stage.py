@@ -10,7 +10,7 @@ import trimesh
 import viser
 from mjviser.conversions import group_geoms_by_visual_compat, merge_geoms
 
-from robosandbox.types import Array
+from robosandbox.types import Array, Pose
 
 _LAST_VISUAL_GROUP = 2
 _RED = (225, 30, 30)
@@ -67,11 +67,12 @@ class Stage:
         """Return what a body looks like."""
         return self._meshes.get(body, ())
 
-    def show_visuals(self, visible: bool) -> None:
-        """Draw the bodies as they look, or not at all."""
-        for handles in self._meshes.values():
-            for handle in handles:
-                handle.visible = visible
+    def pose(self, body: int) -> Pose:
+        """Return where a body was drawn last."""
+        frame = self._frames[body]
+        w, x, y, z = (float(c) for c in frame.wxyz)
+        px, py, pz = (float(c) for c in frame.position)
+        return Pose(xyz=(px, py, pz), quat_xyzw=(x, y, z, w))
 
     def show_collision(self, visible: bool) -> None:
         """Draw what contacts are computed with; the shapes are sent when they are first wanted."""

@@ -1,0 +1,124 @@
+"""The robot as its sidecar has it: TCP frame and closing axis, base, reach, home; for what is drawn and what is edited."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.types import Array, Pose
+from robosandbox.viewer.cell import Blueprint, Frame
+from robosandbox.viewer.ghost import GhostRobot
+from robosandbox.viewer.layers.layer import Layer
+from robosandbox.viewer.stage import Stage
+
+_AXES, _RADIUS = 0.07, 0.0022
+_CLOSING = (20, 165, 60)
+REACH_COLOUR = (235, 150, 25)
+_ABOVE = 0.002
+_RING = 72
+
+
+class TcpFrame(Layer):
+    """Draws the TCP's axes, red x, green y, blue z; z is the approach and the long green line the closing axis."""
+
+    title = "TCP and closing axis"
+    hint = "Red x, green y (the fingers close along it), blue z (the approach)"
+    shown = False
+
+    def draw(self, frame: Frame, data: mujoco.MjData) -> None:
+        """Follow the TCP."""
+        self.place(frame.seen.tcp_pose)
+
+    def place(self, pose: Pose) -> None:
+        """Draw the frame at a pose in the world."""
+        x, y, z, w = pose.quat_xyzw
+        held = self._kept.get("frame")
+        if held is not None:
+            held.position, held.wxyz = pose.position, np.array([w, x, y, z])
+            return
+        node = self.node("frame")
+        axes = self.scene.add_frame(
+            node, axes_length=_AXES, axes_radius=_RADIUS, origin_radius=0.004, wxyz=(w, x, y, z), position=pose.xyz
+        )
+        self.scene.add_line_segments(
+            f"{node}/closing",
+            np.array([[[0.0, -1.4 * _AXES, 0.0], [0.0, 1.4 * _AXES, 0.0]]]),
+            _CLOSING,
+            thickness=3.0,
+            thickness_units="screen",
+        )
+        self.keep("frame", axes)
+
+
+class BaseAndReach(Layer):
+    """Draws the robot's base frame and the ring on the table in which it works."""
+
+    title = "Base and reach"
+    hint = "The base frame, and between the rings where the tool points down at the table"
+    shown = False
+
+    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+        """Draw over another world."""
+        super().adopt(blueprint, stage)
+        if self.shown:
+            self._show()
+
+    def switch(self, shown: bool) -> None:
+        """Show or hide it."""
+        super().switch(shown)
+        if shown:
+            self._show()
+
+    def _show(self) -> None:
+        robot = self.blueprint.robot
+        base = robot.base_position
+        self.keep("base", self.scene.add_frame(self.node("base"), axes_length=0.15, axes_radius=0.004, position=base))
+        height = self.blueprint.scene.table_height + _ABOVE
+        segments = np.concatenate([ring(base, radius, height) for radius in robot.reach])
+        self.keep(
+            "reach",
+            self.scene.add_line_segments(
+                self.node("reach"), segments, REACH_COLOUR, thickness=3.0, thickness_units="screen"
+            ),
+        )
+
+
+class HomeGhost(Layer):
+    """Draws the arm a second time, transparent, at the sidecar's home."""
+
+    title = "Home"
+    hint = "The arm at its home configuration, transparent"
+    shown = False
+    _ghost: GhostRobot | None = None
+
+    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+        """Draw over another world."""
+        super().adopt(blueprint, stage)
+        if self.shown:
+            self._show()
+
+    def switch(self, shown: bool) -> None:
+        """Show or hide it."""
+        super().switch(shown)
+        if shown:
+            self._show()
+
+    def clear(self) -> None:
+        """Take the ghost away."""
+        super().clear()
+        if self._ghost is not None:
+            self._ghost.remove()
+        self._ghost = None
+
+    def _show(self) -> None:
+        self._ghost = GhostRobot(self.server, self.blueprint, self.stage, self.node("robot"))
+        self._ghost.pose(self.blueprint.robot.home_q)
+
+
+def ring(centre: Array, radius: float, height: float) -> Array:
+    """Return a horizontal circle as line segments, shape (k, 2, 3)."""
+    angles = np.linspace(0.0, 2.0 * np.pi, _RING + 1)
+    points = np.column_stack(
+        [centre[0] + radius * np.cos(angles), centre[1] + radius * np.sin(angles), np.full(_RING + 1, height)]
+    )
+    return np.stack([points[:-1], points[1:]], axis=1)

@@ -1,0 +1,32 @@
+"""Switches for what is drawn over the world."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import viser
+
+from robosandbox.viewer.layers.layer import Layer
+
+
+class LayersPanel:
+    """One switch a layer.
+
+    Args:
+        server: Where.
+        layers: What is switched.
+        refresh: Has a frame come, for a layer that has just been switched on.
+    """
+
+    def __init__(self, server: viser.ViserServer, layers: Sequence[Layer], refresh: Callable[[], None]) -> None:
+        self._refresh = refresh
+        for layer in layers:
+            self._add(server, layer)
+
+    def _add(self, server: viser.ViserServer, layer: Layer) -> None:
+        box = server.gui.add_checkbox(layer.title, layer.shown, hint=layer.hint)
+        box.on_update(lambda _: self._switch(layer, box.value))
+
+    def _switch(self, layer: Layer, shown: bool) -> None:
+        layer.switch(shown)
+        self._refresh()

@@ -1,0 +1,55 @@
+"""Joint and gripper readings with their limits, the TCP, and what is held."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import viser
+
+from robosandbox.types import Pose
+from robosandbox.viewer import html
+from robosandbox.viewer.cell import Blueprint, Frame
+
+_SECONDS = 0.2
+
+
+class ReadingsPanel:
+    """Shows how the robot stands, five times a second while it moves.
+
+    Args:
+        server: Where.
+    """
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._board = server.gui.add_html("")
+        self._sent = 0.0
+
+    def draw(self, frame: Frame, blueprint: Blueprint) -> None:
+        """Show a frame."""
+        if time.monotonic() - self._sent < _SECONDS:
+            return
+        self._sent = time.monotonic()
+        robot, seen = blueprint.robot, frame.seen
+        lines = [html.heading("Joints")]
+        for index, name in enumerate(robot.joints):
+            low, high, q = float(robot.lower[index]), float(robot.upper[index]), float(seen.q[index])
+            turns = blueprint.turns(index)
+            lines.append(html.gauge(name, q, low, high, f"{np.degrees(q):.1f}°" if turns else f"{1000 * q:.1f} mm"))
+        if seen.gripper is not None and robot.gripper is not None:
+            geometry, gripper = robot.gripper.geometry, seen.gripper
+            lines.append(html.heading("Gripper"))
+            width = f"{1000 * gripper.width:.1f} mm"
+            low, high = geometry.min_aperture, geometry.max_aperture
+            lines.append(html.gauge("opening", gripper.width, low, high, width, warn=False))
+            lines.append(html.rows([("force", f"{gripper.force:.1f}"), ("holds", frame.held or "nothing")]))
+        lines.append(html.heading("Tool centre point"))
+        lines.append(html.rows(_pose(seen.tcp_pose)))
+        lines.append(html.rows([("simulated time", f"{seen.time:.2f} s")]))
+        self._board.content = html.block(*lines)
+
+
+def _pose(pose: Pose) -> list[tuple[str, str]]:
+    place = ", ".join(f"{1000 * c:.1f}" for c in pose.xyz)
+    approach = ", ".join(f"{c:.2f}" for c in pose.rotation[:, 2])
+    return [("x, y, z", f"{place} mm"), ("approach", f"({approach})")]

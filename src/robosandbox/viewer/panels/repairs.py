@@ -1,0 +1,93 @@
+"""After a failure: what was measured, and what would do instead, as buttons."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import viser
+
+from robosandbox.agent.episode import SkillFailed
+from robosandbox.errors import ErrorRecord, Repair
+from robosandbox.types import Plan
+from robosandbox.viewer import html, operator
+from robosandbox.viewer.operator import Doing, News, Operator
+
+
+class RepairsPanel:
+    """Shows the last failure's evidence, and a button for each repair that was tried on a copy of the world.
+
+    Args:
+        server: Where.
+        control: Carries a repair out.
+    """
+
+    def __init__(self, server: viser.ViserServer, control: Operator) -> None:
+        self._gui = server.gui
+        self._control = control
+        self._folder = server.gui.add_folder("Failure", visible=False)
+        with self._folder:
+            self._evidence = server.gui.add_html("")
+        self._buttons: list[viser.GuiButtonHandle] = []
+        self._error: ErrorRecord | None = None
+
+    def hear(self, news: News) -> None:
+        """Take news."""
+        match news:
+            case SkillFailed(_, error):
+                self._error = error
+            case operator.Began(Doing.RUNNING | Doing.PLANNING, _) | operator.Went() | operator.Loaded():
+                self._error = None
+                self._show()
+            case operator.Finished(episode, _):
+                self._error = None if episode.success else self._error
+                self._show()
+            case _:
+                pass
+
+    def _show(self) -> None:
+        for button in self._buttons:
+            button.remove()
+        self._buttons = []
+        self._folder.visible = self._error is not None
+        if self._error is None:
+            return
+        error = self._error
+        evidence = [] if error.evidence is None else list(_pairs(error.evidence.model_dump(mode="json")))
+        said = [html.line(f"{error.code} during {error.phase}", "red", bold=True), html.rows(evidence)]
+        said.append(html.heading("Would work instead" if error.repairs else "No repair was found"))
+        self._evidence.content = html.block(*said)
+        with self._folder:
+            for repair in error.repairs:
+                self._add(repair)
+
+    def _add(self, repair: Repair) -> None:
+        calls = ", ".join(map(str, repair.calls))
+        button = self._gui.add_button(
+            repair.why[:1].upper() + repair.why[1:],
+            color="yellow",
+            icon=viser.Icon.TOOL,
+            hint=f"{calls}; {repair.cost:.1f} simulated seconds",
+        )
+        button.on_click(lambda _: self._control.follow(Plan(steps=repair.calls)))
+        self._buttons.append(button)
+
+
+def _pairs(evidence: dict[str, Any]) -> list[tuple[str, str]]:
+    return [(name.replace("_", " "), _words(value)) for name, value in evidence.items()]
+
+
+def _words(value: Any) -> str:
+    match value:
+        case bool() | None:
+            return {None: "none", True: "yes", False: "no"}[value]
+        case float():
+            return f"{value:.4g}"
+        case {"xyz": xyz, **rest}:
+            del rest
+            return "(" + ", ".join(f"{c:.3f}" for c in xyz) + ") m"
+        case dict():
+            return ", ".join(f"{count} {name}" for name, count in value.items()) or "none"
+        case list():
+            return ", ".join(map(_words, value)) or "none"
+        case _:
+            return str(value)
