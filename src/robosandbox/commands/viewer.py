@@ -13,7 +13,7 @@ import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.run import BaseUrl, Model, PerceptionName, PlannerName, RobotName, Seed, TaskName
+from robosandbox.commands.options import BaseUrl, Model, PerceptionName, PlannerName, RobotName, Seed, TaskName
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
