@@ -28,6 +28,7 @@ Cassette = Annotated[
 ]
 Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
 PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
+SensorName = Annotated[str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.")]
 WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
@@ -48,6 +49,7 @@ def run(
     cassette: Cassette = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
     what_if: WhatIf = True,
@@ -57,7 +59,9 @@ def run(
 ) -> int:
     """Carry out a prompt and check what came of it."""
     options = {"base_url": base_url, "model": model, "cassette": cassette}
-    with _open(prompt, task, robot, planner, options, camera, perception, seed, max_replans, what_if) as session:
+    with _open(
+        prompt, task, robot, planner, options, camera, perception, sensor, seed, max_replans, what_if
+    ) as session:
         from robosandbox.commands import trying
 
         if confirm:
@@ -111,6 +115,7 @@ def plan(
     cassette: Cassette = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     seed: Seed = 0,
     json: Json = False,
 ) -> int:
@@ -118,7 +123,7 @@ def plan(
     from robosandbox.types import Refusal
 
     options = {"base_url": base_url, "model": model, "cassette": cassette}
-    with _open(prompt, task, robot, planner, options, camera, perception, seed, 0, False) as session:
+    with _open(prompt, task, robot, planner, options, camera, perception, sensor, seed, 0, False) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
@@ -147,6 +152,7 @@ def _open(
     options: dict[str, Any],
     camera: str | None,
     perception: str,
+    sensor: str,
     seed: int,
     max_replans: int,
     what_if: bool,
@@ -168,6 +174,7 @@ def _open(
         planner_options=options,
         camera=camera,
         perception=perception,
+        sensor=sensor,
         seed=seed,
         max_replans=max_replans,
         what_if=what_if,
