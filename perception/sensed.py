@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 
+from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Sim
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
@@ -91,10 +92,15 @@ class SensedSim:
         force, link, _ = self._sim.strongest_contact()
         return force, link, "something" if link else ""
 
-    def force_on(self, name: str) -> float:
-        """Return the largest force that the robot feels: it cannot tell on what."""
-        del name
-        return self._sim.strongest_contact()[0]
+    def force_on(self, object_id: str) -> Array:
+        """Return what a force sensor at the wrist feels of an object, N in the world, shape (3,).
+
+        Raises:
+            UnsupportedError: It is a thing that only the cameras have a name for.
+        """
+        if object_id not in self._sim.object_bodies:
+            raise UnsupportedError(f"no force is felt of {object_id!r}, which the task does not name")
+        return self._sim.force_on(object_id)
 
     # What the robot itself knows and does.
 
