@@ -12,6 +12,10 @@ from robosandbox.types import ObservedScene
 class GroundTruthPerception:
     """Reports every object where it is."""
 
+    def view(self, sim: Sim) -> Sim:
+        """Return the sim as it is."""
+        return sim
+
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return all objects of the simulated state."""
         truth, base = sim.truth(), sim.robot.base_position

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import threading
+from collections import deque
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -16,10 +18,11 @@ from robosandbox.robots.robot import Robot
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
 from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.truth import Truth
 from robosandbox.sim.world import World, build_world, check_start
-from robosandbox.types import Array, Observation, Pose, Scene, Trajectory, frozen_array
+from robosandbox.types import Array, Observation, Pose, RgbdFrame, Scene, Trajectory, frozen_array
 
 _SETTLE_SECONDS = 3.0
 _SETTLE_CHUNK_SECONDS = 0.02
@@ -28,6 +31,8 @@ _REST_SPEED = 0.005
 _STILL_SPEED = 0.01
 _TRIM_SHARE = 0.08
 _LARGEST_TRIM = 0.3
+# MuJoCo's cameras look along -z with y up.
+_OPTICAL = np.diag([1.0, -1.0, -1.0])
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 
 
@@ -37,23 +42,35 @@ class MuJoCoBackend:
     Args:
         render_size: (height, width) of camera pictures, pixels.
         control_timestep: Seconds between commands to the servos; a whole multiple of the physics time step.
+        sensor: What `capture` sees through.
 
     Attributes:
         tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
         physics_steps: Physics steps since the last reset.
+        episode: Counts how often the world was put into another state than time alone brings.
         compilations: How often a model was compiled.
     """
 
-    def __init__(self, render_size: tuple[int, int] = (240, 320), control_timestep: float = 0.01) -> None:
+    def __init__(
+        self,
+        render_size: tuple[int, int] = (240, 320),
+        control_timestep: float = 0.01,
+        *,
+        sensor: Sensor = SENSORS["ideal"],
+    ) -> None:
         self.render_size = render_size
         self.control_timestep = control_timestep
+        self.sensor = sensor
         self.tick_hooks: list[Callable[[], None]] = []
         self.physics_steps = 0
         self.compilations = 0
         self.epoch = 0
+        self.episode = 0
         self._world: World | None = None
         self._data: mujoco.MjData | None = None
-        self._renderer: OffscreenRenderer | None = None
+        # An OpenGL context belongs to the thread that draws with it.
+        self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
+        self._past: deque[tuple[float, Array]] = deque()
         self._servo_lag: Array = np.zeros(0)
         self._trim: Array = np.zeros(0)
         self._substeps = 1
@@ -102,13 +119,15 @@ class MuJoCoBackend:
         self._settle()
         self._felt = dict.fromkeys(self._felt, 0.0)
         data.time = 0.0
+        self.episode += 1
+        self._past.clear()
         self.physics_steps = 0
 
     def close(self) -> None:
         """Free what was loaded; the backend can load again."""
-        if self._renderer:
-            self._renderer.close()
-        self._renderer = None
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers = {}
         self._world = None
         self._data = None
 
@@ -259,6 +278,31 @@ class MuJoCoBackend:
             images=images,
         )
 
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what the sensor delivers of a camera now: colour, depth, and how robot and camera stood.
+
+        Raises:
+            InputError: No such camera.
+            RenderingError: No OpenGL on this machine.
+        """
+        name = self.camera_in_model(camera)
+        model, robot, data = self.model, self.robot, self._exposed()
+        rgb, depth = self._renderer(FRAME_SIZE).rgbd(data, name)
+        number = model.camera(name).id
+        pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
+        fingers = data.qpos[robot.gripper.joint_indices] if robot.gripper else np.zeros(0)
+        frame = RgbdFrame(
+            camera=camera,
+            time=float(data.time),
+            rgb=rgb,
+            depth=depth,
+            intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
+            pose_camera_in_world=pose,
+            q=frozen_array(data.qpos[robot.qpos_indices]),
+            gripper_q=frozen_array(fingers),
+        )
+        return self.sensor.sense(frame)
+
     def truth(self) -> Truth:
         """Return the simulated state; for judging and ground-truth perception."""
         world, data = self._loaded, self._live
@@ -327,6 +371,8 @@ class MuJoCoBackend:
         """Go back to a snapshot of this model."""
         mujoco.mj_setState(self.model, self._live, state, _STATE)
         mujoco.mj_forward(self.model, self._live)
+        self.episode += 1
+        self._past.clear()
 
     def resume(self, scene: Scene, state: Array, physics_steps: int) -> None:
         """Go back to a snapshot that was taken in this scene.
@@ -350,7 +396,7 @@ class MuJoCoBackend:
 
     def fork(self) -> MuJoCoBackend:
         """Return a copy of the world that shares the model and nothing else: for trying things out."""
-        other = MuJoCoBackend(self.render_size, self.control_timestep)
+        other = MuJoCoBackend(self.render_size, self.control_timestep, sensor=self.sensor)
         other._world = self._world
         other._data = mujoco.MjData(self.model)
         other._servo_lag = self._servo_lag
@@ -429,6 +475,8 @@ class MuJoCoBackend:
                 return
 
     def _tick(self) -> None:
+        if self.sensor.latency > 0.0:
+            self._remember()
         mujoco.mj_step(self._loaded.model, self._live, self._substeps)
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
@@ -438,10 +486,32 @@ class MuJoCoBackend:
 
     def _render(self, camera: str) -> np.ndarray:
         name = self.camera_in_model(camera)
-        if self._renderer is None:
-            self._renderer = OffscreenRenderer(self.model, self.render_size)
         mujoco.mj_camlight(self.model, self._live)
-        return self._renderer.render(self._live, name)
+        return self._renderer(self.render_size).render(self._live, name)
+
+    def _renderer(self, size: tuple[int, int]) -> OffscreenRenderer:
+        key = (threading.get_ident(), size)
+        if key not in self._renderers:
+            self._renderers[key] = OffscreenRenderer(self.model, size)
+        return self._renderers[key]
+
+    def _remember(self) -> None:
+        now = float(self._live.time)
+        self._past.append((now, self._live.qpos.copy()))
+        while len(self._past) > 1 and self._past[1][0] <= now - self.sensor.latency:
+            self._past.popleft()
+
+    def _exposed(self) -> mujoco.MjData:
+        """Return the world as it was when the picture that is delivered now was exposed."""
+        data = self._live
+        moment = float(data.time) - self.sensor.latency
+        if self.sensor.latency > 0.0 and self._past and self._past[-1][0] > 0.0:
+            data = mujoco.MjData(self.model)
+            time, qpos = next((past for past in reversed(self._past) if past[0] <= moment), self._past[0])
+            data.qpos, data.time = qpos, time
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_camlight(self.model, data)
+        return data
 
 
 def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:

@@ -63,11 +63,22 @@ class OffscreenRenderer:
         self._draw(data, camera)
         raw = np.empty((self._rect.height, self._rect.width), dtype=np.float32)
         mujoco.mjr_readPixels(None, raw, self._rect, self._context)
+        return self._metres(raw)
+
+    def rgbd(self, data: mujoco.MjData, camera: str) -> tuple[NDArray[np.uint8], NDArray[np.float32]]:
+        """Return the picture and the depth of one drawing, as `render` and `depth` do."""
+        self._draw(data, camera)
+        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
+        raw = np.empty((self._rect.height, self._rect.width), dtype=np.float32)
+        mujoco.mjr_readPixels(picture, raw, self._rect, self._context)
+        return picture[::-1].copy(), self._metres(raw)
+
+    def _metres(self, raw: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
-        near, far = self._model.vis.map.znear * extent, self._model.vis.map.zfar * extent
+        near, far = np.float32(self._model.vis.map.znear * extent), np.float32(self._model.vis.map.zfar * extent)
         # The inverse of OpenGL's perspective division, for near at 1 and far at 0.
-        metres: NDArray[np.float64] = far * near / (raw[::-1].astype(np.float64) * (far - near) + near)
-        return metres.astype(np.float32)
+        metres: NDArray[np.float32] = far * near / (raw[::-1] * (far - near) + near)
+        return metres
 
     def _draw(self, data: mujoco.MjData, camera: str) -> None:
         self._gl.make_current()

@@ -111,9 +111,10 @@ def _set_options(spec: mujoco.MjSpec) -> None:
     quality.offsamples = 0
     spec.visual.global_.offwidth = 1280
     spec.visual.global_.offheight = 960
-    spec.visual.headlight.ambient = [0.35, 0.35, 0.35]
-    spec.visual.headlight.diffuse = [0.35, 0.35, 0.35]
-    spec.visual.headlight.specular = [0.1, 0.1, 0.1]
+    # All lights together keep a white thing that faces the camera just below what a pixel can hold.
+    spec.visual.headlight.ambient = [0.27, 0.27, 0.27]
+    spec.visual.headlight.diffuse = [0.25, 0.25, 0.25]
+    spec.visual.headlight.specular = [0.05, 0.05, 0.05]
     spec.visual.map.znear = 0.01
     spec.visual.map.zfar = 20.0
 
@@ -137,8 +138,20 @@ def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
     table.add_geom(
         name=TABLE, type=box, size=half, rgba=[0.80, 0.74, 0.66, 1.0], condim=4, friction=[1.0, 0.005, 0.0001]
     )
-    world.add_light(pos=[0.6, -1.2, 2.2], dir=[-0.25, 0.5, -0.9], diffuse=[0.55, 0.55, 0.52], castshadow=False)
-    world.add_light(pos=[-0.8, 1.0, 2.0], dir=[0.4, -0.5, -0.9], diffuse=[0.25, 0.26, 0.30], castshadow=False)
+    world.add_light(
+        pos=[0.6, -1.2, 2.2],
+        dir=[-0.25, 0.5, -0.9],
+        diffuse=[0.38, 0.38, 0.37],
+        specular=[0.1, 0.1, 0.1],
+        castshadow=False,
+    )
+    world.add_light(
+        pos=[-0.8, 1.0, 2.0],
+        dir=[0.4, -0.5, -0.9],
+        diffuse=[0.17, 0.17, 0.18],
+        specular=[0.1, 0.1, 0.1],
+        castshadow=False,
+    )
     _add_camera(spec, "scene", (1.05, -0.85, table_height + 0.75), (0.0, 0.0, table_height + 0.14), 42.0)
     _add_camera(spec, "top", (0.1, 0.0, table_height + 1.36), (0.1, 0.0, table_height), 45.0)
 

@@ -115,6 +115,7 @@ class EpisodeRunner:
             planner=settings.planner,
             planner_options=settings.planner_options,
             perception=settings.perception,
+            sensor=settings.sensor,
             max_replans=settings.max_replans,
             what_if=settings.what_if,
         )

@@ -22,13 +22,22 @@ class TaskHouse:
 
     Args:
         perception: Name of an installed perception.
+        sensor: What its cameras are like.
         what_if: Whether skills may try repairs on copies of the world.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
             objects only.
     """
 
-    def __init__(self, *, perception: str = "ground_truth", what_if: bool = True, allowed: Sequence[Path] = ()) -> None:
+    def __init__(
+        self,
+        *,
+        perception: str = "ground_truth",
+        sensor: str = "ideal",
+        what_if: bool = True,
+        allowed: Sequence[Path] = (),
+    ) -> None:
         self._perception = perception
+        self._sensor = sensor
         self._what_if = what_if
         self._allowed = tuple(folder.resolve() for folder in allowed)
 
@@ -38,6 +47,7 @@ class TaskHouse:
             task,
             robot=robot,
             perception=self._perception,
+            sensor=self._sensor,
             seed=seed,
             what_if=self._what_if,
             render_size=_PICTURE_SIZE,

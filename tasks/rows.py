@@ -19,6 +19,7 @@ class BenchSettings:
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills.
         perception: Name of an installed perception.
+        sensor: What its cameras are like.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
     """
@@ -26,6 +27,7 @@ class BenchSettings:
     planner: str = "stub"
     planner_options: Mapping[str, Any] = field(default_factory=dict)
     perception: str = "ground_truth"
+    sensor: str = "ideal"
     max_replans: int = 3
     what_if: bool = True
 

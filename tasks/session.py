@@ -17,10 +17,11 @@ from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.relations import centre
-from robosandbox.plugins import load_plugin
+from robosandbox.perception.setup import Setup, make_perception
 from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.judge import Verdict, judge
@@ -85,7 +86,7 @@ class Session:
                 seed,
                 joints=len(robot.home_q),
                 extents=self._extents,
-                accept=_ReachCheck(self.ctx, self.task.scene),
+                accept=_ReachCheck(self.sim, self.task.scene),
                 attempt=attempt,
             )
             q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
@@ -176,6 +177,8 @@ def open_session(
     camera: str | None = None,
     dialogue: bool = False,
     perception: str = "ground_truth",
+    perception_options: Mapping[str, Any] | None = None,
+    sensor: str = "ideal",
     seed: int = 0,
     max_replans: int = 3,
     what_if: bool = True,
@@ -192,6 +195,8 @@ def open_session(
         camera: The camera whose picture the planner is to see.
         dialogue: Whether prompts may refer to those before them, where the planner can do that.
         perception: Name of an installed perception.
+        perception_options: What it takes besides; None counts as not given.
+        sensor: What its cameras are like: ideal, realsense or rough.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
@@ -205,7 +210,7 @@ def open_session(
         scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
         chosen = chosen.model_copy(update={"scene": scene})
     skills = load_skills()
-    sim = MuJoCoBackend(render_size=render_size)
+    sim = MuJoCoBackend(render_size=render_size, sensor=find_sensor(sensor))
     options = dict(planner_options or {})
     if camera is not None:
         options["picture"] = lambda: sim.observe([camera]).images[camera]
@@ -220,9 +225,14 @@ def open_session(
         sim.close()
         # With a robot of the caller's own the task is not to blame.
         raise error if robot is not None else InputError(f"{chosen.name}: {error}") from None
+    try:
+        eyes = make_perception(perception, Setup.of(chosen.scene), perception_options)
+    except InputError:
+        sim.close()
+        raise
     ctx = AgentContext(
-        sim=sim,
-        perception=load_plugin("perceptions", perception)(),
+        sim=eyes.view(sim),
+        perception=eyes,
         grasp=AnalyticTopDown(),
         motion=DLSMotionPlanner(),
         what_if=what_if,
@@ -292,15 +302,18 @@ class _ReachCheck:
     An arm that cannot do so even where the task puts the object works in another way; its draws are not checked.
     """
 
-    def __init__(self, ctx: AgentContext, scene: Scene) -> None:
-        self._ctx = ctx
+    def __init__(self, sim: MuJoCoBackend, scene: Scene) -> None:
+        self._sim = sim
+        self._motion = DLSMotionPlanner()
         self._exempt: dict[str, bool] = {}
         self._scene = scene
         self._ready = False
 
     def __call__(self, obj: DetectedObject) -> bool:
         if not self._ready:
-            self._ctx.motion.use(self._ctx.sim, self._ctx.look())
+            # Reach is a matter of the arm alone.
+            nothing = ObservedScene(time=0.0, objects=(), table_height=self._scene.table_height, base_xy=(0.0, 0.0))
+            self._motion.use(self._sim, nothing)
             self._ready = True
         if obj.id not in self._exempt:
             written = next(item for item in self._scene.objects if item.id == obj.id)
@@ -309,7 +322,7 @@ class _ReachCheck:
 
     def _reaches(self, obj: DetectedObject) -> bool:
         middle = centre(obj)
-        base = self._ctx.sim.robot.base_position
+        base = self._sim.robot.base_position
         if float(np.hypot(*(middle - base)[:2])) < _BASE_RADIUS:
             return False
         return any(self._reaches_with(middle, yaw) for yaw in _REACH_YAWS)
@@ -320,7 +333,7 @@ class _ReachCheck:
         seed: Array | None = None
         for above in _REACH_ABOVE:
             try:
-                seed = self._ctx.motion.ik(Pose.from_matrix(middle + [0.0, 0.0, above], rotation), seed)
+                seed = self._motion.ik(Pose.from_matrix(middle + [0.0, 0.0, above], rotation), seed)
             except UnreachableError:
                 return False
         return True

@@ -3,6 +3,7 @@
 RoboSandboxError
 ├── InputError               the user's file or argument is wrong
 ├── RenderingError           no OpenGL on this machine
+├── SensorError              a camera's frame cannot be used
 ├── ServiceUnavailableError  no sim answers
 ├── PlannerError             a planner gave neither a plan nor a refusal
 │   ├── PlannerUnavailableError  its service does not answer, or will not for now
@@ -57,6 +58,10 @@ class InputError(RoboSandboxError):
 
 class RenderingError(RoboSandboxError):
     """No picture can be made on this machine; the message says what to install."""
+
+
+class SensorError(RoboSandboxError):
+    """A camera's frame cannot be used; the message says which, why, and what is expected."""
 
 
 class ServiceUnavailableError(RoboSandboxError):

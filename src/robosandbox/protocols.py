@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         Plan,
         Pose,
         Refusal,
+        RgbdFrame,
         SkillCall,
         SkillResult,
         Trajectory,
@@ -46,6 +47,11 @@ class Sim(Protocol):
         ...
 
     @property
+    def episode(self) -> int:
+        """Changes with every reset: what was seen before it is of another world."""
+        ...
+
+    @property
     def object_bodies(self) -> Mapping[str, int]:
         """Body ids in `model` of the objects, by object id."""
         ...
@@ -65,6 +71,10 @@ class Sim(Protocol):
         ...
 
     def observe(self, cameras: Sequence[str] = ()) -> Observation: ...
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders."""
+        ...
+
     def execute(self, trajectory: Trajectory) -> None:
         """Follow the trajectory; return when its last row has been commanded."""
         ...
@@ -120,6 +130,9 @@ class Perception(Protocol):
     """What is where."""
 
     def perceive(self, sim: Sim) -> ObservedScene: ...
+    def view(self, sim: Sim) -> Sim:
+        """Return the sim as skills may see it: without its truth, where the perception does without it."""
+        ...
 
 
 @runtime_checkable

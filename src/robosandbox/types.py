@@ -424,6 +424,54 @@ class Observation:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Intrinsics:
+    """A camera's pinhole and lens: x right, y down, z along the optical axis; pixel centres at whole numbers.
+
+    Attributes:
+        width: Pixels.
+        height: Pixels.
+        fx: Focal length, pixels.
+        fy: Focal length, pixels.
+        cx: Principal point, pixels.
+        cy: Principal point, pixels.
+        distortion: Brown's k1, k2, p1, p2, k3, as OpenCV orders them.
+    """
+
+    width: int
+    height: int
+    fx: float
+    fy: float
+    cx: float
+    cy: float
+    distortion: tuple[float, float, float, float, float] = (0.0, 0.0, 0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RgbdFrame:
+    """A colour picture with a depth for each pixel, and how robot and camera stood when it was taken.
+
+    Attributes:
+        camera: Its name.
+        time: Simulated seconds of the exposure.
+        rgb: (height, width, 3) uint8.
+        depth: Metres along the optical axis, (height, width) float32; 0 where the sensor gave none.
+        intrinsics: As calibrated.
+        pose_camera_in_world: Of the optical frame (z forward, y down), as calibrated.
+        q: Arm configuration at the exposure, shape (n,).
+        gripper_q: All gripper joints at the exposure, shape (g,); empty for an arm without one.
+    """
+
+    camera: str
+    time: float
+    rgb: NDArray[np.uint8]
+    depth: NDArray[np.float32]
+    intrinsics: Intrinsics
+    pose_camera_in_world: Pose
+    q: Array
+    gripper_q: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DetectedObject:
     """What perception says of one object.
 
@@ -461,6 +509,7 @@ class ObservedScene:
         base_xy: Where the robot stands, metres; "nearest" is measured from there.
         held: Id of the object in the gripper.
         reach: Least and largest distance from `base_xy` at which the robot works, metres.
+        notes: What could not be seen well and why, in sentences.
     """
 
     time: float
@@ -469,6 +518,7 @@ class ObservedScene:
     base_xy: tuple[float, float]
     held: str | None = None
     reach: tuple[float, float] = (0.22, 0.80)
+    notes: tuple[str, ...] = ()
 
     def find(self, object_id: str) -> DetectedObject | None:
         """Return the object with this id, or None."""

@@ -51,6 +51,9 @@ def bench(
     base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
     model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
+    sensor: Annotated[
+        str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
+    ] = "ideal",
     max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
     what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
@@ -75,6 +78,7 @@ def bench(
 
     from robosandbox.agent.planners import make_planner
     from robosandbox.plugins import load_plugin
+    from robosandbox.sim.sensors import find_sensor
     from robosandbox.skills.catalogue import load_skills
     from robosandbox.tasks.bench import BenchSettings, run_bench
     from robosandbox.tasks.row_file import RowFile
@@ -84,10 +88,12 @@ def bench(
     # A wrong name or option is told before the first world is built.
     make_planner(planner, load_skills(), options)
     load_plugin("perceptions", perception)
+    find_sensor(sensor)
     settings = BenchSettings(
         planner=planner,
         planner_options=options,
         perception=perception,
+        sensor=sensor,
         max_replans=max_replans,
         what_if=what_if,
     )

@@ -15,6 +15,7 @@ from robosandbox.errors import (
     PlannerError,
     PlannerUnavailableError,
     RenderingError,
+    SensorError,
     ServiceError,
     ServiceUnavailableError,
 )
@@ -44,7 +45,7 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     except InputError as error:
         _complain(program, str(error))
         return EXIT_USAGE
-    except (RenderingError, ServiceError, ServiceUnavailableError, PlannerUnavailableError) as error:
+    except (RenderingError, SensorError, ServiceError, ServiceUnavailableError, PlannerUnavailableError) as error:
         _complain(program, str(error))
         return EXIT_UNAVAILABLE
     except PlannerError as error:

@@ -45,6 +45,9 @@ def repl(
     perception: Annotated[
         str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")
     ] = None,
+    sensor: Annotated[
+        str | None, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
+    ] = None,
     seed: OwnSeed = None,
     max_replans: MaxReplans = 3,
     reconnect: Annotated[
@@ -55,7 +58,7 @@ def repl(
     if not 0.0 <= reconnect <= 86400.0:
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     remote = bool(connect or robot_id or zenoh_config)
-    own = {"--task": task, "--robot": robot, "--perception": perception, "--seed": seed}
+    own = {"--task": task, "--robot": robot, "--perception": perception, "--sensor": sensor, "--seed": seed}
     for option, value in own.items():
         if remote and value is not None:
             raise InputError(
@@ -73,6 +76,7 @@ def repl(
             camera=camera,
             dialogue=True,
             perception=perception or "ground_truth",
+            sensor=sensor or "ideal",
             seed=seed or 0,
             max_replans=max_replans,
             render_size=_PICTURE_SIZE,

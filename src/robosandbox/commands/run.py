@@ -20,6 +20,7 @@ from robosandbox.commands.options import (
     Prompt,
     RobotName,
     Seed,
+    SensorName,
     TaskName,
     WhatIf,
 )
@@ -46,6 +47,7 @@ def run(
     cassette: Cassette = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
     what_if: WhatIf = True,
@@ -64,6 +66,7 @@ def run(
         planner_options={"base_url": base_url, "model": model, "cassette": cassette},
         camera=camera,
         perception=perception,
+        sensor=sensor,
         seed=seed,
         max_replans=max_replans,
         what_if=what_if,
@@ -119,6 +122,7 @@ def plan(
     cassette: Cassette = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     seed: Seed = 0,
     json: Json = False,
 ) -> int:
@@ -135,6 +139,7 @@ def plan(
         planner_options={"base_url": base_url, "model": model, "cassette": cassette},
         camera=camera,
         perception=perception,
+        sensor=sensor,
         seed=seed,
         what_if=False,
     ) as session:

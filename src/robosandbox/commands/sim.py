@@ -41,6 +41,9 @@ def sim(
     pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
     seed: Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")] = 0,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
+    sensor: Annotated[
+        str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
+    ] = "ideal",
     zenoh_config: ZenohConfig = None,
     state_file: Annotated[
         Path | None, typer.Option("--state-file", help="Keep the world here; a restarted sim goes on from it.")
@@ -66,12 +69,14 @@ def sim(
 
     from robosandbox.plugins import load_plugin
     from robosandbox.sim.checkpoint import StateFile
+    from robosandbox.sim.sensors import find_sensor
     from robosandbox.sim.server import SimServer
     from robosandbox.tasks.hosting import TaskHouse
     from robosandbox.transport import open_listener
 
     load_plugin("perceptions", perception)
-    house = TaskHouse(perception=perception, what_if=what_if, allowed=allow_files or [])
+    find_sensor(sensor)
+    house = TaskHouse(perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [])
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)

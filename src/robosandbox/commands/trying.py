@@ -18,6 +18,7 @@ def dry_run(session: Session, prompt: str, json: bool) -> int:
     from robosandbox.tasks.preview import preview
     from robosandbox.types import Refusal
 
+    _check_copies(session, "--dry-run")
     answer = session.agent.plan(prompt)
     tried = None if isinstance(answer, Refusal) else preview(session, answer)
     if json:
@@ -51,6 +52,8 @@ def ask_before(session: Session, prompt: str | None) -> None:
             "--confirm: the prompt is read from stdin, and so would be your answer; give the prompt itself"
         )
 
+    _check_copies(session, "--confirm")
+
     def ask(plan: Plan) -> bool:
         for line in preview(session, plan).lines():
             print(f"    plan  {line}", file=sys.stderr)
@@ -58,3 +61,10 @@ def ask_before(session: Session, prompt: str | None) -> None:
         return sys.stdin.readline().strip().lower() in ("y", "yes")
 
     session.agent.approve = ask
+
+
+def _check_copies(session: Session, option: str) -> None:
+    from robosandbox.protocols import ForkableSim
+
+    if not isinstance(session.ctx.sim, ForkableSim):
+        raise InputError(f"{option}: what cameras see cannot be copied to try things out; leave --perception out")

@@ -246,6 +246,10 @@ class MistakenPerception:
     end: float = np.inf
     _exact: GroundTruthPerception = field(default_factory=GroundTruthPerception)
 
+    def view(self, sim: Sim) -> Sim:
+        """Return the sim as it is."""
+        return sim
+
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return all objects, that one mistaken."""
         scene = self._exact.perceive(sim)

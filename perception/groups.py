@@ -1,0 +1,82 @@
+"""Which pieces of different pictures are of the same thing: those that lie in the same place and have the same colour."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from robosandbox.perception.segments import Segment
+from robosandbox.types import Array
+
+_SAME_PLACE = 0.008
+_LEAST_SHARE = 0.12
+_SAME_CHROMA = 0.06
+_CHROMA_NOISE = 5.0
+# Of the light on its brightest face the darkest gets this share at least; on black nobody can tell.
+_LEAST_LIGHT = 0.28
+_BLACK = 90.0
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """The pieces of one thing.
+
+    Attributes:
+        segments: One or more of each view that shows it.
+    """
+
+    segments: tuple[Segment, ...]
+
+    @cached_property
+    def points(self) -> Array:
+        """Its surface points in the world, (n, 3)."""
+        return np.vstack([segment.points for segment in self.segments])
+
+    @cached_property
+    def bounds(self) -> tuple[Array, Array]:
+        """The corners (3,), (3,) of its points' box, single outliers left out."""
+        low, high = np.percentile(self.points, [1.0, 99.0], axis=0)
+        return low, high
+
+
+def group(segments: list[Segment]) -> list[Group]:
+    """Return the segments of all views in groups, one for each thing."""
+    parent = list(range(len(segments)))
+
+    def root(index: int) -> int:
+        while parent[index] != index:
+            index = parent[index]
+        return index
+
+    trees = [KDTree(segment.points) for segment in segments]
+    for first, second in combinations(range(len(segments)), 2):
+        a, b = segments[first], segments[second]
+        if a.view is not b.view and alike(a, b) and _share(trees[first], trees[second]) > _LEAST_SHARE:
+            parent[root(first)] = root(second)
+    groups: dict[int, list[Segment]] = {}
+    for index, segment in enumerate(segments):
+        groups.setdefault(root(index), []).append(segment)
+    return [Group(tuple(members)) for members in groups.values()]
+
+
+def alike(a: Segment, b: Segment) -> bool:
+    """Tell whether two pieces may have the same colour, in whatever light."""
+    dark, light = sorted((max(float(a.rgb.sum()), 1.0), float(b.rgb.sum())))
+    if float(np.linalg.norm(a.chroma - b.chroma)) > _SAME_CHROMA + _CHROMA_NOISE / dark:
+        return False
+    return dark > _LEAST_LIGHT * light or light - dark < _BLACK
+
+
+def _share(a: KDTree, b: KDTree) -> float:
+    """Return the larger share of one's points that lie near the other."""
+    if (a.mins - _SAME_PLACE > b.maxes).any() or (b.mins - _SAME_PLACE > a.maxes).any():
+        return 0.0
+    shares = []
+    for one, other in ((a, b), (b, a)):
+        distance, _ = other.query(one.data, distance_upper_bound=_SAME_PLACE)
+        shares.append(float(np.isfinite(distance).mean()))
+    return max(shares)

@@ -1,0 +1,128 @@
+"""What the gripper holds, from its own readings: what was between the fingers when they met resistance."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robosandbox.perception.relations import support
+from robosandbox.perception.tracks import Track
+from robosandbox.robots.robot import GripperGeometry
+from robosandbox.types import Array, GripperState, Observation, Pose
+
+_SOMETHING = 0.0015
+_WITHIN = 0.02
+_FITS = 0.012
+_OPENED = 0.003
+_PRESSING = 0.25
+
+
+@dataclass(slots=True)
+class Hold:
+    """Something in the gripper.
+
+    Attributes:
+        id: What.
+        object_in_tcp: Where it sits.
+        width: The aperture when it was taken, metres.
+    """
+
+    id: str
+    object_in_tcp: Pose
+    width: float
+
+
+class Hands:
+    """Follows what the gripper holds.
+
+    Args:
+        geometry: The gripper's measured figures; None for an arm without one.
+        force_limit: With which the fingers press at most, in the actuator's unit; infinite where the model sets none.
+    """
+
+    def __init__(self, geometry: GripperGeometry | None, force_limit: float) -> None:
+        self._geometry = geometry
+        self._force_limit = force_limit
+        self.hold: Hold | None = None
+
+    def update(self, seen: Observation, tracks: Iterable[Track]) -> None:
+        """Take the gripper's readings; what is held moves with the TCP.
+
+        Args:
+            seen: Proprioception of now.
+            tracks: What is remembered; the held one's pose is set.
+        """
+        known = {track.id: track for track in tracks}
+        state, geometry = seen.gripper, self._geometry
+        if geometry is None or state is None:
+            return
+        if self.hold is not None and (self.hold.id not in known or not self._still_holds(state)):
+            self.hold = None
+        if self.hold is None and self._grips(state):
+            held = _between_fingers(seen.tcp_pose, state.width, geometry, known.values())
+            if held is not None:
+                pose = _centred(held, seen.tcp_pose, state.width, geometry)
+                self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, state.width)
+        if self.hold is not None:
+            track = known[self.hold.id]
+            pose = seen.tcp_pose @ self.hold.object_in_tcp
+            shift = pose.position - track.thing.pose.position
+            moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
+            track.thing = replace(track.thing, pose=pose, fit=moved)
+            track.hidden = False
+
+    def _grips(self, state: GripperState) -> bool:
+        """Tell whether the fingers press on something: stopped before they are closed, and pressing on."""
+        geometry = self._geometry
+        assert geometry is not None
+        if state.width < geometry.min_aperture + _SOMETHING or state.width > geometry.max_aperture - 1e-4:
+            return False
+        return state.force > _PRESSING * self._force_limit if np.isfinite(self._force_limit) else state.force > 1e-3
+
+    def _still_holds(self, state: GripperState) -> bool:
+        assert self.hold is not None
+        return self._grips(state) and state.width < self.hold.width + _OPENED
+
+
+def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:
+    """Return the thing whose place is between the fingers and whose width fits the aperture best."""
+    closing = tcp.rotation[:, 1]
+    middle = tcp.position + geometry.centre(width) * closing
+    options = []
+    for track in tracks:
+        item = track.detected()
+        directions = np.vstack([np.eye(3), -np.eye(3), closing, -closing])
+        reach = support(item, directions)
+        outside = float((directions[:6] @ middle - reach[:6]).max())
+        extent = float(reach[6] + reach[7])
+        if outside < _WITHIN:
+            options.append((max(outside, 0.0) + 0.3 * abs(extent - width), track))
+    return min(options, key=lambda option: option[0])[1] if options else None
+
+
+def _centred(track: Track, tcp: Pose, width: float, geometry: GripperGeometry) -> Pose:
+    """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads."""
+    item, closing = track.detected(), tcp.rotation[:, 1]
+    rotation = item.pose.rotation
+    if item.kind in ("box", "mesh") and abs(closing[2]) < 0.2:
+        rotation = _squared(rotation, closing)
+    turned = Pose.from_matrix(item.pose.position, rotation)
+    reach = support(replace(item, pose=turned), np.vstack([closing, -closing]))
+    if abs(float(reach.sum()) - width) > _FITS:
+        return item.pose
+    middle = tcp.position + geometry.centre(width) * closing
+    along = float(closing @ middle - (reach[0] - reach[1]) / 2.0)
+    return Pose.from_matrix(turned.position + along * closing, rotation)
+
+
+def _squared(rotation: Array, closing: Array) -> Array:
+    """Return the rotation turned about the vertical by the least angle that puts a side across the closing direction."""
+    heading = float(np.arctan2(closing[1], closing[0]))
+    yaw = float(np.arctan2(rotation[1, 0], rotation[0, 0]))
+    turn = (heading - yaw + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0
+    if abs(rotation[2, 2]) < 0.9 or abs(turn) > 0.3:
+        return rotation
+    c, s = np.cos(turn), np.sin(turn)
+    return np.asarray(np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]]) @ rotation)

@@ -1,0 +1,172 @@
+"""Open containers: walls of one colour all around a hollow."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from robosandbox.perception.fit import Fit, Shape, Surface, fit
+from robosandbox.perception.groups import Group, alike
+from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.types import Array, ObjectKind
+
+_NEAR = 0.015
+_SECTORS = 20
+_CLOSED = 0.7
+_RIM = 0.008
+_HOLLOW = 0.016
+_WALL = 0.012
+_LEAST_INSIDE = 12
+_LEAST_POINTS = 30
+_MOST_PIECES = 4
+_POOREST = 1.2
+_MORE = 0.00005
+_INSIDE = 0.8
+
+_HULLS: tuple[tuple[ObjectKind, Shape], ...] = (("bin", "box"), ("bowl", "cylinder"))
+
+Container = tuple[ObjectKind, Fit, Group]
+
+
+def find_containers(groups: Sequence[Group], scenery: Scenery) -> tuple[list[Container], list[Group]]:
+    """Return the containers, each with its outer hull and all its pieces, and the groups that are none of theirs."""
+    containers: list[Container] = []
+    rest: list[Group] = []
+    for family in _families(groups):
+        found = _best_container(family, scenery)
+        if found is None:
+            rest += family
+            continue
+        kind, hull, members = found
+        own = [item for item in family if _belongs(item, hull)]
+        whole = Group(tuple(dict.fromkeys((*members.segments, *(s for item in own for s in item.segments)))))
+        containers.append((kind, hull, whole))
+        taken = {id(segment) for segment in whole.segments}
+        rest += [item for item in family if not any(id(segment) in taken for segment in item.segments)]
+    return containers, rest
+
+
+def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
+    """Return the container that some of the groups make, however many: the one whose hull explains its pieces best."""
+    largest = sorted(family, key=lambda item: -len(item.points))[:_MOST_PIECES]
+    found = [
+        container
+        for count in range(1, len(largest) + 1)
+        for chosen in combinations(largest, count)
+        if (container := _as_container(chosen, scenery)) is not None and container[1].cost < _POOREST
+    ]
+    # Of hulls that fit about equally the one that explains more.
+    return min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+
+
+def _belongs(item: Group, hull: Fit) -> bool:
+    """Tell whether a piece lies in a hull's walls or within."""
+    local = np.abs((item.points - hull.centre) @ hull.axes)
+    half = hull.sizes if hull.shape == "box" else np.array([hull.sizes[0], hull.sizes[0], hull.sizes[1]])
+    return bool((local < half + _RIM).all(axis=1).mean() > _INSIDE)
+
+
+def _families(groups: Sequence[Group]) -> list[list[Group]]:
+    """Return groups of like colour that lie within one another or side by side."""
+    families: list[list[Group]] = [[item] for item in groups]
+    merged = True
+    while merged:
+        merged = False
+        for first, second in combinations(families, 2):
+            if any(_adjoin(a, b) for a in first for b in second):
+                first += second
+                families = [family for family in families if family is not second]
+                merged = True
+                break
+    return families
+
+
+def _adjoin(a: Group, b: Group) -> bool:
+    (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
+    near = (low_a - _NEAR < high_b).all() and (low_b - _NEAR < high_a).all()
+    return bool(near) and any(alike(one, other) for one in a.segments for other in b.segments)
+
+
+def _as_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
+    points = np.vstack([item.points for item in family])
+    if len(points) < _LEAST_POINTS:
+        return None
+    rim = float(np.percentile(points[:, 2], 96))
+    if rim - scenery.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
+        return None
+    members = Group(tuple(segment for item in family for segment in item.segments))
+    low, high = members.bounds
+    if not _walled(points, (low + high)[:2] / 2.0):
+        return None
+    rows, surfaces = _outer(members, rim, scenery)
+    options: list[tuple[ObjectKind, Fit]] = []
+    for kind, shape in _HULLS:
+        found = fit(shape, rows, surfaces, scenery.table.height)
+        if found is not None and _is_hollow(found, scenery):
+            options.append((kind, found))
+    if not options:
+        return None
+    kind, found = min(options, key=lambda option: option[1].cost)
+    return kind, found, members
+
+
+def _walled(points: Array, middle: Array) -> bool:
+    """Tell whether there is something raised in nearly every direction from the middle."""
+    offset = points[:, :2] - middle
+    sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
+    return len(np.unique(sector)) >= _CLOSED * _SECTORS
+
+
+def _is_hollow(found: Fit, scenery: Scenery) -> bool:
+    """Tell whether the cameras see into a hull: points deep inside, where a solid thing would show its top."""
+    inside = over = 0
+    for look in scenery.looks.values():
+        crop = _around(found, look)
+        if crop is None:
+            continue
+        xyz = look.view.xyz[:, crop[0], crop[1]]
+        near = look.view.valid[crop] & ~look.robot[crop] & (xyz[2] > found.bottom - _RIM)
+        reach = float(np.hypot(*found.sizes[:2])) if found.shape == "box" else float(found.sizes[0])
+        near &= (np.abs(xyz[0] - found.centre[0]) < reach) & (np.abs(xyz[1] - found.centre[1]) < reach)
+        local = (xyz[:, near].T - found.centre) @ found.axes
+        inner = np.maximum(found.sizes[:2] - _WALL, 0.3 * found.sizes[:2])
+        if found.shape == "box":
+            within = (np.abs(local[:, :2]) < inner).all(axis=1)
+        else:
+            within = np.hypot(local[:, 0], local[:, 1]) < inner[0]
+        depth = found.sizes[-1] - local[within, 2]
+        # What looms over the container belongs to something else.
+        inside += int((depth > _HOLLOW).sum())
+        over += int(((depth > -_RIM) & (depth < _HOLLOW)).sum())
+    return inside >= _LEAST_INSIDE and inside > over
+
+
+def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
+    """Return the part of a picture in which a hull lies; None outside of it."""
+    reach = float(np.linalg.norm(found.sizes))
+    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+    pixels, depth = look.view.project(found.centre + corners * reach)
+    height, width = look.view.depth.shape
+    if (depth < 0.05).any() or not np.isfinite(pixels).all():
+        return None
+    left, top = np.clip(pixels.min(axis=0), 0, [width, height]).astype(int)
+    right, bottom = np.clip(pixels.max(axis=0) + 1, 0, [width, height]).astype(int)
+    return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
+
+
+def _outer(members: Group, rim: float, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+    """Return the outer hull's tangents, and the points on the rim; those on inner walls say nothing of the hull."""
+    rows, surfaces = [], []
+    for camera, look in scenery.looks.items():
+        own = [segment for segment in members.segments if segment.view.camera == camera]
+        if not own:
+            continue
+        rows.append(tangents(own, look.robot, look.robot_near))
+        points = np.vstack([segment.points for segment in own])
+        top = points[points[:, 2] > rim - _RIM]
+        if len(top) >= 4:
+            surfaces.append(Surface(top, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
+    return Rows.stack(rows), surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)]

@@ -1,0 +1,108 @@
+"""What things are called: by the names that a task declares where the description fits, else by colour and shape."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from robosandbox.perception.colour import lab_from_rgb
+from robosandbox.types import Array, ObjectKind, SceneObject
+
+_WRONG_KIND = 1.5
+_COLOUR_STEP = 20.0
+_SIZE_STEP = 0.35
+_WORST = 3.0
+# Kinds that a camera may well take for one another.
+_ALIKE = (
+    frozenset({"box", "mesh"}),
+    frozenset({"cylinder", "capsule", "mesh"}),
+    frozenset({"sphere", "capsule", "mesh"}),
+    frozenset({"bowl", "cylinder", "bin"}),
+    frozenset({"drawer", "box", "bin"}),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Declared:
+    """How a task describes one of its objects: what a person could know without a look, and no place.
+
+    Attributes:
+        id: What it is called.
+        kind: Its shape.
+        size: Metres, as in `OBJECT_SIZES`; empty for a mesh.
+        rgb: Its colour, channels 0..1.
+    """
+
+    id: str
+    kind: ObjectKind
+    size: tuple[float, ...]
+    rgb: tuple[float, float, float]
+
+    @classmethod
+    def of(cls, item: SceneObject) -> Declared:
+        """Return the description of a scene's object."""
+        return cls(id=item.id, kind=item.kind, size=item.size, rgb=item.rgba[:3])
+
+
+def names_for(
+    seen: Sequence[tuple[ObjectKind, tuple[float, ...], Array]], declared: Iterable[Declared], taken: Collection[str]
+) -> list[str | None]:
+    """Return the declared id of each seen (kind, size, rgb), None where no free description fits.
+
+    All are assigned at once, at the least total difference in kind, colour and size.
+    """
+    free = [item for item in declared if item.id not in taken]
+    if not seen or not free:
+        return [None] * len(seen)
+    costs = np.array([[_difference(*one, item) for item in free] for one in seen])
+    found: list[str | None] = [None] * len(seen)
+    for row, column in zip(*linear_sum_assignment(np.minimum(costs, 2.0 * _WORST)), strict=True):
+        if costs[row, column] < _WORST:
+            found[row] = free[column].id
+    return found
+
+
+def invented(colour: str, kind: ObjectKind, taken: Collection[str]) -> str:
+    """Return a new id such as `red_box_1`."""
+    number = 1
+    while (name := f"{colour}_{kind}_{number}") in taken:
+        number += 1
+    return name
+
+
+def colour_difference(a: Sequence[float] | Array, b: Sequence[float] | Array) -> float:
+    """Return the CIELAB distance between two colours, channels 0..1 (CIE76)."""
+    return float(np.linalg.norm(lab_from_rgb(np.asarray(a, dtype=float)) - lab_from_rgb(np.asarray(b, dtype=float))))
+
+
+def extents(kind: ObjectKind, size: Sequence[float]) -> Array:
+    """Return a shape's three full extents, the smallest first, metres."""
+    match kind:
+        case "sphere":
+            found = [2.0 * size[0]] * 3
+        case "cylinder":
+            found = [2.0 * size[0], 2.0 * size[0], 2.0 * size[1]]
+        case "capsule":
+            found = [2.0 * size[0], 2.0 * size[0], 2.0 * (size[0] + size[1])]
+        case "bin":
+            found = [2.0 * size[0], 2.0 * size[1], size[2]]
+        case "bowl":
+            found = [2.0 * size[0], 2.0 * size[0], size[1]]
+        case "drawer":
+            found = [size[0], size[1], size[2]]
+        case _:
+            found = [2.0 * value for value in size]
+    return np.sort(np.array(found))
+
+
+def _difference(kind: ObjectKind, size: tuple[float, ...], rgb: Array, item: Declared) -> float:
+    cost = min(colour_difference(rgb, item.rgb) / _COLOUR_STEP, 2.0 * _WORST)
+    if kind != item.kind:
+        cost += 0.3 if any({kind, item.kind} <= pair for pair in _ALIKE) else _WRONG_KIND
+    if item.size:
+        ratio = np.log(extents(kind, size) / extents(item.kind, item.size))
+        cost += min(float(np.abs(ratio).mean()) / _SIZE_STEP, _WORST)
+    return cost

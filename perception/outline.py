@@ -1,0 +1,102 @@
+"""What silhouettes say of a shape: each tangent of a mask is a plane through the camera that the shape just touches."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from robosandbox.perception.segments import Segment
+from robosandbox.perception.view import Image, Mask, View
+from robosandbox.types import Array
+
+_DIRECTIONS = 32
+_OUTSIDE = (2.0, 3.0, 5.0, 7.0)
+_OCCLUDES = 0.012
+# A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
+_PIXEL_BIAS = 0.32
+_PIXEL_SIGMA = 0.45
+_CALIBRATION = 0.0007
+
+_ANGLES = np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS
+_NORMALS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Values of a shape's support function: max over its points of normal . x equals value.
+
+    Attributes:
+        normals: Unit vectors in the world, (n, 3).
+        values: Metres, (n,).
+        weights: 1 / standard deviation, 1/m, (n,).
+    """
+
+    normals: Array
+    values: Array
+    weights: Array
+
+    @staticmethod
+    def stack(parts: list[Rows]) -> Rows:
+        """Return all rows as one."""
+        return Rows(
+            np.vstack([part.normals for part in parts] or [np.zeros((0, 3))]),
+            np.concatenate([part.values for part in parts] or [np.zeros(0)]),
+            np.concatenate([part.weights for part in parts] or [np.zeros(0)]),
+        )
+
+
+def tangents(segments: Sequence[Segment], robot: Mask, robot_near: Image) -> Rows:
+    """Return the tangent planes of one view's segments together, without those where something nearer cuts them off.
+
+    For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
+    Multiple View Geometry, 8.1).
+    """
+    view = segments[0].view
+    outlines = []
+    for segment in segments:
+        contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        outlines += [contour.reshape(-1, 2) + np.array(segment.box[:2]) for contour in contours]
+    if not outlines:
+        return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    outline = np.vstack(outlines).astype(np.float64)
+    points = np.vstack([segment.points for segment in segments])
+    reach = outline @ _NORMALS.T
+    extreme = outline[reach.argmax(axis=0)]
+    free = _free_ends(view, extreme, points, robot, robot_near)
+    if not free.any():
+        return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    normals, ends = _NORMALS[free], reach.max(axis=0)[free] + _PIXEL_BIAS
+    planes = np.column_stack([normals, -ends]) @ view.matrix
+    planes /= np.linalg.norm(planes, axis=1, keepdims=True)
+    world = planes @ view.rotation.T
+    distance = float(np.median(np.linalg.norm(points - view.position, axis=1)))
+    sigma = np.hypot(_PIXEL_SIGMA * distance / view.focal, _CALIBRATION)
+    return Rows(world, world @ view.position, np.full(len(world), 1.0 / sigma))
+
+
+def _free_ends(view: View, extreme: Array, points: Array, robot: Mask, robot_near: Image) -> Mask:
+    """Return which extreme pixels (k, 2) end against something farther away."""
+    height, width = view.depth.shape
+    here = _depth_at(view, extreme - 2.0 * _NORMALS)
+    usual = float(np.median((points - view.position) @ view.rotation[:, 2]))
+    here = np.where(np.abs(here - usual) < 0.15, here, usual)
+    free = np.ones(len(extreme), dtype=bool)
+    for step in _OUTSIDE:
+        pixels = np.rint(extreme + step * _NORMALS).astype(int)
+        inside = (pixels >= 0).all(axis=1) & (pixels < [width, height]).all(axis=1)
+        if step <= 3.0:
+            free &= inside
+        columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
+        free &= ~(robot[rows, columns] & (robot_near[rows, columns] < here + 0.02))
+        depth = view.depth[rows, columns]
+        free &= ~(view.valid[rows, columns] & (depth < here - _OCCLUDES))
+    return free
+
+
+def _depth_at(view: View, pixels: Array) -> Array:
+    height, width = view.depth.shape
+    columns, rows = np.clip(np.rint(pixels).astype(int), 0, [width - 1, height - 1]).T
+    return np.asarray(view.depth[rows, columns], dtype=np.float64)

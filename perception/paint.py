@@ -1,0 +1,55 @@
+"""What colour a thing is, whatever light falls on it: read against the table beside it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.perception.fit import Fit, Surface, surface_normals
+from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.segments import Segment
+from robosandbox.perception.view import Mask, Table
+from robosandbox.types import Array
+
+_AROUND = 40
+_ON_TABLE = 0.006
+_FACING_UP = 0.8
+_LEAST = 8
+# A face that is turned from the light sends about this share of what the same colour lying flat sends.
+_SIDE_LIGHT = 0.62
+
+
+def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery) -> Array:
+    """Return the colour (3,), channels 0..1, that a thing would have in plain light.
+
+    The table's colour is known, so that pixels of the table near the thing tell the light; only surfaces that face up as
+    the table does get the same. Where none does, the sides are taken and their shade is guessed.
+    """
+    readings, weights = [], []
+    for segment in segments:
+        light = _light(segment, scenery.table, scenery.looks[segment.view.camera].robot)
+        if light is None:
+            continue
+        normals = surface_normals(found, Surface(segment.points, segment.view.position, 1.0))
+        up = normals[:, 2] > _FACING_UP
+        if up.sum() >= _LEAST:
+            readings.append(np.median(segment.colours[up], axis=0) / light)
+            weights.append(float(up.sum()))
+        else:
+            readings.append(np.median(segment.colours, axis=0) / light / _SIDE_LIGHT)
+            weights.append(1e-3 * len(segment.points))
+    if not readings:
+        return np.asarray(segments[0].rgb / 255.0)
+    return np.clip(np.average(readings, axis=0, weights=weights), 0.0, 1.0)
+
+
+def _light(segment: Segment, table: Table, robot: Mask) -> Array | None:
+    """Return what a white table would send here, 0..255 per channel, (3,)."""
+    view = segment.view
+    left, top, right, bottom = segment.box
+    picture = np.s_[max(top - _AROUND, 0) : bottom + _AROUND, max(left - _AROUND, 0) : right + _AROUND]
+    xyz = view.xyz[:, picture[0], picture[1]]
+    bare = view.valid[picture] & ~robot[picture] & (np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise))
+    bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
+    if bare.sum() < 30:
+        return None
+    return np.asarray(np.median(view.rgb[picture][bare], axis=0) / np.array(table.rgb), dtype=np.float64)

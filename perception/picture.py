@@ -1,0 +1,88 @@
+"""What perception saw, drawn: outlines, hulls, axes, names and how sure it is, a panel for each camera."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.perception.recognize import Thing
+from robosandbox.perception.relations import support
+from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.tracks import Track
+from robosandbox.types import Array, DetectedObject
+
+_AXES = ((230, 40, 40), (30, 170, 40), (50, 80, 250))
+_HULL = (255, 255, 255)
+_ROBOT = np.array([90, 90, 160], dtype=np.float32)
+_AXIS_LENGTH = 0.04
+
+
+def draw(scenery: Scenery, things: Sequence[Thing], tracks: Sequence[Track]) -> NDArray[np.uint8]:
+    """Return the last look, its cameras side by side, (height, width, 3) uint8 RGB.
+
+    Args:
+        scenery: The views; without any the picture is grey.
+        things: What the look showed; their pieces are tinted.
+        tracks: What is known; their hulls, axes and names are drawn, hidden ones dashed.
+    """
+    panels = [_panel(look, things, tracks) for look in scenery.looks.values()]
+    return np.hstack(panels) if panels else np.full((480, 640, 3), 128, dtype=np.uint8)
+
+
+def _panel(look: Look, things: Sequence[Thing], tracks: Sequence[Track]) -> NDArray[np.uint8]:
+    canvas = look.view.rgb.astype(np.float32)
+    canvas[look.robot] = 0.6 * canvas[look.robot] + 0.4 * _ROBOT
+    picture = np.ascontiguousarray(canvas.astype(np.uint8))
+    for thing in things:
+        for segment in thing.group.segments:
+            if segment.view.camera == look.view.camera:
+                contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+                cv2.drawContours(picture, contours, -1, (255, 220, 0), 1, offset=segment.box[:2])
+    for track in tracks:
+        _draw_track(picture, look, track)
+    cv2.putText(picture, look.view.camera, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
+    return picture
+
+
+def _draw_track(picture: NDArray[np.uint8], look: Look, track: Track) -> None:
+    item = track.detected()
+    hull, depth = look.view.project(_hull(item))
+    height, width = picture.shape[:2]
+    if (depth < 0.03).any() or (hull.max(axis=0) < 0).any() or (hull.min(axis=0) > [width, height]).any():
+        return
+    outline = cv2.convexHull(hull.astype(np.float32)).reshape(-1, 2)
+    if track.hidden:
+        for point in outline[::2]:
+            cv2.circle(picture, (int(point[0]), int(point[1])), 1, _HULL, -1)
+    else:
+        cv2.polylines(picture, [np.rint(outline * 8).astype(np.int32)], True, _HULL, 1, cv2.LINE_AA, 3)
+    origin = item.pose.position
+    ends, _ = look.view.project(np.vstack([origin, origin + _AXIS_LENGTH * item.pose.rotation.T]))
+    start = (int(ends[0][0]), int(ends[0][1]))
+    for end, colour in zip(ends[1:], _AXES, strict=True):
+        cv2.line(picture, start, (int(end[0]), int(end[1])), colour, 1, cv2.LINE_AA)
+    text = f"{item.id} {100.0 * item.confidence:.0f}%{' hidden' if track.hidden else ''}"
+    at = (
+        int(np.clip(outline[:, 0].min(), 2, width - 9 * len(text))),
+        int(np.clip(outline[:, 1].min() - 5, 34, height - 4)),
+    )
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, (0, 0, 0), 3, cv2.LINE_AA)
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.42, (255, 255, 255), 1, cv2.LINE_AA)
+
+
+def _hull(item: DetectedObject) -> Array:
+    """Return points of the object's hull, (n, 3)."""
+    rng = np.random.default_rng(0)
+    rays = rng.standard_normal((160, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    directions = np.vstack([rays, item.pose.rotation.T, -item.pose.rotation.T])
+    from robosandbox.perception.relations import centre
+
+    middle = centre(item)
+    reach = support(item, directions) - directions @ middle
+    slopes = np.maximum(directions @ rays.T, 1e-9)
+    points: Array = middle + rays * (reach[:, None] / slopes).min(axis=0)[:, None]
+    return points

@@ -1,0 +1,179 @@
+"""What each group of pieces is: its shape, size and pose, what it stands on, its colour, and how sure that is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+
+from robosandbox.perception.fit import Fit, Shape, Surface, fit
+from robosandbox.perception.groups import Group
+from robosandbox.perception.hollow import find_containers
+from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.paint import paint_of
+from robosandbox.perception.scenery import Scenery
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
+
+_CORRELATED = 9.0
+_LEAST_SIGMA = 0.0015
+_AIR = 0.015
+_AIR_GAIN = 0.15
+_UNDER = 0.008
+_COMPLEXITY = 0.012
+_POOR_COST = 0.35
+_ENOUGH_TANGENTS = 14.0
+_USUAL_SIGMA = 0.004
+_LEAST_EXTENT = 0.004
+_SHAPES: tuple[Shape, ...] = get_args(Shape)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
+class Thing:
+    """Something that was recognized.
+
+    Attributes:
+        kind: Its shape.
+        size: Metres, as in `OBJECT_SIZES`.
+        pose: In the world.
+        rgb: Its colour, channels 0..1, (3,).
+        confidence: 0..1.
+        sigma: Standard deviations of x, y, z, metres, and of the heading, radians, (4,).
+        group: The pieces that it was seen by.
+        fit: Its hull as fitted.
+    """
+
+    kind: ObjectKind
+    size: tuple[float, ...]
+    pose: Pose
+    rgb: Array
+    confidence: float
+    sigma: Array
+    group: Group
+    fit: Fit
+
+    @property
+    def top(self) -> float:
+        """Height of its highest point, metres."""
+        return self.fit.top
+
+
+def recognize(groups: Sequence[Group], scenery: Scenery) -> list[Thing]:
+    """Return what the groups are, the lowest first."""
+    containers, rest = find_containers(groups, scenery)
+    things = [
+        _thing(kind, found, members, measurements(members, scenery)[0], scenery) for kind, found, members in containers
+    ]
+    for members in sorted(rest, key=lambda item: float(item.bounds[1][2])):
+        thing = _solid(members, things, scenery)
+        if thing is not None:
+            things.append(thing)
+    return things
+
+
+def measurements(members: Group, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+    """Return the tangent planes and the surface points of a group."""
+    rows, surfaces = [], []
+    for camera, look in scenery.looks.items():
+        own = [segment for segment in members.segments if segment.view.camera == camera]
+        if not own:
+            continue
+        rows.append(tangents(own, look.robot, look.robot_near))
+        for segment in own:
+            # Neighbouring pixels err together, so that many points say less than their number.
+            sigma = max(look.view.noise, _LEAST_SIGMA)
+            pixels = float(segment.mask.sum())
+            share = min(1.0, pixels / _CORRELATED / len(segment.points))
+            surfaces.append(Surface(segment.points, look.view.position, np.sqrt(share) / sigma))
+    return Rows.stack(rows), surfaces
+
+
+def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing | None:
+    rows, surfaces = measurements(members, scenery)
+    under = _support(members, things, scenery)
+    found = _best(rows, surfaces, under)
+    if float(members.bounds[0][2]) - under > _AIR:
+        floating = _best(rows, surfaces, None)
+        if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
+            found = floating
+    if found is None or found.sizes.min() < _LEAST_EXTENT:
+        return None
+    return _thing("cylinder" if found.shape == "lying" else found.shape, found, members, rows, scenery)
+
+
+def _thing(kind: ObjectKind, found: Fit, members: Group, rows: Rows, scenery: Scenery) -> Thing:
+    size, pose = described(kind, found)
+    return Thing(
+        kind=kind,
+        size=size,
+        pose=pose,
+        rgb=paint_of(members.segments, found, scenery),
+        confidence=_confidence(found, rows),
+        sigma=_sigma(found),
+        group=members,
+        fit=found,
+    )
+
+
+def described(kind: ObjectKind, found: Fit) -> tuple[tuple[float, ...], Pose]:
+    """Return size and pose, as `OBJECT_SIZES` has them, of a kind whose outer hull is fitted."""
+    sizes = [float(value) for value in found.sizes]
+    if kind not in CONTAINER_KINDS:
+        return tuple(sizes), Pose.from_matrix(found.centre, found.axes)
+    origin = np.array([found.centre[0], found.centre[1], found.bottom])
+    inner = [value - CONTAINER_WALL for value in sizes[:-1]]
+    return (*inner, 2.0 * sizes[-1]), Pose.from_matrix(origin, found.axes)
+
+
+def aligned(found: Fit, known: Fit) -> Fit:
+    """Return the same box with its axes named such that its heading is nearest to a known one's."""
+    if found.shape == "lying" and known.shape == "lying":
+        return replace(found, yaw=found.yaw + np.pi * round((known.yaw - found.yaw) / np.pi))
+    if found.shape != "box" or known.shape != "box":
+        return found
+    quarters = round((known.yaw - found.yaw) / (np.pi / 2.0))
+    sizes = found.sizes[[1, 0, 2]] if quarters % 2 else found.sizes
+    return replace(found, yaw=found.yaw + quarters * np.pi / 2.0, sizes=sizes)
+
+
+def _best(rows: Rows, surfaces: Sequence[Surface], resting: float | None) -> Fit | None:
+    found = [shape for name in _SHAPES if (shape := fit(name, rows, surfaces, resting)) is not None]
+    return min(found, key=lambda shape: shape.cost + _COMPLEXITY * len(shape.covariance), default=None)
+
+
+def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float:
+    """Return the height of what the group stands on: the highest thing under its middle, or the table."""
+    low, high = members.bounds
+    middle = (low + high)[:2] / 2.0
+    height = scenery.table.height
+    for thing in things:
+        local = thing.fit.axes.T @ (np.array([*middle, thing.fit.centre[2]]) - thing.fit.centre)
+        half = thing.fit.sizes
+        within = (
+            float(np.hypot(local[0], local[1])) < half[0]
+            if thing.fit.shape in ("cylinder", "sphere")
+            else bool((np.abs(local[:2]) < half[:2]).all())
+            if thing.fit.shape == "box"
+            else False
+        )
+        if not within:
+            continue
+        top = thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
+        if height < top < float(low[2]) + _UNDER:
+            height = top
+    return height
+
+
+def _confidence(found: Fit, rows: Rows) -> float:
+    """Return how sure a fit is, 0..1: how well it explains what was seen, and how much of it was seen."""
+    explained = np.exp(-max(0.0, found.cost - _POOR_COST))
+    seen = min(1.0, len(rows.values) / _ENOUGH_TANGENTS)
+    spread = float(np.sqrt(np.trace(found.covariance[:3, :3])))
+    return float(np.clip(explained * (0.4 + 0.6 * seen) * min(1.0, _USUAL_SIGMA / max(spread, 1e-6)), 0.0, 1.0))
+
+
+def _sigma(found: Fit) -> Array:
+    deviations = np.sqrt(np.clip(np.diag(found.covariance), 0.0, None))
+    yaw = deviations[-1] if found.shape in ("box", "lying") else np.pi
+    return np.array([*deviations[:3], yaw])

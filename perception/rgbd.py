@@ -1,0 +1,157 @@
+"""Perception from colour and depth: what three cameras show, fused, fitted, named and remembered."""
+
+from __future__ import annotations
+
+import logging
+
+from robosandbox.perception.groups import group
+from robosandbox.perception.holding import Hands
+from robosandbox.perception.recognize import Thing, recognize
+from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.segments import find_segments
+from robosandbox.perception.sensed import SensedSim
+from robosandbox.perception.setup import Setup
+from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.tracks import Track, Tracker
+from robosandbox.perception.view import Table, check_frame, make_view
+from robosandbox.protocols import Sim
+from robosandbox.types import ObservedScene, RgbdFrame
+
+_log = logging.getLogger(__name__)
+# What is seen less clearly is told of, and not acted on.
+_CLEAR = 0.3
+CAMERAS = ("scene", "top", "wrist")
+
+
+class RgbdPerception:
+    """Finds objects in RGB-D pictures.
+
+    It knows the robot's model and joints, the cameras' calibration, where the table is and what colour it has, and how the
+    task describes its objects; of the simulated state it reads nothing.
+
+    Args:
+        setup: What is known before the first look.
+        cameras: Which to look through.
+
+    Attributes:
+        scenery: The last look's views.
+        things: What the last look showed, before it was put together with what is remembered.
+        notes: Why the last look may have missed something.
+    """
+
+    def __init__(self, *, setup: Setup = Setup(), cameras: tuple[str, ...] = CAMERAS) -> None:  # noqa: B008  frozen
+        self._setup = setup
+        self._cameras = cameras
+        self._silhouette: tuple[object, RobotSilhouette] | None = None
+        self._tracker = Tracker(setup.declared)
+        self._hands = Hands(None, 0.0)
+        self._episode = -1
+        self._last: ObservedScene | None = None
+        self._sensed: SensedSim | None = None
+        self.scenery = Scenery({}, Table(setup.scene.table_height))
+        self.things: list[Thing] = []
+        self.notes: tuple[str, ...] = ()
+
+    @property
+    def tracks(self) -> list[Track]:
+        """All that is remembered."""
+        return list(self._tracker.tracks.values())
+
+    def view(self, sim: Sim) -> Sim:
+        """Return the sim without its truth: its model holds what was seen."""
+        self._sensed = SensedSim(sim, self._setup.scene)
+        return self._sensed
+
+    def perceive(self, sim: Sim) -> ObservedScene:
+        """Return what the cameras show now, put together with what they showed before.
+
+        Raises:
+            SensorError: No camera delivers a usable frame.
+            RenderingError: Nothing renders here.
+        """
+        if sim.episode != self._episode:
+            # Nothing that is remembered is true of another episode.
+            self._tracker, self._hands = Tracker(self._setup.declared), Hands(None, 0.0)
+        elif self._last is not None and sim.time == self._last.time:
+            # A second look at the same moment would show the same.
+            return self._last
+        self._episode = sim.episode
+        self.look([sim.capture(camera) for camera in self._cameras], sim)
+        self._last = scene = self._observed(sim)
+        if self._sensed is not None:
+            self._sensed.believe(scene)
+        return scene
+
+    def look(self, frames: list[RgbdFrame], sim: Sim) -> list[Thing]:
+        """Return what these frames show, by themselves.
+
+        Args:
+            frames: One of each camera.
+            sim: Gives the robot's model.
+        """
+        self.scenery = self._scenery(frames, sim)
+        segments = [
+            segment
+            for look in self.scenery.looks.values()
+            for segment in find_segments(look.view, self.scenery.table, look.robot, look.robot_near)
+        ]
+        self.things = recognize(group(segments), self.scenery)
+        return self.things
+
+    def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
+        table = Table(self._setup.scene.table_height)
+        silhouette = self._robot(sim)
+        looks, notes = {}, []
+        for frame in frames:
+            problem = check_frame(frame)
+            if problem is not None:
+                notes.append(problem)
+                continue
+            silhouette.place(frame.q, frame.gripper_q)
+            robot, near = silhouette.masks(frame)
+            looks[frame.camera] = Look(make_view(frame, table, robot), robot, near)
+        self.notes = tuple(notes)
+        return Scenery(looks, table)
+
+    def _observed(self, sim: Sim) -> ObservedScene:
+        seen, robot = sim.observe(), sim.robot
+        if robot.gripper is not None and self._hands.hold is None:
+            limit = float(robot.gripper.force_limits.sum())
+            self._hands = Hands(robot.gripper.geometry, limit)
+        self._hands.update(seen, self._tracker.tracks.values())
+        held = self._hands.hold.id if self._hands.hold else None
+        self._tracker.update(self._loose(held), self.scenery, held)
+        base = robot.base_position
+        clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
+        unclear = [_unclear(track) for track in self.tracks if track not in clear]
+        return ObservedScene(
+            time=sim.time,
+            objects=tuple(track.detected() for track in clear),
+            table_height=self._setup.scene.table_height,
+            base_xy=(float(base[0]), float(base[1])),
+            held=held,
+            reach=robot.reach,
+            notes=(*self.notes, *unclear),
+        )
+
+    def _loose(self, held: str | None) -> list[Thing]:
+        """Return what is seen and not held."""
+        if held is None:
+            return self.things
+        known = self._tracker.tracks[held].thing
+        middle, size = known.fit.centre, float(max(known.fit.sizes)) + 0.02
+        return [thing for thing in self.things if float(abs(thing.fit.centre - middle).max()) > size]
+
+    def _robot(self, sim: Sim) -> RobotSilhouette:
+        if self._silhouette is None or self._silhouette[0] is not sim.robot:
+            self._silhouette = (sim.robot, RobotSilhouette(sim.model, sim.robot))
+        return self._silhouette[1]
+
+
+def _unclear(track: Track) -> str:
+    x, y, _ = track.thing.fit.centre
+    item = track.detected()
+    return (
+        f"something {item.colour} at ({x:.2f}, {y:.2f}) is not clear ({100.0 * track.confidence:.0f} %: {item.kind}?); "
+        "look again when less is in the way"
+    )

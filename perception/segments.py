@@ -1,0 +1,258 @@
+"""Pieces of a picture that belong to one thing each: what stands out of the table, cut where depth or colour jumps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.perception.view import Image, Mask, Table, View
+from robosandbox.types import Array
+
+Labels = NDArray[np.int32]
+
+_EDGE = 0.02
+_LEAST_HEIGHT = 0.006
+_HEADROOM = 1.2
+_DEPTH_JUMP = 0.018
+_CHROMA_JUMP = 0.07
+_CHROMA_NOISE = 10.0
+_COARSE = 8
+_LEAST_TABLE = 200
+_OTHER_COLOUR = 36.0
+_LEAST_PIXELS = 14
+_BAND = 4
+_REACH = 14
+_POINTS = 220
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segment:
+    """What one view shows of one thing.
+
+    Attributes:
+        view: Where it is seen.
+        mask: Its pixels by colour and depth, within `box`.
+        box: Left, top, right, bottom in the picture, pixels; right and bottom are outside.
+        points: Some of its surface points in the world, (n, 3).
+        colours: Their colours, channels 0..255, (n, 3).
+        rgb: Its median colour, channels 0..255, (3,).
+        chroma: Its colour without brightness: shares of red and green, (2,).
+        touches_border: Whether it leaves the picture.
+    """
+
+    view: View
+    mask: Mask
+    box: tuple[int, int, int, int]
+    points: Array
+    colours: Array
+    rgb: Array
+    chroma: Array
+    touches_border: bool
+
+
+def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> list[Segment]:
+    """Return the pieces that stand on or over the table and are not the robot.
+
+    Args:
+        view: A view.
+        table: Where things can be.
+        robot: Where the robot covers the picture.
+        robot_near: How near its nearest part is there; what is nearer stands before it.
+    """
+    free = view.valid & (~robot | (view.depth < robot_near))
+    height = view.xyz[2] - np.float32(table.height)
+    limit = np.float32(table.half_extent + _EDGE)
+    low = max(_LEAST_HEIGHT, 3.0 * view.noise)
+    limit = np.float32(table.half_extent + _EDGE)
+    free &= (np.abs(view.xyz[0]) < limit) & (np.abs(view.xyz[1]) < limit) & (height > -low) & (height < _HEADROOM)
+    raised = free & (height > low)
+    box = _box_around(raised, 4 * _BAND)
+    if box is None:
+        return []
+    left, top, right, bottom = box
+    crop = np.s_[top:bottom, left:right]
+    # What is low is still no table where it has another colour, as the floor of a bin.
+    painted = _painted(view, free & ~raised, crop) & (free[crop] | ~view.valid[crop])
+    standing = raised[crop] | (free[crop] & painted)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+        (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
+    )
+    small = np.bincount(labels[raised[crop]], minlength=count) < _LEAST_PIXELS
+    small[0] = False
+    labels[small[labels]] = 0
+    masks = _grown(labels, standing, painted, view, crop)
+    segments = []
+    for number in range(1, count):
+        if small[number]:
+            continue
+        segment = _segment(view, labels, masks, number, stats[number], (left, top))
+        if segment is not None:
+            segments.append(segment)
+    return segments
+
+
+def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
+    """Return the pixels whose colour is clearly not the table's.
+
+    The table's picture is taken to vary slowly: a quadratic in the pixel's place for each channel.
+    """
+    height, width = bare.shape
+    rows, columns = np.nonzero(bare[::_COARSE, ::_COARSE])
+    if len(rows) < _LEAST_TABLE:
+        return np.zeros_like(bare[crop])
+    seen = view.rgb[::_COARSE, ::_COARSE][rows, columns].astype(np.float64)
+    design = _quadratic(rows * (_COARSE / height), columns * (_COARSE / width))
+    keep = np.ones(len(rows), dtype=bool)
+    for _ in range(3):
+        kept = design[keep]
+        shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
+        off = np.abs(seen - design @ shade).sum(axis=1)
+        keep = off < 3.0 * np.median(off) + 6.0
+    rough_rows, rough_columns = np.meshgrid(np.arange(0, height, _COARSE), np.arange(0, width, _COARSE), indexing="ij")
+    plain = _quadratic(rough_rows.ravel() / height, rough_columns.ravel() / width) @ shade
+    whole = cv2.resize(
+        plain.reshape(*rough_rows.shape, 3).astype(np.float32), (width, height), interpolation=cv2.INTER_LINEAR
+    )
+    off_table = np.abs(view.rgb[crop].astype(np.float32) - whole[crop]).sum(axis=2)
+    # An edge lies where half of its contrast is reached.
+    half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
+    return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * float(np.median(off[keep])))))
+
+
+def _quadratic(v: Array, u: Array) -> Array:
+    return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
+
+
+def _jumps(view: View, crop: tuple[slice, slice]) -> Mask:
+    """Return the pixels beside a step in depth or in colour; shading is no colour."""
+    depth = view.depth[crop]
+    kernel = np.ones((3, 3), np.uint8)
+    known = np.where(depth > 0.0, depth, np.float32(np.nan))
+    far = cv2.dilate(np.nan_to_num(known, nan=-1.0), kernel)
+    near = cv2.erode(np.nan_to_num(known, nan=9.0), kernel)
+    jumps = (far - near) > _DEPTH_JUMP
+    rgb = cv2.blur(view.rgb[crop], (3, 3)).astype(np.float32)
+    total = np.maximum(rgb.sum(axis=2), 1.0)
+    # The darker, the less a share says.
+    step = np.float32(_CHROMA_JUMP) + np.float32(_CHROMA_NOISE) / cv2.erode(total, kernel)
+    for channel in (0, 1):
+        share = rgb[..., channel] / total
+        jumps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step
+    return np.asarray(jumps)
+
+
+def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tuple[slice, slice]) -> Labels:
+    """Return the labels grown to the things' outlines in the colour picture.
+
+    Depth ends ragged at edges. Each pixel near a piece goes to it if its colour is nearer to that of the piece's nearest
+    sure pixel than to that of the nearest pixel which is surely of something else. What is surely not the table is
+    shared out farther, among pieces of its colour.
+    """
+    sure = labels > 0
+    near = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
+    reach = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
+    other = ~(near | (reach & (standing | painted)))
+    _, inner = cv2.distanceTransformWithLabels((~sure).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
+    _, outer = cv2.distanceTransformWithLabels(
+        (~other).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    band = ~other & ~sure
+    rgb = view.rgb[crop].astype(np.float64)
+    rows, columns = np.nonzero(band)
+    source = _positions(inner, sure)
+    piece = labels.reshape(-1)[source[inner[band]]]
+    flat = rgb.reshape(-1, 3)
+    here = rgb[rows, columns]
+    to_piece = np.abs(here - flat[source[inner[band]]]).sum(axis=1)
+    if other.any():
+        away = _positions(outer, other)
+        to_other = np.abs(here - flat[away[outer[band]]]).sum(axis=1)
+        mine = to_piece < to_other
+        # Where colours say nothing, depth does.
+        alike = np.abs(flat[source[inner[band]]] - flat[away[outer[band]]]).sum(axis=1) < 30.0
+        mine = np.where(alike, standing[rows, columns], mine)
+        hue, nearest = _chroma(here), flat[source[inner[band]]]
+        shares = np.abs(hue - _chroma(nearest)).sum(axis=1)
+        others = np.abs(hue - _chroma(flat[away[outer[band]]])).sum(axis=1)
+        dark = np.maximum(np.minimum(here.sum(axis=1), nearest.sum(axis=1)), 1.0)
+        same = (shares < others) & (shares < 1.4 * _CHROMA_JUMP + _CHROMA_NOISE / dark)
+        mine = np.where(painted[rows, columns], same, mine)
+    else:
+        mine = np.ones(len(rows), dtype=bool)
+    grown = labels.copy()
+    grown[rows[mine], columns[mine]] = piece[mine]
+    return grown
+
+
+def _chroma(rgb: Array) -> Array:
+    """Return the shares of red and green (n, 2) of colours (n, 3): colour without brightness."""
+    return np.asarray(rgb[:, :2] / np.maximum(rgb.sum(axis=1, keepdims=True), 1.0))
+
+
+def _positions(numbers: Labels, zeros: Mask) -> NDArray[np.int64]:
+    """Return the flat pixel of each label that a labelled distance transform gave to its zero pixels."""
+    positions = np.zeros(int(numbers.max()) + 1, dtype=np.int64)
+    flat = np.flatnonzero(zeros)
+    positions[numbers.reshape(-1)[flat]] = flat
+    return positions
+
+
+def _segment(
+    view: View, labels: Labels, grown: Labels, number: int, stats: NDArray[np.int32], corner: tuple[int, int]
+) -> Segment | None:
+    left, top = max(int(stats[0]) - _REACH, 0), max(int(stats[1]) - _REACH, 0)
+    right = min(int(stats[0] + stats[2]) + _REACH, labels.shape[1])
+    bottom = min(int(stats[1] + stats[3]) + _REACH, labels.shape[0])
+    inside = np.s_[top:bottom, left:right]
+    mask = _largest(grown[inside] == number)
+    box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
+    picture = np.s_[box[1] : box[3], box[0] : box[2]]
+    core = labels[inside] == number
+    points = view.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
+    if len(points) < _LEAST_PIXELS:
+        return None
+    colours = view.rgb[picture][core].astype(np.float64)
+    rgb = np.median(colours, axis=0)
+    step = max(1, len(points) // _POINTS)
+    height, width = view.depth.shape
+    rows, columns = np.nonzero(mask)
+    border = bool(
+        (columns + box[0]).min() <= 1
+        or (rows + box[1]).min() <= 1
+        or (columns + box[0]).max() >= width - 2
+        or (rows + box[1]).max() >= height - 2
+    )
+    return Segment(
+        view=view,
+        mask=mask,
+        box=box,
+        points=points[::step],
+        colours=colours[::step],
+        rgb=rgb,
+        chroma=_chroma(rgb[None])[0],
+        touches_border=border,
+    )
+
+
+def _largest(mask: Mask) -> Mask:
+    """Return the mask's largest connected part, its small holes filled."""
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    if count <= 2:
+        return mask
+    return np.asarray(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
+
+
+def _box_around(mask: Mask, margin: int) -> tuple[int, int, int, int] | None:
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    if not len(rows):
+        return None
+    height, width = mask.shape
+    return (
+        max(int(columns[0]) - margin, 0),
+        max(int(rows[0]) - margin, 0),
+        min(int(columns[-1]) + margin + 1, width),
+        min(int(rows[-1]) + margin + 1, height),
+    )

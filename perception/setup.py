@@ -1,0 +1,60 @@
+"""What a perception may know before it looks, and perceptions by name with that."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosandbox.errors import InputError
+from robosandbox.perception.naming import Declared
+from robosandbox.plugins import load_plugin
+from robosandbox.protocols import Perception
+from robosandbox.types import Scene
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Setup:
+    """What is known of the place: the table, and what the task's objects are called and look like, not where they are.
+
+    Attributes:
+        scene: Robot and table; its objects are left out.
+        declared: The task's objects.
+    """
+
+    scene: Scene = field(default_factory=Scene)
+    declared: tuple[Declared, ...] = field(default_factory=tuple)
+
+    @classmethod
+    def of(cls, scene: Scene) -> Setup:
+        """Return what a task says of its scene, places left out."""
+        bare = scene.model_copy(update={"objects": ()})
+        return cls(scene=bare, declared=tuple(Declared.of(item) for item in scene.objects))
+
+
+def make_perception(name: str, setup: Setup, options: Mapping[str, Any] | None = None) -> Perception:
+    """Return an installed perception.
+
+    Args:
+        name: As registered under `robosandbox.perceptions`.
+        setup: Given to those that take `setup`.
+        options: Keyword arguments of its own; those that are None count as not given.
+
+    Raises:
+        InputError: There is none, or it takes no such option.
+    """
+    factory = load_plugin("perceptions", name)
+    takes = [
+        item.name
+        for item in inspect.signature(factory).parameters.values()
+        if item.kind is inspect.Parameter.KEYWORD_ONLY
+    ]
+    given = {key: value for key, value in (options or {}).items() if value is not None}
+    for key in given:
+        if key not in takes:
+            raise InputError(f"--{key.replace('_', '-')}: the perception {name!r} takes no such option")
+    if "setup" in takes:
+        given["setup"] = setup
+    perception: Perception = factory(**given)
+    return perception

@@ -1,0 +1,152 @@
+"""Where the robot is in a picture: its own shapes, placed by its joints and projected, without drawing the scene again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import ConvexHull, QhullError
+
+from robosandbox.perception.view import Mask
+from robosandbox.robots.robot import Robot
+from robosandbox.types import Array, RgbdFrame
+
+_DRAWN_GROUPS = 3
+_MARGIN_PIXELS = 3
+_NEAR = 0.02
+_IN_FRONT = 0.012
+_ROUND = 14
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    body: int
+    vertices: Array
+
+
+class RobotSilhouette:
+    """Projects the robot's drawn shapes, each as its convex hull, into cameras.
+
+    It reads the robot's part of a model and keeps data of its own; objects are none of its business.
+
+    Args:
+        model: A model with the robot in it.
+        robot: The robot bound to it.
+    """
+
+    def __init__(self, model: mujoco.MjModel, robot: Robot) -> None:
+        self._model = model
+        self._robot = robot
+        self._data = mujoco.MjData(model)
+        self._parts = [
+            _Part(int(model.geom_bodyid[geom]), vertices)
+            for geom in range(model.ngeom)
+            if int(model.geom_bodyid[geom]) in robot.bodies
+            and model.geom_group[geom] < _DRAWN_GROUPS
+            and model.geom_rgba[geom, 3] > 0.0
+            and (vertices := _vertices(model, geom)) is not None
+        ]
+
+    def place(self, q: Array, gripper_q: Array) -> None:
+        """Put the robot as its encoders say it stood."""
+        self._data.qpos[self._robot.qpos_indices] = q
+        if self._robot.gripper is not None and len(gripper_q):
+            self._data.qpos[self._robot.gripper.joint_indices] = gripper_q
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def masks(self, frame: RgbdFrame) -> tuple[Mask, NDArray[np.float32]]:
+        """Return where the robot is, and how near its nearest part there may be; call `place` first.
+
+        Args:
+            frame: Gives the camera; a distorted picture is taken as straightened.
+
+        Returns:
+            The mask (height, width), a few pixels wider than the robot, and depths (height, width), metres: what is
+            nearer than these stands before the robot.
+        """
+        lens, pose = frame.intrinsics, frame.pose_camera_in_world
+        nearest = np.full((lens.height, lens.width), np.inf, dtype=np.float32)
+        rotation, position = pose.rotation, pose.position
+        covered = []
+        for part in self._parts:
+            body = self._data.xmat[part.body].reshape(3, 3)
+            local = (part.vertices @ body.T + self._data.xpos[part.body] - position) @ rotation
+            if (local[:, 2] < _NEAR).all():
+                continue
+            local = _before_camera(local)
+            pixels = local[:, :2] / local[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
+            if (pixels.max(axis=0) < 0).any() or (pixels.min(axis=0) > [lens.width, lens.height]).any():
+                continue
+            outline = cv2.convexHull(np.clip(pixels, -4000, 4000).astype(np.float32)).astype(np.int32)
+            covered.append((float(local[:, 2].min()), outline))
+        # Near parts last, so that the nearest depth stays.
+        for depth, outline in sorted(covered, key=lambda item: -item[0]):
+            cv2.fillConvexPoly(nearest, outline, depth - _IN_FRONT)
+            cv2.polylines(nearest, [outline], True, depth - _IN_FRONT, 2 * _MARGIN_PIXELS)
+        return np.isfinite(nearest), nearest
+
+
+def _before_camera(local: Array) -> Array:
+    """Return vertices with those behind the camera pulled before it, so that they can be projected."""
+    moved = local.copy()
+    moved[:, 2] = np.maximum(moved[:, 2], _NEAR)
+    return moved
+
+
+def _vertices(model: mujoco.MjModel, geom: int) -> Array | None:
+    """Return points whose hull is the geom, in its body's frame, (n, 3)."""
+    size = model.geom_size[geom]
+    match mujoco.mjtGeom(int(model.geom_type[geom])):
+        case mujoco.mjtGeom.mjGEOM_BOX:
+            local = _corners() * size
+        case mujoco.mjtGeom.mjGEOM_SPHERE:
+            local = _ball() * size[0]
+        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            local = _ball() * size
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:
+            ball = _ball() * size[0]
+            local = np.vstack([ball + [0.0, 0.0, size[1]], ball - [0.0, 0.0, size[1]]])
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            ring = _ring() * size[0]
+            local = np.vstack([ring + [0.0, 0.0, size[1]], ring - [0.0, 0.0, size[1]]])
+        case mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = int(model.geom_dataid[geom])
+            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+            local = _thinned(model.mesh_vert[first : first + count].astype(np.float64))
+        case _:
+            return None
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
+    points: Array = local @ rotation.reshape(3, 3).T + model.geom_pos[geom]
+    return points
+
+
+def _thinned(vertices: Array) -> Array:
+    """Return the extreme ones of a mesh's vertices: those of its hull."""
+    try:
+        return np.array(vertices[ConvexHull(vertices).vertices])
+    except QhullError:
+        # A flat mesh has no volume; all its vertices are extreme.
+        return vertices
+
+
+def _corners() -> Array:
+    return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+
+
+def _ring() -> Array:
+    angles = np.arange(_ROUND) * 2.0 * np.pi / _ROUND
+    # On the circle that has the same area on average as the ring has between its corners.
+    wide = 1.0 / float(np.sqrt(np.cos(np.pi / _ROUND)))
+    return wide * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_ROUND)])
+
+
+def _ball() -> Array:
+    rings = [
+        np.column_stack([_ring()[:, :2] * np.cos(tilt), np.full(_ROUND, np.sin(tilt))])
+        for tilt in np.radians([-60.0, -30.0, 0.0, 30.0, 60.0])
+    ]
+    return np.vstack([*rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])

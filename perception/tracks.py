@@ -1,0 +1,185 @@
+"""What is remembered from look to look: the same thing keeps its name while it is moved, hidden or held."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from robosandbox.perception.colour import colour_name
+from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
+from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.perception.scenery import Scenery
+from robosandbox.types import DetectedObject
+
+_GATE = 0.05
+_COLOUR_GATE = 30.0
+_SIZE_GATE = 0.45
+_STILL = 0.004
+_MOST_LOOKS = 6
+_SEEN_THROUGH = 0.03
+_SHARE_THROUGH = 0.6
+_FADING = 0.97
+_LEAST_CONFIDENCE = 0.15
+_STRANGER_CONFIDENCE = 0.25
+
+
+@dataclass(slots=True, eq=False)
+class Track:
+    """A thing over time.
+
+    Attributes:
+        id: Its name.
+        thing: As seen best or last.
+        looks: How many looks its present place is an average of.
+        hidden: Whether the last look did not show it.
+        confidence: 0..1.
+    """
+
+    id: str
+    thing: Thing
+    looks: int = 1
+    hidden: bool = False
+    confidence: float = 1.0
+
+    def detected(self) -> DetectedObject:
+        """Return it in the planner's words."""
+        r, g, b = (float(value) for value in self.thing.rgb)
+        return DetectedObject(
+            id=self.id,
+            kind=self.thing.kind,
+            size=self.thing.size,
+            colour=colour_name((r, g, b)),
+            rgba=(r, g, b, 1.0),
+            pose=self.thing.pose,
+            confidence=round(self.confidence, 3),
+        )
+
+
+@dataclass
+class Tracker:
+    """All that is remembered.
+
+    Args:
+        declared: What the task's objects are called and look like.
+
+    Attributes:
+        tracks: By id.
+    """
+
+    declared: Sequence[Declared] = ()
+    tracks: dict[str, Track] = field(default_factory=dict)
+
+    def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None) -> None:
+        """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
+
+        Args:
+            things: What the look shows, without the held one.
+            scenery: The look.
+            held: Id of what is in the gripper, which moves with it and is left alone.
+        """
+        free = [track for track in self.tracks.values() if track.id != held]
+        pairs = _assign(free, things, near=True)
+        left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
+        new = [thing for thing in things if not any(thing is known for _, known in pairs)]
+        gone = [track for track in left if seen_through(track.thing, scenery)]
+        moved = _assign(gone, new, near=False)
+        for track, thing in (*pairs, *moved):
+            _renew(track, thing)
+        for track in left:
+            if any(track is known for known, _ in moved):
+                continue
+            if track in gone:
+                del self.tracks[track.id]
+            else:
+                track.hidden = True
+                track.confidence *= _FADING
+        self._name([thing for thing in new if not any(thing is known for _, known in moved)])
+
+    def _name(self, things: Sequence[Thing]) -> None:
+        sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
+        names = names_for([(thing.kind, thing.size, thing.rgb) for thing in sure], self.declared, self.tracks)
+        for thing, name in zip(sure, names, strict=True):
+            if name is None:
+                if thing.confidence < _STRANGER_CONFIDENCE:
+                    continue
+                r, g, b = (float(value) for value in thing.rgb)
+                name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
+            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+
+
+def _renew(track: Track, thing: Thing) -> None:
+    """Take a new look at a known thing: averaged with the last ones while it lies still."""
+    old = track.thing
+    distance = float(np.linalg.norm(old.fit.centre - thing.fit.centre))
+    track.hidden = False
+    if distance > _STILL or old.kind != thing.kind:
+        if old.kind != thing.kind and distance < _STILL and thing.confidence < old.confidence:
+            # A worse look at something that has not moved does not change what it is.
+            track.confidence = max(track.confidence * _FADING, thing.confidence)
+            return
+        found = aligned(thing.fit, old.fit)
+        size, pose = described(thing.kind, found)
+        track.thing = replace(thing, fit=found, size=size, pose=pose)
+        track.looks, track.confidence = 1, thing.confidence
+        return
+    share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
+    track.looks += 1
+    seen = aligned(thing.fit, old.fit)
+    better = seen if thing.confidence > old.confidence else old.fit
+    if seen.shape == old.fit.shape:
+        better = replace(
+            better,
+            centre=(1.0 - share) * old.fit.centre + share * seen.centre,
+            sizes=(1.0 - share) * old.fit.sizes + share * seen.sizes,
+            yaw=(1.0 - share) * old.fit.yaw + share * seen.yaw,
+        )
+    size, pose = described(old.kind, better)
+    track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
+    track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
+
+
+def _assign(tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
+    """Return which track each thing continues, all at once at the least total difference."""
+    if not tracks or not things:
+        return []
+    costs = np.array([[_unlike(track.thing, thing, near=near) for thing in things] for track in tracks])
+    rows, columns = linear_sum_assignment(np.minimum(costs, 10.0))
+    return [(tracks[r], things[c]) for r, c in zip(rows, columns, strict=True) if costs[r, c] < 1.0]
+
+
+def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
+    """Return how different two looks at a thing are: below 1 they may be of the same."""
+    distance = float(np.linalg.norm(old.fit.centre - new.fit.centre))
+    colour = colour_difference(old.rgb, new.rgb) / _COLOUR_GATE
+    size = float(np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size))).mean()) / _SIZE_GATE
+    if near:
+        return max(distance / _GATE, 0.7 * colour, 0.3 * size)
+    return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance
+
+
+def seen_through(thing: Thing, scenery: Scenery) -> bool:
+    """Tell whether some view shows what lies behind the place where a thing was."""
+    centre, axes, sizes = thing.fit.centre, thing.fit.axes, thing.fit.sizes
+    half = np.array([sizes[0], sizes[min(1, len(sizes) - 1)], sizes[-1]])
+    if thing.fit.shape in ("cylinder", "lying"):
+        half = np.array([sizes[0], sizes[0], sizes[1]])
+    corners = np.array([[x, y, z] for x in (-0.5, 0.0, 0.5) for y in (-0.5, 0.0, 0.5) for z in (-0.3, 0.3)])
+    points = centre + (corners * half) @ axes.T
+    for look in scenery.looks.values():
+        pixels, expected = look.view.project(points)
+        columns, rows = np.rint(pixels).astype(int).T
+        height, width = look.view.depth.shape
+        inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height) & (expected > 0.0)
+        columns, rows = columns[inside], rows[inside]
+        measured = look.view.depth[rows, columns]
+        clear = look.view.valid[rows, columns] & ~look.robot[rows, columns]
+        if clear.sum() < len(points) // 2:
+            continue
+        # The table is as far behind as the thing is high, along the ray.
+        behind = measured[clear] - expected[inside][clear] > min(_SEEN_THROUGH, 0.7 * float(half.min()))
+        if behind.mean() > _SHARE_THROUGH:
+            return True
+    return False

@@ -1,0 +1,220 @@
+"""A frame made ready to be looked at: checked, straightened, its points in the world, the table plane at its height."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.errors import SensorError
+from robosandbox.types import Array, Intrinsics, RgbdFrame
+
+Image = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+
+LEAST_DEPTH = 0.05
+MOST_DEPTH = 4.0
+_DARK, _BRIGHT = 12, 250
+_PLANE_STRIDE = 6
+_PLANE_BAND = 0.03
+_PLANE_LEAST = 300
+_PLANE_TRIMS = 4
+_LEAST_TRIM = 0.001
+# How far calibrations are off as a rule: what is seen of a small patch of table does not outweigh it.
+_TILT_PRIOR = 0.003
+_SHIFT_PRIOR = 0.004
+_CORRELATED = 4.0
+_MOST_SHIFT = 0.02
+_MOST_TILT = 0.025
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Table:
+    """What is known of the table before anybody looks.
+
+    Attributes:
+        height: Of its top, metres.
+        half_extent: Of its square top around the world's origin, metres.
+        rgb: Its colour, channels 0..1: the reference against which other colours are read.
+    """
+
+    height: float
+    half_extent: float = 0.5
+    rgb: tuple[float, float, float] = (0.80, 0.74, 0.66)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """A frame with a point of the world for each pixel.
+
+    Attributes:
+        camera: Its name.
+        rgb: Straightened, (height, width, 3) uint8.
+        depth: Straightened and freed of single outliers, (height, width), metres; 0 where there is none.
+        xyz: World coordinates, three images (3, height, width), metres.
+        valid: Where depth is usable.
+        matrix: Pinhole matrix, (3, 3).
+        rotation: Camera axes in the world, (3, 3), the table plane taken into account.
+        position: The camera's place in the world, (3,).
+        noise: Standard deviation of heights on the table, metres.
+        frame: What it was made of.
+    """
+
+    camera: str
+    rgb: NDArray[np.uint8]
+    depth: Image
+    xyz: Image
+    valid: Mask
+    matrix: Array
+    rotation: Array
+    position: Array
+    noise: float
+    frame: RgbdFrame
+
+    @property
+    def focal(self) -> float:
+        """Focal length, pixels."""
+        return float(self.matrix[0, 0])
+
+    def project(self, points: Array) -> tuple[Array, Array]:
+        """Return the pixels (n, 2) and depths (n,) of world points (n, 3)."""
+        local = (points - self.position) @ self.rotation
+        depth = local[:, 2]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pixels = local[:, :2] / depth[:, None] * [self.matrix[0, 0], self.matrix[1, 1]]
+        return pixels + self.matrix[:2, 2], depth
+
+
+def check_frame(frame: RgbdFrame) -> str | None:
+    """Return why a sound frame shows nothing (too dark, over-exposed, without depth), or None.
+
+    Raises:
+        SensorError: The frame's arrays do not fit one another or its intrinsics.
+    """
+    lens = frame.intrinsics
+    size = (lens.height, lens.width)
+    for name, array, shape, kind in (
+        ("rgb", frame.rgb, (*size, 3), np.uint8),
+        ("depth", frame.depth, size, np.float32),
+    ):
+        if array.shape != shape or array.dtype != kind:
+            raise SensorError(
+                f"camera {frame.camera!r}: {name} is {array.shape} {array.dtype}; its intrinsics ask for {shape} "
+                f"{np.dtype(kind)}; fix the camera driver or its calibration"
+            )
+    if not all(np.isfinite([lens.fx, lens.fy, lens.cx, lens.cy, *lens.distortion])) or min(lens.fx, lens.fy) <= 0.0:
+        raise SensorError(f"camera {frame.camera!r}: its intrinsics hold a focal length or number that is none: {lens}")
+    grey = frame.rgb[::8, ::8].max(axis=2)
+    if np.mean(grey <= _DARK) > 0.95:
+        return f"{frame.camera}: too dark to see anything; give it light or a longer exposure"
+    if np.mean(frame.rgb[::8, ::8].min(axis=2) >= _BRIGHT) > 0.8:
+        return f"{frame.camera}: over-exposed; give it less light or a shorter exposure"
+    depth = frame.depth[::8, ::8]
+    usable = np.isfinite(depth) & (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
+    if np.mean(usable) < 0.05:
+        return f"{frame.camera}: the depth picture is empty; something covers the camera, or it has failed"
+    return None
+
+
+def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
+    """Return the frame with its points in the world.
+
+    Args:
+        frame: Sound, as `check_frame` says.
+        table: Where the table is known to be; what the camera sees of it corrects its calibrated tilt and height.
+        robot: Where the robot is in the straightened picture.
+    """
+    lens = frame.intrinsics
+    rgb, depth = frame.rgb, frame.depth
+    if any(lens.distortion):
+        columns, rows = _straightening(lens)
+        rgb = cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.uint8)
+        depth = cv2.remap(depth, columns, rows, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT).astype(np.float32)
+    depth = np.nan_to_num(depth, nan=0.0, posinf=0.0, neginf=0.0)
+    depth = cv2.medianBlur(depth, 3).astype(np.float32)
+    valid: Mask = (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
+    matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
+    pose = frame.pose_camera_in_world
+    view = View(
+        camera=frame.camera,
+        rgb=rgb,
+        depth=depth,
+        xyz=np.empty((3, 0, 0), dtype=np.float32),
+        valid=valid,
+        matrix=matrix,
+        rotation=pose.rotation,
+        position=pose.position,
+        noise=0.0,
+        frame=frame,
+    )
+    rotation, position, noise = _on_the_table(view, table, robot)
+    return replace(
+        view,
+        rotation=rotation,
+        position=position,
+        noise=noise,
+        xyz=_world(depth, _rays(lens), rotation, position),
+    )
+
+
+def _world(depth: Image, rays: Image, rotation: Array, position: Array) -> Image:
+    """Return world coordinates (3, ...) of depths (...) along rays (3, ...)."""
+    turned = (rotation.astype(np.float32) @ rays.reshape(3, -1)).reshape(rays.shape)
+    turned *= depth
+    turned += position.astype(np.float32).reshape(3, *[1] * depth.ndim)
+    return turned.astype(np.float32, copy=False)
+
+
+def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, float]:
+    """Return the camera's rotation and position such that the table that it sees lies at its height, and the noise."""
+    step = _PLANE_STRIDE
+    depth = view.depth[::step, ::step]
+    usable = view.valid[::step, ::step] & ~robot[::step, ::step]
+    rays = _rays(view.frame.intrinsics)[:, ::step, ::step]
+    points = _world(depth, rays, view.rotation, view.position)[:, usable].astype(np.float64)
+    inner = (np.abs(points[:2]) < table.half_extent - 0.02).all(axis=0)
+    off = points[2] - table.height
+    near = inner & (np.abs(off) < _PLANE_BAND)
+    if near.sum() < _PLANE_LEAST:
+        return view.rotation, view.position, 0.0035
+    points, off = points[:, near], off[near]
+    middle = points[:2].mean(axis=1)
+    design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
+    plane = np.array([0.0, 0.0, float(np.median(off))])
+    noise = float(1.4826 * np.median(np.abs(off - plane[2])))
+    prior = np.diag([_TILT_PRIOR**-2, _TILT_PRIOR**-2, _SHIFT_PRIOR**-2])
+    for _ in range(_PLANE_TRIMS):
+        rest = off - design @ plane
+        keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
+        seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
+        plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
+        noise = float(1.4826 * np.median(np.abs(rest[keep])))
+    if abs(plane[2]) > _MOST_SHIFT or max(abs(plane[0]), abs(plane[1])) > _MOST_TILT:
+        return view.rotation, view.position, noise
+    # The small rotation that takes the seen plane's normal (-a, -b, 1) to the vertical, about the middle of what is seen.
+    turn, _ = cv2.Rodrigues(np.array([-plane[1], plane[0], 0.0]))
+    turn = turn.T if (turn @ [-plane[0], -plane[1], 1.0])[2] < (turn.T @ [-plane[0], -plane[1], 1.0])[2] else turn
+    pivot = np.array([middle[0], middle[1], table.height + plane[2]])
+    position = turn @ (view.position - pivot) + pivot - [0.0, 0.0, plane[2]]
+    return turn @ view.rotation, position, noise
+
+
+@lru_cache(maxsize=8)
+def _rays(lens: Intrinsics) -> Image:
+    """Return the straightened pixels' directions at depth 1 in the camera's frame, (3, height, width)."""
+    columns, rows = np.meshgrid(np.arange(lens.width, dtype=np.float32), np.arange(lens.height, dtype=np.float32))
+    x, y = (columns - lens.cx) / lens.fx, (rows - lens.cy) / lens.fy
+    return np.stack([x, y, np.ones_like(x)]).astype(np.float32)
+
+
+@lru_cache(maxsize=8)
+def _straightening(lens: Intrinsics) -> tuple[Image, Image]:
+    """Return where in the raw picture each straightened pixel lies."""
+    matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
+    columns, rows = cv2.initUndistortRectifyMap(
+        matrix, np.array(lens.distortion), None, matrix, (lens.width, lens.height), cv2.CV_32FC1
+    )
+    return columns, rows

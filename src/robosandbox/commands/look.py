@@ -1,0 +1,88 @@
+"""`look`: what perception sees, as a list, as JSON, or drawn."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.commands.options import Json, RobotName, Seed, SensorName, TaskName
+from robosandbox.errors import InputError
+
+if TYPE_CHECKING:
+    from robosandbox.protocols import Perception
+    from robosandbox.types import DetectedObject, ObservedScene
+
+
+def look(
+    task: TaskName = None,
+    robot: RobotName = None,
+    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
+    sensor: SensorName = "realsense",
+    seed: Seed = 0,
+    picture: Annotated[Path | None, typer.Option("--picture", help="Draw what the cameras see into this PNG.")] = None,
+    json: Json = False,
+) -> int:
+    """Print what is seen: names, shapes, places, sizes, and how sure that is."""
+    from robosandbox.tasks.session import open_session
+
+    if seed < 0:
+        raise InputError(f"--seed: {seed} is negative; give 0 or more")
+    with open_session(task, robot=robot, perception=perception, sensor=sensor, seed=seed) as session:
+        scene = session.observe()
+        if picture is not None:
+            _draw(session.ctx.perception, perception, picture)
+    if json:
+        print_json(
+            {
+                "time": scene.time,
+                "objects": [_record(item) for item in scene.objects],
+                "held": scene.held,
+                "notes": list(scene.notes),
+            }
+        )
+    else:
+        print("\n".join(lines(scene)))
+    return EXIT_DONE if scene.objects else EXIT_FAILED
+
+
+def lines(scene: ObservedScene) -> list[str]:
+    """Return a line for each object, and what could not be seen."""
+    width = max((len(item.id) for item in scene.objects), default=0)
+    told = [
+        f"{item.id:<{width}}  {item.colour} {item.kind} at ({', '.join(f'{value:.3f}' for value in item.pose.xyz)}), "
+        f"{' x '.join(f'{1000.0 * value:.1f}' for value in item.size)} mm, {100.0 * item.confidence:.0f} %"
+        for item in scene.objects
+    ]
+    return [*(told or ["nothing is seen"]), *(f"note: {note}" for note in scene.notes)]
+
+
+def _record(item: DetectedObject) -> dict[str, Any]:
+    return {
+        "id": item.id,
+        "kind": item.kind,
+        "size": list(item.size),
+        "colour": item.colour,
+        "rgba": list(item.rgba),
+        "pose": item.pose.model_dump(mode="json"),
+        "confidence": item.confidence,
+    }
+
+
+def _draw(eyes: Perception, name: str, path: Path) -> None:
+    from robosandbox.perception.rgbd import RgbdPerception
+
+    if not isinstance(eyes, RgbdPerception):
+        raise InputError(f"--picture: {name} looks through no camera; give --perception rgbd")
+    import cv2
+
+    from robosandbox.perception.picture import draw
+
+    written, content = cv2.imencode(".png", draw(eyes.scenery, eyes.things, eyes.tracks)[..., ::-1])
+    try:
+        if written:
+            path.write_bytes(content.tobytes())
+    except OSError as error:
+        raise InputError(f"--picture: {path}: {error.strerror}") from None
