@@ -21,6 +21,7 @@ from robosandbox.agent.episode import (
     SkillEnded,
     SkillFailed,
     SkillStarted,
+    Started,
     Step,
 )
 from robosandbox.errors import (
@@ -109,6 +110,7 @@ class Agent(Generic[WorldT]):
         return self._run(", ".join(map(str, plan.steps)), _Given(plan), 0)
 
     def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
+        self._emit(Started(prompt))
         steps: list[Step] = []
         attempts: list[FailedAttempt] = []
         plan: Plan | None = None

@@ -100,6 +100,13 @@ class Episode:
 
 
 @dataclass(frozen=True, slots=True)
+class Started:
+    """A prompt was taken; nothing has been planned yet."""
+
+    prompt: str
+
+
+@dataclass(frozen=True, slots=True)
 class Planned:
     """There is a plan; `replan` is 0 for the first."""
 
@@ -163,5 +170,5 @@ class Ended:
     episode: Episode
 
 
-AgentEvent = Planned | SkillStarted | PhaseEntered | Intended | SkillEnded | SkillFailed | Replanning | Ended
+AgentEvent = Started | Planned | SkillStarted | PhaseEntered | Intended | SkillEnded | SkillFailed | Replanning | Ended
 Listener = Callable[[AgentEvent], None]

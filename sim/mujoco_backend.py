@@ -15,11 +15,13 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
+from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
 from robosandbox.sim.states import object_truth
+from robosandbox.sim.steplog import StepLog
 from robosandbox.sim.truth import Truth
 from robosandbox.sim.world import World, build_world, check_start
 from robosandbox.types import Array, Observation, Pose, RgbdFrame, Scene, Trajectory, frozen_array
@@ -46,6 +48,7 @@ class MuJoCoBackend:
 
     Attributes:
         tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
+        jump_hooks: Called after the state was set in another way than by letting time pass.
         physics_steps: Physics steps since the last reset.
         episode: Counts how often the world was put into another state than time alone brings.
         compilations: How often a model was compiled.
@@ -62,6 +65,7 @@ class MuJoCoBackend:
         self.control_timestep = control_timestep
         self.sensor = sensor
         self.tick_hooks: list[Callable[[], None]] = []
+        self.jump_hooks: list[Callable[[], None]] = []
         self.physics_steps = 0
         self.compilations = 0
         self.epoch = 0
@@ -122,6 +126,7 @@ class MuJoCoBackend:
         self.episode += 1
         self._past.clear()
         self.physics_steps = 0
+        self._jumped()
 
     def close(self) -> None:
         """Free what was loaded; the backend can load again."""
@@ -153,6 +158,11 @@ class MuJoCoBackend:
     def scene(self) -> Scene:
         """The scene as loaded or last reset to."""
         return self._loaded.scene
+
+    @property
+    def sidecar(self) -> Sidecar:
+        """The robot's roles, as written or inferred."""
+        return self._loaded.sidecar
 
     @property
     def object_bodies(self) -> Mapping[str, int]:
@@ -256,7 +266,23 @@ class MuJoCoBackend:
             raise ValueError(f"{self.robot.name} has no gripper")
         self._live.ctrl[gripper.actuator_ids] = gripper.geometry.control(closed)
 
+    def replay(self, controls: Array, push: Array | None = None) -> None:
+        """Let one control tick pass with recorded commands.
+
+        Args:
+            controls: To the actuators, shape (actuators,).
+            push: Forces and torques on the bodies from outside, N and N m, shape (bodies, 6); none when left out.
+        """
+        data = self._live
+        data.ctrl[:] = controls
+        data.xfrc_applied[:] = 0.0 if push is None else push
+        self._tick()
+
     # Looking.
+
+    def log(self, capacity: int) -> StepLog:
+        """Return a log that can take down this world's state; it ends with the model."""
+        return StepLog(self._loaded, self._live, capacity)
 
     def observe(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception, and a picture per named camera.
@@ -373,6 +399,7 @@ class MuJoCoBackend:
         mujoco.mj_forward(self.model, self._live)
         self.episode += 1
         self._past.clear()
+        self._jumped()
 
     def resume(self, scene: Scene, state: Array, physics_steps: int) -> None:
         """Go back to a snapshot that was taken in this scene.
@@ -482,6 +509,10 @@ class MuJoCoBackend:
         for name, most in self._felt.items():
             self._felt[name] = max(most, float(np.linalg.norm(self.force_on(name))))
         for hook in self.tick_hooks:
+            hook()
+
+    def _jumped(self) -> None:
+        for hook in self.jump_hooks:
             hook()
 
     def _render(self, camera: str) -> np.ndarray:

@@ -12,6 +12,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
+from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.objects import BOX, PREFIX, add_objects
 from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
@@ -30,6 +31,7 @@ class World:
         scene: What it was built from.
         model: The MuJoCo model.
         robot: Its robot.
+        sidecar: The robot's roles.
         names: For every body what people call it: "table", "floor", an object's id, "<id>/box" for a drawer's sliding
             part, or a link's name.
         object_bodies: Body id of every object that has one body to itself or to its cabinet; beads have none.
@@ -43,6 +45,7 @@ class World:
     scene: Scene
     model: mujoco.MjModel
     robot: Robot
+    sidecar: Sidecar
     names: tuple[str, ...]
     object_bodies: dict[str, int]
     parts: dict[str, NDArray[np.intp]]
@@ -84,6 +87,7 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
         scene=scene,
         model=model,
         robot=robot_model.bind(model, ROBOT_PREFIX),
+        sidecar=robot_model.sidecar,
         names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
         object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if item.kind != "beads"},
         parts=parts,

@@ -7,8 +7,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from robosandbox.tasks.engines import Engine, InProcess, ProcessPool
 from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.rows import BenchSettings, Rate, Row, rates, versions
+from robosandbox.tasks.rows import BenchSettings, Rate, Row, rates
 from robosandbox.tasks.task import Task
+from robosandbox.versions import versions
 
 __all__ = ["BenchSettings", "Rate", "Row", "rates", "run_bench", "versions"]
 

@@ -6,13 +6,19 @@ import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.recording.settings import open_recorder
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.rows import BenchSettings, Row, versions
+from robosandbox.tasks.rows import BenchSettings, Row
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell
+from robosandbox.versions import versions
+
+if TYPE_CHECKING:
+    from robosandbox.recording.recorder import Recorder
 
 _log = logging.getLogger(__name__)
 
@@ -42,6 +48,7 @@ class EpisodeRunner:
     def __init__(self, remote: RemoteSession | None = None) -> None:
         self._remote = remote
         self._session: Workcell | None = None
+        self._recorder: Recorder | None = None
         self._key: tuple[Task, BenchSettings] | None = None
 
     def rows(self, chunk: Chunk) -> Iterator[Row]:
@@ -55,9 +62,11 @@ class EpisodeRunner:
 
     def close(self) -> None:
         """Free the world."""
+        if self._recorder is not None:
+            self._recorder.close()
         if self._session is not None:
             self._session.close()
-        self._session = self._key = None
+        self._session = self._recorder = self._key = None
 
     def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
         session = self._session_for(task, settings)
@@ -80,6 +89,9 @@ class EpisodeRunner:
         verdict = session.judge()
         if verdict is None:
             raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
+        if self._recorder is not None and settings.recording is not None:
+            keep = verdict.success or not settings.recording.only_success
+            self._recorder.finish(judged=(verdict.success, verdict.detail), keep=keep)
         detail: dict[str, float | str] = {key: round(value, 3) for key, value in verdict.detail.items()}
         if not claimed:
             detail["agent"] = f"{reason}: {said}"
@@ -110,7 +122,7 @@ class EpisodeRunner:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
-        return open_session(
+        session = open_session(
             task,
             planner=settings.planner,
             planner_options=settings.planner_options,
@@ -119,6 +131,10 @@ class EpisodeRunner:
             max_replans=settings.max_replans,
             what_if=settings.what_if,
         )
+        if settings.recording is not None:
+            self._recorder = open_recorder(settings.recording, session)
+            self._recorder.follow(session.agent)
+        return session
 
 
 _runner = EpisodeRunner()

@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from robosandbox.errors import InputError
+from robosandbox.recording.settings import RecordSettings, open_recorder
+from robosandbox.recording.skill import RecordedSkill
 from robosandbox.sim.checkpoint import SavedWorld
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import Session, open_session
@@ -26,6 +28,7 @@ class TaskHouse:
         what_if: Whether skills may try repairs on copies of the world.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
             objects only.
+        record: Where and how to record each goal; not at all when left out.
     """
 
     def __init__(
@@ -35,15 +38,17 @@ class TaskHouse:
         sensor: str = "ideal",
         what_if: bool = True,
         allowed: Sequence[Path] = (),
+        record: RecordSettings | None = None,
     ) -> None:
         self._perception = perception
         self._sensor = sensor
         self._what_if = what_if
         self._allowed = tuple(folder.resolve() for folder in allowed)
+        self._record = record
 
     def open(self, task: Task | Path | str | None, robot: str | None = None, seed: int = 0) -> Session:
         """Open a task that the person at this machine named."""
-        return open_session(
+        session = open_session(
             task,
             robot=robot,
             perception=self._perception,
@@ -52,6 +57,14 @@ class TaskHouse:
             what_if=self._what_if,
             render_size=_PICTURE_SIZE,
         )
+        if self._record is not None:
+            try:
+                recorder = open_recorder(self._record, session)
+            except InputError:
+                session.close()
+                raise
+            session.skills = [RecordedSkill(skill, recorder) for skill in session.skills]
+        return session
 
     def resume(self, world: SavedWorld) -> Session:
         """Open the task of a state file as it was left.

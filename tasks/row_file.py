@@ -8,7 +8,8 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.rows import BenchSettings, Row, versions
+from robosandbox.tasks.rows import BenchSettings, Row
+from robosandbox.versions import versions
 
 _ROWS = TypeAdapter(Row)
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import importlib.metadata
-import platform
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
+from robosandbox.recording.settings import RecordSettings
 from robosandbox.tasks.interval import beta_interval
 
 
@@ -22,6 +21,7 @@ class BenchSettings:
         sensor: What its cameras are like.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
+        recording: Where and how to record the episodes; not at all when left out. No outcome depends on it.
     """
 
     planner: str = "stub"
@@ -30,10 +30,11 @@ class BenchSettings:
     sensor: str = "ideal"
     max_replans: int = 3
     what_if: bool = True
+    recording: RecordSettings | None = None
 
     def record(self) -> dict[str, Any]:
-        """Return the settings as JSON data."""
-        return asdict(self)
+        """Return the settings that outcomes depend on as JSON data."""
+        return {name: value for name, value in asdict(self).items() if name != "recording"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,9 +97,3 @@ def rates(rows: Sequence[Row]) -> list[Rate]:
         low, high = beta_interval(sum(results), len(results))
         found.append(Rate(task=task, successes=sum(results), episodes=len(results), low=low, high=high))
     return found
-
-
-def versions() -> dict[str, str]:
-    """Return the versions that an outcome depends on."""
-    found = {name: importlib.metadata.version(name) for name in ("robosandbox", "mujoco", "numpy")}
-    return {**found, "python": platform.python_version(), "machine": platform.machine()}

@@ -126,7 +126,7 @@ def test_events_tell_the_whole_story() -> None:
     agent, _, seen = make(Script(calls("pick")), Act("pick", MISSED, None))
     agent.run("go")
     assert [type(event).__name__ for event in seen] == [
-        *("Planned", "SkillStarted", "PhaseEntered", "SkillFailed", "Replanning"),
+        *("Started", "Planned", "SkillStarted", "PhaseEntered", "SkillFailed", "Replanning"),
         *("Planned", "SkillStarted", "PhaseEntered", "SkillEnded", "Ended"),
     ]
 

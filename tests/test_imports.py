@@ -14,7 +14,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 LAYERS = (
     {"types"},
     {"errors", "shapes"},
-    {"wire", "validation"},
+    {"wire", "validation", "versions"},
     {"transport"},
     {"protocols", "plugins"},
     {"robots"},
@@ -22,6 +22,7 @@ LAYERS = (
     {"motion", "grasp", "perception"},
     {"skills"},
     {"agent"},
+    {"recording"},
     {"tasks"},
     {"testing"},
     {"viewer"},

@@ -13,6 +13,7 @@ import typer
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -57,6 +58,10 @@ def bench(
     max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
     what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
+    only_success: Annotated[bool, typer.Option("--only-success", help="With --record: keep successes only.")] = False,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
@@ -70,6 +75,8 @@ def bench(
 
     if connect and jobs > 1:
         raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
+    if connect and record:
+        raise InputError("--record: the world is the sim's; give it to `robo-sandbox sim`, or leave --connect out")
 
     if connect and engine:
         raise InputError(f"--engine: {engine}; with --connect there is one world, so leave it out")
@@ -96,6 +103,7 @@ def bench(
         sensor=sensor,
         max_replans=max_replans,
         what_if=what_if,
+        recording=record_settings(record, video, video_fps, only_success=only_success),
     )
 
     def show(*lines: str) -> None:

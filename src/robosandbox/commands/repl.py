@@ -21,6 +21,7 @@ from robosandbox.commands.options import (
     TaskName,
 )
 from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -53,12 +54,23 @@ def repl(
     reconnect: Annotated[
         float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
     ] = 30.0,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
 ) -> int:
     """Talk to a robot, line by line; without --connect in a world of this process."""
     if not 0.0 <= reconnect <= 86400.0:
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     remote = bool(connect or robot_id or zenoh_config)
-    own = {"--task": task, "--robot": robot, "--perception": perception, "--sensor": sensor, "--seed": seed}
+    settings = record_settings(record, video, video_fps)
+    own = {
+        "--task": task,
+        "--robot": robot,
+        "--perception": perception,
+        "--sensor": sensor,
+        "--seed": seed,
+        "--record": record,
+    }
     for option, value in own.items():
         if remote and value is not None:
             raise InputError(
@@ -68,19 +80,22 @@ def repl(
     if not remote:
         from robosandbox.tasks.session import open_session
 
-        with open_session(
-            task,
-            robot=robot,
-            planner=planner,
-            planner_options=planner_options,
-            camera=camera,
-            dialogue=True,
-            perception=perception or "ground_truth",
-            sensor=sensor or "ideal",
-            seed=seed or 0,
-            max_replans=max_replans,
-            render_size=_PICTURE_SIZE,
-        ) as session:
+        with (
+            open_session(
+                task,
+                robot=robot,
+                planner=planner,
+                planner_options=planner_options,
+                camera=camera,
+                dialogue=True,
+                perception=perception or "ground_truth",
+                sensor=sensor or "ideal",
+                seed=seed or 0,
+                max_replans=max_replans,
+                render_size=_PICTURE_SIZE,
+            ) as session,
+            recording(settings, session),
+        ):
             return _talk(session)
 
     from robosandbox.agent.client import connect as connect_to

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -25,10 +26,12 @@ from robosandbox.commands.options import (
     WhatIf,
 )
 from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
+    from robosandbox.recording.recorder import Recorder
     from robosandbox.tasks.workcell import Workcell
     from robosandbox.types import Plan, Refusal
 
@@ -53,10 +56,14 @@ def run(
     what_if: WhatIf = True,
     confirm: Confirm = False,
     dry_run: DryRun = False,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
     _check_said(prompt, task)
+    settings = record_settings(record, video, video_fps)
     from robosandbox.tasks.session import open_session
 
     with open_session(
@@ -78,7 +85,8 @@ def run(
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         if dry_run:
             return trying.dry_run(session, said, json)
-        return _carry_out(session, said, json)
+        with recording(settings, session) as recorder:
+            return _carry_out(session, said, json, recorder)
 
 
 def agent(
@@ -171,7 +179,7 @@ def _check_said(prompt: str | None, task: str | None) -> None:
         read_prompt(prompt)
 
 
-def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
+def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | None = None) -> int:
     from robosandbox.commands.live import LiveView, cancel_on_interrupt
 
     session.agent.listeners.append(LiveView())
@@ -179,6 +187,10 @@ def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
         episode = session.run(prompt)
     document = _document(session, episode)
     judged = document["judged"]
+    if recorder is not None:
+        folder = recorder.finish(judged=(judged["success"], judged["detail"]) if judged else None)
+        document["recorded"] = str(folder)
+        print(f"recorded: {folder}", file=sys.stderr)
     if json:
         print_json(document)
     else:
@@ -190,7 +202,7 @@ def _carry_out(session: Workcell, prompt: str, json: bool) -> int:
 
 def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
     """Return the episode as JSON data; judged against the task only if its own prompt was given."""
-    from robosandbox.tasks.bench import versions
+    from robosandbox.versions import versions
 
     sim_secs, physics_steps = session.elapsed()
     document = {

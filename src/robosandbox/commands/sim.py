@@ -13,6 +13,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.recording import Video, VideoFps, record_settings
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -58,9 +59,15 @@ def sim(
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Listen beyond this machine without asking who comes.")
     ] = False,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep each goal in a folder of its own in this folder.")
+    ] = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
 ) -> int:
     """Serve a world over Zenoh until SIGINT or SIGTERM."""
     _check(robot_id, pace, seed, allow_files or [])
+    settings = record_settings(record, video, video_fps)
     # Zenoh's threads and the state stream must not wait 5 ms for a thread that plans.
     sys.setswitchinterval(_SWITCH_SECONDS)
     stopped = threading.Event()
@@ -76,7 +83,7 @@ def sim(
 
     load_plugin("perceptions", perception)
     find_sensor(sensor)
-    house = TaskHouse(perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [])
+    house = TaskHouse(perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [], record=settings)
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)

@@ -1,0 +1,1 @@
+"""Episodes on disk: written while they run, read, replayed, drawn and exported."""

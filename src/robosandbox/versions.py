@@ -1,0 +1,18 @@
+"""The versions that an outcome depends on."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+from functools import cache
+
+
+@cache
+def _found() -> tuple[tuple[str, str], ...]:
+    found = [(name, importlib.metadata.version(name)) for name in ("robosandbox", "mujoco", "numpy")]
+    return (*found, ("python", platform.python_version()), ("machine", platform.machine()))
+
+
+def versions() -> dict[str, str]:
+    """Return them by name."""
+    return dict(_found())
