@@ -24,6 +24,7 @@ LAYERS = (
     {"agent"},
     {"recording"},
     {"tasks"},
+    {"export", "envs"},
     {"testing"},
     {"viewer"},
     {"commands"},

@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, look, mcp, repl, robot, run, runs, sim, tasks, viewer
+from robosandbox.commands import bench, export, look, mcp, repl, robot, run, runs, sim, tasks, viewer
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -23,6 +23,7 @@ app.command("mcp")(mcp.mcp)
 app.command("viewer")(viewer.viewer)
 app.command("replay")(runs.replay)
 app.add_typer(runs.app, name="runs")
+app.add_typer(export.app, name="export")
 app.add_typer(tasks.app, name="tasks")
 app.add_typer(robot.app, name="robot")
 

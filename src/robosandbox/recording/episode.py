@@ -88,6 +88,10 @@ class RecordedEpisode:
         values = to_numpy(self.table, column)
         return values if values.dtype == object else values.astype(np.float64)
 
+    def get(self, column: str) -> Array | None:
+        """Return a column, None where there is none: an arm without a gripper has none of its columns."""
+        return self[column] if column in self.table.column_names else None
+
     def __contains__(self, column: object) -> bool:
         return column in self.table.column_names
 

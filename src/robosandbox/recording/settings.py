@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError
-from robosandbox.sim.host import Host
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
+    from robosandbox.sim.host import Host
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

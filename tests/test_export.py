@@ -1,0 +1,249 @@
+"""Exports: LeRobot's layout field by field, MCAP by the format's own reader."""
+
+from __future__ import annotations
+
+import base64
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow.parquet as pq
+import pytest
+from jsonschema import Draft202012Validator
+from mcap.reader import make_reader
+
+from robosandbox.cli import app
+from robosandbox.commands.console import run_app
+from robosandbox.export.lerobot import export_lerobot
+from robosandbox.export.stats import PictureStats, of_values
+from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.recording.recorder import Recorder
+from robosandbox.tasks.session import open_session
+
+FPS = 20
+EVERY = 5
+
+
+@pytest.fixture(scope="module")
+def episodes(tmp_path_factory: pytest.TempPathFactory) -> list[RecordedEpisode]:
+    folder = tmp_path_factory.mktemp("episodes")
+    found = []
+    with open_session("pick_cube_franka") as session:
+        recorder = Recorder(folder, session)
+        recorder.follow(session.agent)
+        for seed, prompt in ((1, None), (2, "push the red cube 10 cm to the left")):
+            session.reset(seed)
+            session.run(prompt)
+            verdict = session.judge()
+            path = recorder.finish(judged=(verdict.success, verdict.detail))
+            assert path is not None
+            found.append(RecordedEpisode.load(path))
+        recorder.close()
+    return found
+
+
+@pytest.fixture(scope="module")
+def dataset(episodes: list[RecordedEpisode], tmp_path_factory: pytest.TempPathFactory) -> Path:
+    root = tmp_path_factory.mktemp("dataset") / "picks"
+    export_lerobot(episodes, root, fps=FPS, cameras=(), size=(120, 160))
+    return root
+
+
+def load(path: Path) -> Any:
+    return json.loads(path.read_text())
+
+
+def test_info_says_what_the_tables_hold(dataset: Path, episodes: list[RecordedEpisode]) -> None:
+    info = load(dataset / "meta/info.json")
+    table = pq.read_table(dataset / info["data_path"].format(chunk_index=0, file_index=0))
+    lengths = [(item.result.ended if item.result else 0) // EVERY for item in episodes]
+    assert (info["codebase_version"], info["fps"], info["robot_type"]) == ("v3.0", FPS, "panda")
+    assert (info["total_episodes"], info["total_frames"], info["total_tasks"]) == (2, sum(lengths), 2)
+    assert info["splits"] == {"train": "0:2"} and info["video_path"] is None
+    assert len(table) == sum(lengths) and set(info["features"]) == set(table.column_names)
+    for name, feature in info["features"].items():
+        kind = table.schema.field(name).type
+        if feature["shape"] == [1]:
+            assert {"float": "float32", "bool": "bool"}.get(str(kind), str(kind)) == feature["dtype"]
+        else:
+            assert kind.list_size == feature["shape"][0] == len(feature["names"]) and feature["dtype"] == "float32"
+    assert "home" in [skill["name"] for skill in info["robosandbox"]["skills"]]
+    assert all("properties" in skill["arguments"] for skill in info["robosandbox"]["skills"])
+
+
+def test_frames_hold_the_recorded_state_and_the_command_until_the_next(
+    dataset: Path, episodes: list[RecordedEpisode]
+) -> None:
+    table = pq.read_table(dataset / "data/chunk-000/file-000.parquet")
+    state = np.array(table["observation.state"].to_pylist())
+    action = np.array(table["action"].to_pylist())
+    begin = 0
+    for number, episode in enumerate(episodes):
+        assert episode.result is not None
+        count = episode.result.ended // EVERY
+        rows = slice(begin, begin + count)
+        at = np.arange(count) * EVERY
+        assert np.allclose(state[rows, :7], episode["q"][at], atol=1e-6)
+        assert np.allclose(state[rows, 7], episode["gripper"][at, 2], atol=1e-6)
+        assert np.allclose(action[rows, :7], episode["action_q"][at + EVERY], atol=1e-6)
+        assert np.allclose(action[rows, 7], episode["action_gripper"][at + EVERY], atol=1e-6)
+        assert table["episode_index"].to_pylist()[rows] == [number] * count
+        assert table["frame_index"].to_pylist()[rows] == list(range(count))
+        assert np.allclose(table["timestamp"].to_numpy()[rows], np.arange(count) / FPS)
+        assert table["next.done"].to_pylist()[rows] == [False] * (count - 1) + [True]
+        begin += count
+    assert table["index"].to_pylist() == list(range(begin))
+    assert np.abs(state - action).max() > 0.05
+    # The first was asked for what its task wants, the second pushed: only one is a success of the task.
+    assert [value for value in table["next.success"].to_pylist() if value] == [True]
+
+
+def test_episodes_table_leads_to_the_rows(dataset: Path, episodes: list[RecordedEpisode]) -> None:
+    rows = pq.read_table(dataset / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    table = pq.read_table(dataset / "data/chunk-000/file-000.parquet")
+    for number, (row, episode) in enumerate(zip(rows, episodes, strict=True)):
+        assert row["episode_index"] == number and row["tasks"] == [episode.meta.prompt]
+        assert row["dataset_to_index"] - row["dataset_from_index"] == row["length"]
+        inside = table.slice(row["dataset_from_index"], row["length"])
+        assert set(inside["episode_index"].to_pylist()) == {number}
+        assert (row["data/chunk_index"], row["data/file_index"]) == (0, 0)
+        assert np.allclose(row["stats/action/mean"], np.array(inside["action"].to_pylist()).mean(axis=0), atol=1e-6)
+        assert row["stats/action/count"] == [row["length"]]
+
+
+def test_tasks_are_found_by_number_and_by_text(dataset: Path) -> None:
+    for name, number in (("task", "task_index"), ("subtask", "subtask_index")):
+        table = pq.read_table(dataset / f"meta/{name}s.parquet")
+        assert table[number].to_pylist() == list(range(len(table)))
+        assert json.loads(table.schema.metadata[b"pandas"])["index_columns"] == [name]
+    assert table["subtask"].to_pylist()[1] == "pick: approach"
+
+
+def test_stats_are_those_of_all_frames(dataset: Path) -> None:
+    stats = load(dataset / "meta/stats.json")
+    table = pq.read_table(dataset / "data/chunk-000/file-000.parquet")
+    assert set(stats) == set(table.column_names)
+    values = np.array(table["observation.state"].to_pylist())
+    for name, expected in (
+        ("min", values.min(axis=0)),
+        ("max", values.max(axis=0)),
+        ("mean", values.mean(axis=0)),
+        ("std", values.std(axis=0)),
+        ("q50", np.median(values, axis=0)),
+    ):
+        assert np.allclose(stats["observation.state"][name], expected, atol=1e-6)
+    assert stats["observation.state"]["count"] == [len(table)] == stats["timestamp"]["count"]
+    assert np.shape(stats["timestamp"]["mean"]) == (1,)
+
+
+def test_picture_stats_are_exact() -> None:
+    pictures = np.random.default_rng(0).integers(0, 256, (4, 6, 8, 3), dtype=np.uint8)
+    counted = PictureStats()
+    for picture in pictures:
+        counted.add(picture)
+    stats = counted.stats()
+    flat = pictures.reshape(-1, 3) / 255.0
+    assert np.shape(stats["mean"]) == (3, 1, 1) and stats["count"] == [4]
+    for name in ("min", "max", "mean", "std"):
+        assert np.allclose(np.ravel(stats[name]), of_values(flat)[name])
+    assert np.allclose(np.ravel(stats["q90"]), np.quantile(flat, 0.9, axis=0), atol=1.0 / 255.0)
+
+
+@pytest.mark.gl
+def test_films_have_a_frame_per_row_of_the_table(episodes: list[RecordedEpisode], tmp_path: Path) -> None:
+    import av
+
+    root = tmp_path / "filmed"
+    export_lerobot(episodes[:1] * 2, root, fps=FPS, cameras=("top",), size=(120, 160))
+    info = load(root / "meta/info.json")
+    film = root / info["video_path"].format(video_key="observation.images.top", chunk_index=0, file_index=0)
+    with av.open(str(film)) as container:
+        frames = [frame.to_ndarray(format="rgb24") for frame in container.decode(video=0)]
+    assert len(frames) == info["total_frames"] and frames[0].shape == (120, 160, 3)
+    first, second = pq.read_table(root / "meta/episodes/chunk-000/file-000.parquet").to_pylist()
+    key = "videos/observation.images.top"
+    assert second[f"{key}/from_timestamp"] == first[f"{key}/to_timestamp"] == first["length"] / FPS
+    again = frames[round(second[f"{key}/from_timestamp"] * FPS)]
+    assert np.abs(again.astype(float) - frames[0]).mean() < 3.0
+    mean = np.ravel(load(root / "meta/stats.json")["observation.images.top"]["mean"])
+    assert np.allclose(mean, np.mean(frames, axis=(0, 1, 2)) / 255.0, atol=0.02)
+    assert info["features"]["observation.images.top"]["shape"] == [120, 160, 3]
+
+
+def test_mcap_holds_every_row_and_each_message_keeps_to_its_schema(
+    episodes: list[RecordedEpisode], tmp_path: Path
+) -> None:
+    target = tmp_path / "pick.mcap"
+    folder = str(episodes[0].folder)
+    assert run_app(app, "robo-sandbox", ["export", "mcap", folder, str(target)]) == 0
+    counts: dict[str, int] = {}
+    with target.open("rb") as stream:
+        reader = make_reader(stream)
+        checkers: dict[str, Draft202012Validator] = {}
+        for schema, channel, message in reader.iter_messages():
+            assert schema is not None and schema.encoding == "jsonschema" and channel.message_encoding == "json"
+            checker = checkers.setdefault(schema.name, Draft202012Validator(json.loads(schema.data)))
+            content = json.loads(message.data)
+            checker.validate(content)
+            assert set(content) == set(json.loads(schema.data)["properties"])
+            row = counts.get(channel.topic, 0)
+            if channel.topic == "/tf":
+                cube = next(item for item in content["transforms"] if item["child_frame_id"] == "red_cube")
+                place = [cube["translation"][axis] for axis in "xyz"]
+                assert np.allclose(place, episodes[0].object_poses[row, 0, :3])
+            counts[channel.topic] = row + 1
+    assert counts["/state"] == counts["/tf"] == counts["/tcp"] == len(episodes[0])
+    assert counts["/scene"] == 1 and counts["/log"] == len(episodes[0].events())
+    names = {"FrameTransforms", "PoseInFrame", "SceneUpdate", "Log"}
+    assert {f"foxglove.{name}" for name in names} <= set(checkers)
+
+
+@pytest.mark.gl
+def test_mcap_carries_pictures(episodes: list[RecordedEpisode], tmp_path: Path) -> None:
+    import cv2
+
+    target = tmp_path / "pick.mcap"
+    given = ["export", "mcap", str(episodes[0].folder), str(target), "--cameras", "scene", "--fps", "5"]
+    assert run_app(app, "robo-sandbox", given) == 0
+    with target.open("rb") as stream:
+        found = [json.loads(item.data) for _, _, item in make_reader(stream).iter_messages(topics="/camera/scene")]
+    assert len(found) == len(range(0, len(episodes[0]), 20))
+    picture = cv2.imdecode(np.frombuffer(base64.b64decode(found[0]["data"]), np.uint8), cv2.IMREAD_COLOR)
+    assert picture is not None and picture.shape == (240, 320, 3) and picture.std() > 10.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["lerobot", "{one}"], "name at least one episode and the target"),
+        (["lerobot", "{one}", "{there}"], "exists already"),
+        (["lerobot", "{one}", "{new}", "--fps", "30"], "--fps: 30 does not divide the control rate of 100 Hz"),
+        (["lerobot", "{there}", "{new}"], "no episode to export"),
+        (["mcap", "{one}", "{other}", "{new}.mcap"], "is one file for 2 episodes; name a folder"),
+        (["mcap", "{one}", "{new}.mcap", "--size", "333x2"], "--size"),
+    ],
+)
+def test_wrong_use_is_told_and_leaves_nothing(
+    arguments: list[str],
+    complaint: str,
+    episodes: list[RecordedEpisode],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "there").mkdir()
+    names = {"one": episodes[0].folder, "other": episodes[1].folder, "there": tmp_path / "there"}
+    given = [item.format(**names, new=tmp_path / "new") for item in arguments]
+    assert run_app(app, "robo-sandbox", ["export", *given]) == 2
+    assert complaint in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["there"]
+
+
+def test_robots_are_not_mixed(episodes: list[RecordedEpisode], tmp_path: Path) -> None:
+    robot = episodes[1].meta.robot.model_copy(update={"name": "other"})
+    other = RecordedEpisode(
+        episodes[1].folder, episodes[1].meta.model_copy(update={"robot": robot}), episodes[1].result
+    )
+    with pytest.raises(Exception, match="a dataset is of one robot"):
+        export_lerobot([episodes[0], other], tmp_path / "mixed", fps=FPS, cameras=(), size=(120, 160))
+    assert not list(tmp_path.iterdir())
