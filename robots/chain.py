@@ -161,11 +161,14 @@ def actuator_joints(model: mujoco.MjModel, actuator: int) -> list[int]:
     kind, target = int(model.actuator_trntype[actuator]), int(model.actuator_trnid[actuator, 0])
     if kind == mujoco.mjtTrn.mjTRN_JOINT.value:
         return [target]
-    if kind == mujoco.mjtTrn.mjTRN_TENDON.value:
-        start, count = int(model.tendon_adr[target]), int(model.tendon_num[target])
-        wraps = range(start, start + count)
-        return [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
-    return []
+    return tendon_joints(model, target) if kind == mujoco.mjtTrn.mjTRN_TENDON.value else []
+
+
+def tendon_joints(model: mujoco.MjModel, tendon: int) -> list[int]:
+    """Return the joints that a tendon is a sum of."""
+    start, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    wraps = range(start, start + count)
+    return [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
 
 
 def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:

@@ -20,9 +20,6 @@ _TCP_BEYOND = 0.012
 _TCP_BEHIND = 0.045
 _APPROACH_DEG = 20.0
 _SUNK = 0.06
-_SINGULAR = 0.03
-_STRETCHED = 0.02
-_FORCE = 0.3
 _TABLE_HALF = 0.5
 _GRID = 0.1
 _LEAST_REACHED = 3
@@ -243,8 +240,7 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
     if itself is not None:
         return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
     ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
-    smallest, force = kinematics.lost_force(q, max(found.workspace.far, 1e-6))
-    if ratio < _SINGULAR or (smallest < _STRETCHED and force > _FORCE):
+    if kinematics.is_singular(q, found.workspace.far):
         return Check(
             "home",
             False,

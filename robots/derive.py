@@ -31,6 +31,7 @@ _FIXED_JAW = 0.25
 _TIP_LENGTH = 0.02
 _LINE_WIDTH = 0.004
 _LINE_BEYOND = 0.02
+_FAR_WIDER = 1.3
 _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
@@ -94,8 +95,10 @@ def derive_gripper(
 
     centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
     along = _gaps_at_tcp(model, data, sweep.qpos[order], tcp_site, R_site_tcp, (left, right))
-    if along is not None:
-        aperture, centre = along
+    lone = _fixed_jaw(model, (left, right)) is not None
+    # Parts beside the hinges of two jaws stay close too, however wide their tips are apart.
+    if along is not None and (lone or along[0].max() > _FAR_WIDER * aperture.max()):
+        aperture, centre = along if lone else (along[0], centre)
     open_gap = float(np.interp(roles.open_qpos, joint, aperture))
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
     around = order[grasp_sample(aperture)]
@@ -211,15 +214,15 @@ def _gaps_at_tcp(
     R_site_tcp: Array,
     sides: tuple[frozenset[int], frozenset[int]],
 ) -> tuple[Array, Array] | None:
-    """Return gap and its middle along the closing line through the TCP, each (k,), of a jaw that swings against a fixed one.
+    """Return gap and its middle along the closing line through the TCP, each (k,), of jaws that swing.
 
-    Parts of it near the hinge stay close to the fixed jaw however wide it is open. None for other grippers, and where the
-    line misses the jaws.
+    Parts of them near the hinge stay close however wide they are open. None for jaws that slide, and where the line misses
+    them.
     """
-    lone = any(int(model.body_parentid[min(a)]) in b for a, b in (sides, sides[::-1]))
-    moving = next((a for a, b in (sides, sides[::-1]) if int(model.body_parentid[min(a)]) in b), sides[0])
-    hinge = int(model.body_jntadr[min(moving)])
-    if not lone or hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value:
+    fixed = _fixed_jaw(model, sides)
+    swinging = [side for side in sides if side is not fixed]
+    hinges = [int(model.body_jntadr[min(side)]) for side in swinging]
+    if any(hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value for hinge in hinges):
         return None
     gaps, middles = np.full(len(samples), np.nan), np.full(len(samples), np.nan)
     local = {g: points_on(model, g, _LINE_WIDTH / 2.0) for side in sides for g in collision_geoms(model, side)}
@@ -235,7 +238,7 @@ def _gaps_at_tcp(
             on_line = points[(np.abs(points[:, 0]) < _LINE_WIDTH) & (np.abs(points[:, 2]) < _LINE_WIDTH)]
             if len(on_line):
                 # The first side lies at negative y: what faces the other is its greatest.
-                facing = on_line[sign * on_line[:, 1] < _LINE_BEYOND, 1] if side == moving else on_line[:, 1]
+                facing = on_line[sign * on_line[:, 1] < _LINE_BEYOND, 1] if side is not fixed else on_line[:, 1]
                 fronts.append(float((sign * facing).max() * sign) if len(facing) else np.nan)
         if len(fronts) == 2 and np.isfinite(fronts).all():
             gaps[k], middles[k] = fronts[1] - fronts[0], (fronts[0] + fronts[1]) / 2.0
@@ -245,6 +248,11 @@ def _gaps_at_tcp(
     # Where the jaw has swung off the line the gap is at least what it last was.
     steps = np.arange(len(samples))
     return np.maximum(np.interp(steps, known, gaps[known]), 0.0), np.interp(steps, known, middles[known])
+
+
+def _fixed_jaw(model: mujoco.MjModel, sides: tuple[frozenset[int], frozenset[int]]) -> frozenset[int] | None:
+    """Return the side that the other one hangs on, of a gripper with one moving jaw."""
+    return next((b for a, b in (sides, sides[::-1]) if int(model.body_parentid[min(a)]) in b), None)
 
 
 def _gap_centres(

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.robots.infer import Finding, Inference
+from robosandbox.robots.finding import Finding
+from robosandbox.robots.infer import Inference
 
 _WIDTH = 110
 

@@ -1,4 +1,4 @@
-"""One checked fact about a robot and its sidecar."""
+"""What was found out about a robot: why a field has its value, and whether one is right."""
 
 from __future__ import annotations
 
@@ -22,3 +22,11 @@ class Check:
     detail: str
     field: str | None = None
     counts: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """Why a field has its value: how sure (0..1), and the evidence in words."""
+
+    confidence: float
+    evidence: str

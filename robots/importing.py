@@ -84,23 +84,18 @@ def let_overlaps_touch(imported: ImportedModel) -> None:
     """Exclude contacts of links that overlap in nearly every posture: neighbours whose hulls are larger than they."""
     spec = imported.spec
     names = {body.name for body in spec.bodies}
-    excluded = {frozenset((item.bodyname1, item.bodyname2)) for item in spec.excludes}
     pairs = [frozenset(pair) for pair in imported.disabled_pairs if set(pair) <= names and pair[0] != pair[1]]
     model = compile_spec(spec, imported.path.name)
     always = _always_touching(model)
-    for pair in [*pairs, *always, *_neighbours_of_the_base(model)]:
-        if pair in excluded or len(pair) != 2:
-            continue
-        excluded.add(pair)
-        first, second = sorted(pair)
-        spec.add_exclude(bodyname1=first, bodyname2=second)
+    _exclude(spec, [*pairs, *always])
+    let_neighbours_touch(spec, model)
     if always:
         shown = ", ".join("-".join(sorted(pair)) for pair in always[:4])
         imported.notes.append(f"{len(always)} pairs of links overlap wherever they are and may touch: {shown}")
 
 
-def _neighbours_of_the_base(model: mujoco.MjModel) -> list[frozenset[str]]:
-    """Return the pairs of a fixed base and the links that turn on it: other neighbours MuJoCo leaves out by itself."""
+def let_neighbours_touch(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
+    """Exclude contacts of a fixed base with the links that turn on it: other neighbours MuJoCo leaves out by itself."""
     fixed = [b for b in range(1, model.nbody) if int(model.body_weldid[b]) == 0 and model.body_geomnum[b]]
     turning = [
         b
@@ -109,7 +104,17 @@ def _neighbours_of_the_base(model: mujoco.MjModel) -> list[frozenset[str]]:
         and int(model.body_weldid[model.body_parentid[int(model.body_weldid[b])]]) == 0
         and model.body_geomnum[b]
     ]
-    return [frozenset((str(model.body(a).name), str(model.body(b).name))) for a in fixed for b in turning]
+    _exclude(spec, [frozenset((str(model.body(a).name), str(model.body(b).name))) for a in fixed for b in turning])
+
+
+def _exclude(spec: mujoco.MjSpec, pairs: Iterable[frozenset[str]]) -> None:
+    excluded = {frozenset((item.bodyname1, item.bodyname2)) for item in spec.excludes}
+    for pair in pairs:
+        if pair in excluded or len(pair) != 2:
+            continue
+        excluded.add(pair)
+        first, second = sorted(pair)
+        spec.add_exclude(bodyname1=first, bodyname2=second)
 
 
 def _always_touching(model: mujoco.MjModel) -> list[frozenset[str]]:

@@ -13,6 +13,10 @@ _ITERATIONS = 40
 _METRES_PER_RADIAN = 0.2
 _POSITION = 1e-3
 _LIBRARY = 1500
+# Of the reach, per radian; of the whole Jacobian; and the share of a lost direction that is a force.
+_SINGULAR = 0.03
+_STRETCHED = 0.1
+_FORCE = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,21 +78,24 @@ class Kinematics:
         linear, _ = self.jacobian(position)
         return float(np.linalg.svd(linear, compute_uv=False)[-1])
 
-    def lost_force(self, q: Array, length: float) -> tuple[float, float]:
-        """Return the smallest singular value of the whole Jacobian, and how much of the lost direction is translation.
+    def is_singular(self, q: Array, length: float) -> bool:
+        """Tell whether the arm cannot move its tool one way at `q` (n,), or holds a force without its motors.
 
-        An arm that is stretched out, or folded onto its own axis, holds any force along a line without a motor: the lost
-        direction is a force. A wrist whose axes line up loses a turn: a couple, of which an arm can make its way out.
+        An arm that is stretched out, or folded onto its own axis, holds any force along a line without a motor: a direction
+        that it has lost is a force. A wrist whose axes line up loses a turn: a couple, of which an arm can make its way out.
 
         Args:
             q: Shape (n,).
-            length: What makes metres comparable to radians.
+            length: How far it reaches, metres; what makes metres comparable to radians.
         """
         position, _ = self.forward(q)
         linear, angular = self.jacobian(position)
-        u, s, _ = np.linalg.svd(np.vstack([linear / length, angular]), full_matrices=False)
-        last = min(6, self.n) - 1
-        return float(s[last]), float(np.linalg.norm(u[:3, last]))
+        if float(np.linalg.svd(linear, compute_uv=False)[-1]) < _SINGULAR * length:
+            return True
+        u, s, _ = np.linalg.svd(np.vstack([linear / max(length, 1e-6), angular]), full_matrices=False)
+        # Lost directions come together, as in an arm whose elbow and wrist are straight at once: any mixture is lost.
+        lost = u[:3, : min(6, self.n)][:, s[: min(6, self.n)] < _STRETCHED]
+        return bool(lost.size and np.linalg.norm(lost, 2) > _FORCE)
 
     def centring(self, q: Array) -> float:
         """Return how far the joint nearest to a limit is from it: 0 at the limit, 1 in the middle."""

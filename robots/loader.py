@@ -12,9 +12,11 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.derive import DerivedGripper, derive_gripper
 from robosandbox.robots.fingers import refine_fingers
+from robosandbox.robots.flange import flange_tool
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import flange_tool, infer_imported, keep_tree
+from robosandbox.robots.infer import infer_imported
+from robosandbox.robots.isolate import keep_arm
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot, say
 from robosandbox.robots.mount import mount
@@ -198,7 +200,7 @@ def load_with(
             mount(imported, attached, gripper_model.resolve(), package_paths)
         sidecar = apply_roles(given, imported)
         model = compile_spec(imported.spec, imported.path.name)
-        keep_tree(imported, model, model.joint(sidecar.arm.joints[0]).id)
+        keep_arm(imported, model, sidecar.arm.joints)
         if sidecar.gripper:
             refine_fingers(imported, sidecar.gripper.joints)
     except InputError as error:

@@ -94,8 +94,10 @@ def find_workspace(
     shoulder = float(data.xanchor[joint][2])
     reach = float(np.linalg.norm(positions - data.xanchor[joint], axis=1).max())
     forward = _forward(positions - [*axis, 0.0], approaches)
+    first = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) == int(model.jnt_bodyid[joint])]
+    lowest = world_points(model, data, first, 0.01)[:, 2].min(initial=shoulder)
     # From a pedestal as high as the arm is long nothing on its foot's level is reached: the table comes up to the arm.
-    for level in (floor, shoulder - 0.35 * reach):
+    for level in (floor, min(shoulder - 0.35 * reach, float(lowest))):
         best: tuple[float, Workspace] | None = None
         for tilt in _TILTS:
             found = _band(kinematics, Workspace(level, axis, forward, 0.0, reach, tilt), reach, collides)
@@ -209,7 +211,8 @@ def find_home(
                     continue
                 q = _unwound(kinematics, solved)
                 score = _score(kinematics, space, q)
-                if (best is None or score > best[0]) and collides(q) is None:
+                better = best is None or score > best[0]
+                if better and not kinematics.is_singular(q, space.far) and collides(q) is None:
                     best = (score, q)
         if best is not None and best[0] > 0.35:
             break
@@ -249,7 +252,7 @@ def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callabl
     ahead = np.array([np.cos(space.forward), np.sin(space.forward)])
     if (position[:2] - space.axis) @ ahead < 0.5 * reach:
         return "looks away from the workspace"
-    if kinematics.conditioning(q) < 0.03 * space.far:
+    if kinematics.is_singular(q, space.far):
         return "is close to a singularity"
     touching = collides(q)
     return f"has {touching}" if touching else None

@@ -21,6 +21,8 @@ _SAMPLES = 40
 # Newtons at the fingertips, and by what share of its travel a finger is off when it presses with all of them.
 _GRIP_FORCE = 30.0
 _GRIP_ERROR = 0.05
+# Beyond what common grippers give; a light object under more is pressed out of their grip, not held.
+_MOST_GRIP_FORCE = 100.0
 _JOINT, _TENDON = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_TENDON
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -129,28 +131,40 @@ def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator:
 
 
 def soften_grip(imported: ImportedModel, roles: GripperRoles, tcp_site: str) -> None:
-    """Let the gripper servos that the import made press as a hand does, whatever motor the file rates them at."""
+    """Let gripper servos press as a hand does: those that the import made, and those that would crush what they hold."""
     spec = imported.spec
-    made = [name for name in roles.actuator_names if name in imported.made_actuators]
-    if not made:
-        return
     model = compile_spec(spec, imported.path.name)
     data = mujoco.MjData(model)
     mujoco.mj_fwdPosition(model, data)
     tcp = data.site_xpos[model.site(tcp_site).id]
     low, high = joint_bounds(model)
-    for name in made:
+    for name in roles.actuator_names:
         actuator = spec.actuator(name)
+        if actuator is None or actuator.trntype != _JOINT:
+            continue
         joint = model.joint(actuator.target).id
         lever = 1.0
         if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
             offset = tcp - data.xanchor[joint]
             lever = max(float(np.linalg.norm(np.cross(data.xaxis[joint], offset))), 0.01)
-        force = min(_GRIP_FORCE * lever, float(abs(actuator.forcerange[1])))
         travel = float(high[joint] - low[joint])
-        inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
-        kp = force / (_GRIP_ERROR * travel)
-        _write_gains(actuator, kp, 2.0 * float(np.sqrt(kp * inertia)), force)
+        if name in imported.made_actuators:
+            force = min(_GRIP_FORCE * lever, float(abs(actuator.forcerange[1])))
+            inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
+            kp = force / (_GRIP_ERROR * travel)
+            _write_gains(actuator, kp, 2.0 * float(np.sqrt(kp * inertia)), force)
+            continue
+        gear = abs(float(actuator.gear[0])) or 1.0
+        limited = actuator.forcerange[1] > actuator.forcerange[0]
+        force = float(np.abs(actuator.forcerange).max()) if limited else -float(actuator.biasprm[1]) * gear * travel
+        most = _MOST_GRIP_FORCE * lever / gear
+        if force > most:
+            actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
+            actuator.forcerange = [-most, most]
+            imported.notes.append(
+                f"actuator {name!r} could press with {force * gear / lever:.0f} N at the fingertips: "
+                f"limited to {_MOST_GRIP_FORCE:.0f} N"
+            )
 
 
 def get_armature(joint: mujoco.MjsJoint) -> float:

@@ -92,7 +92,8 @@ def moving_groups(model: mujoco.MjModel, joint_ids: Sequence[int]) -> list[froze
             walk = int(model.body_parentid[walk])
         if walk == palm and path and any(b in moved for b in path):
             roots.setdefault(path[-1], set()).add(body)
-    groups = [frozenset(bodies) for bodies in roots.values()]
+    # A link without a shape, as the far side of a drawn linkage, holds nothing.
+    groups = [frozenset(bodies) for bodies in roots.values() if any(model.body_geomnum[b] for b in bodies)]
     if len(groups) == 1:
         weld = int(model.body_weldid[palm])
         groups.append(frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld) - groups[0])

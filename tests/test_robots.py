@@ -1,6 +1,7 @@
 """Any arm: unedited models in, inferred sidecars, and what is wrong said by name."""
 
 import copy
+import re
 import shutil
 from pathlib import Path
 
@@ -9,7 +10,9 @@ import pytest
 import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+from robosandbox.cli import app
 from robosandbox.errors import InputError
 from robosandbox.robots.explain import to_yaml
 from robosandbox.robots.files import ModelFiles, check_xml
@@ -201,6 +204,52 @@ def test_a_search_path_opens_the_folder_that_it_names(tmp_path):
     model = tmp_path / "model" / "toy.urdf"
     files = ModelFiles.of(model, [tmp_path / "meshes"])
     assert files.find("package://meshes/a.stl", "mesh").name == "a.stl"
+
+
+def test_prefix_that_nobody_declared_does_not_keep_a_urdf_from_loading(tmp_path):
+    path = tmp_path / "toy.urdf"
+    path.write_text((TOYS / "toy.urdf").read_text().replace("<limit ", '<limit drake:acceleration="2.5" ', 1))
+    assert len(import_model(path).spec.joints) == len(import_model(TOYS / "toy.urdf").spec.joints)
+
+
+def test_model_without_collision_shapes_collides_with_its_visual_ones(tmp_path):
+    text = re.sub(r"<visual>.*?</visual>", "", (TOYS / "toy.urdf").read_text()).replace("collision>", "visual>")
+    (tmp_path / "toy.urdf").write_text(text)
+    imported = import_model(tmp_path / "toy.urdf")
+    assert any("no link has a collision shape" in note for note in imported.notes)
+    assert all(geom.contype for geom in imported.spec.body("l4").geoms)
+
+
+@pytest.mark.parametrize("height", [0.04, 0.3])
+def test_inferred_base_stands_on_the_scenes_table(height):
+    base = load_robot(TOYS / "toy.urdf", table_height=height).base_pose.xyz[2]
+    assert base == pytest.approx(load_robot(TOYS / "toy.urdf").base_pose.xyz[2] + height - 0.04)
+
+
+def test_what_is_not_the_arm_stands_still(tmp_path):
+    text = (TOYS / "toy.urdf").read_text()
+    head = """<link name="head"><visual><geometry><sphere radius=".02"/></geometry></visual></link>
+      <joint name="neck" type="revolute"><parent link="{root}"/><child link="head"/><origin xyz="-.1 0 .1"/>
+      <axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"""
+    root = re.search(r'<link name="([^"]+)"', text).group(1)
+    (tmp_path / "toy.urdf").write_text(text.replace("</robot>", head.format(root=root)))
+    robot = load_robot(tmp_path / "toy.urdf")
+    assert "neck" not in {joint.name for joint in robot.spec.joints}
+    assert any("held still: neck" in note for note in robot.notes)
+
+
+def test_package_path_is_an_option_wherever_a_robot_is_named(tmp_path):
+    for command in (
+        ["run", "x"],
+        ["plan", "x"],
+        ["repl"],
+        ["sim"],
+        ["mcp"],
+        ["robot", "infer", "x"],
+        ["robot", "check", "x"],
+    ):
+        result = CliRunner().invoke(app, [*command, "--package-path", str(tmp_path / "none")])
+        assert "no such folder" in str(result.exception), command
 
 
 def test_document_types_are_refused():

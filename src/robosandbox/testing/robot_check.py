@@ -143,9 +143,9 @@ def _infer_for(imported: Any, given: Sidecar) -> Inference:
     names = {item.name for item in imported.spec.joints}
     anchor = next((name for name in reversed(given.arm.joints) if name in names), None)
     try:
-        return infer_imported(imported, arm=anchor)
+        return infer_imported(imported, arm=anchor, listed=given.arm.joints)
     except InputError:
-        return infer_imported(imported)
+        return infer_imported(imported, listed=given.arm.joints)
 
 
 def _field_of(config: Path | None, message: str) -> str | None:
