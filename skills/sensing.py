@@ -50,6 +50,15 @@ def changed(before: ObservedScene, now: ObservedScene) -> bool:
     return any((other := now.find(item.id)) is None or moved(item, other) > _CHANGED for item in before.objects)
 
 
+def finger_side(sim: Sim, body: str) -> int | None:
+    """Return which side of the gripper a body belongs to: 1 or -1 along the closing direction; None for the palm."""
+    gripper = sim.robot.gripper
+    if gripper is None:
+        return None
+    ids = [{sim.body_names[body_id] for body_id in bodies} for bodies in gripper.finger_bodies]
+    return next((sign for sign, names in zip((1, -1), ids, strict=True) if body in names), None)
+
+
 def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:
     """Check that the fingers have opened as commanded, or far enough for the object; work them free if they stick.
 
