@@ -50,13 +50,14 @@ def changed(before: ObservedScene, now: ObservedScene) -> bool:
     return any((other := now.find(item.id)) is None or moved(item, other) > _CHANGED for item in before.objects)
 
 
-def finger_side(sim: Sim, body: str) -> int | None:
-    """Return which side of the gripper a body belongs to: 1 or -1 along the closing direction; None for the palm."""
+def finger_side(sim: Sim, body: str) -> int:
+    """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for the palm."""
     gripper = sim.robot.gripper
-    if gripper is None:
-        return None
-    ids = [{sim.body_names[body_id] for body_id in bodies} for bodies in gripper.finger_bodies]
-    return next((sign for sign, names in zip((1, -1), ids, strict=True) if body in names), None)
+    if gripper is not None:
+        for sign, bodies in zip((-1, 1), gripper.finger_bodies, strict=True):
+            if body in {sim.body_names[body_id] for body_id in bodies}:
+                return sign
+    return 0
 
 
 def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:
