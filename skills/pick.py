@@ -31,7 +31,15 @@ from robosandbox.skills.manipulator import (
     check_rise,
     withdrawn,
 )
-from robosandbox.skills.sensing import LoadMeter, changed, check_closed, check_open, finger_side, lift_error
+from robosandbox.skills.sensing import (
+    LoadMeter,
+    changed,
+    check_closed,
+    check_open,
+    check_uncovered,
+    finger_side,
+    lift_error,
+)
 from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
@@ -82,6 +90,7 @@ class Pick(Skill):
         scene = arm.start
         while True:
             seen = _shifted(arm.find(object, scene), felt)
+            check_uncovered(seen, scene)
             plan = _plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
                 arm.open(plan.aperture, wait=False)
