@@ -28,6 +28,7 @@ class AgentContext:
         grasp: Ways to hold things.
         motion: Configurations and paths.
         what_if: Whether skills may try repairs on copies of the world.
+        what_if_seconds: How many simulated seconds all trials after one failure may take together.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         listeners: Called with each phase that begins.
         intent_listeners: Called with what a skill is about to do.
@@ -39,6 +40,7 @@ class AgentContext:
     grasp: GraspPlanner
     motion: MotionPlanner
     what_if: bool = True
+    what_if_seconds: float = 120.0
     limits: Limits | None = None
     listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
     intent_listeners: list[Callable[[Intent], None]] = field(default_factory=list, init=False, repr=False)

@@ -61,6 +61,27 @@ _STILL = 0.0005
 _DISTURBED = 0.005
 
 
+class MetError(TrackingError):
+    """The arm was stopped by something that it met.
+
+    Attributes:
+        body: The part of the robot.
+        other: What it met.
+    """
+
+    def __init__(self, body: str, other: str, force: float, *, phase: Phase, joint: str) -> None:
+        super().__init__(
+            f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
+            "seen to be, or came into the way; look again",
+            phase=phase,
+            evidence=TrackingEvidence(
+                joint=joint, error=0.0, contacts=(f"{body} on {other}",), contact_force=round(force, 2)
+            ),
+        )
+        self.body = body
+        self.other = other
+
+
 class ContactGuard:
     """A tick hook that stops the arm where it presses on something.
 
@@ -78,21 +99,13 @@ class ContactGuard:
         """Look at the contacts.
 
         Raises:
-            TrackingError: One has been strong for longer than a bump is.
+            MetError: One has been strong for longer than a bump is.
         """
         force, body, other = self._sim.strongest_contact()
         self._ticks = self._ticks + 1 if force > _PRESSING else 0
         if self._ticks < _PRESSED_TICKS:
             return
-        joint = self._sim.robot.joints[-1]
-        raise TrackingError(
-            f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
-            "seen to be, or came into the way; look again",
-            phase=self._phase,
-            evidence=TrackingEvidence(
-                joint=joint, error=0.0, contacts=(f"{body} on {other}",), contact_force=round(force, 2)
-            ),
-        )
+        raise MetError(body, other, force, phase=self._phase, joint=self._sim.robot.joints[-1])
 
 
 class Manipulator:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -27,11 +27,20 @@ from robosandbox.skills.manipulator import (
     HOVER_HEIGHT,
     LIFT_HEIGHT,
     Manipulator,
+    MetError,
     check_rise,
     withdrawn,
 )
-from robosandbox.skills.sensing import LoadMeter, changed, check_closed, check_open, lift_error
-from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, SkillResult, Trajectory
+from robosandbox.skills.sensing import (
+    LoadMeter,
+    changed,
+    check_closed,
+    check_open,
+    check_uncovered,
+    finger_side,
+    lift_error,
+)
+from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, SkillResult, Trajectory
 
 _PRESHAPE_CLEARANCE = 0.02
 _LEAST_RISE = 0.5
@@ -77,10 +86,12 @@ class Pick(Skill):
             return _lift_held(arm, target)
         arm.require_empty()
         excluded: list[Grasp] = []
-        looks, least_aperture = 0, 0.0
+        looks, least_aperture, felt = 0, 0.0, np.zeros(3)
         scene = arm.start
         while True:
-            plan = _plan_grasp(arm, arm.find(object, scene), scene, excluded, least_aperture)
+            seen = _shifted(arm.find(object, scene), felt)
+            check_uncovered(seen, scene)
+            plan = _plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
                 arm.open(plan.aperture, wait=False)
                 arm.follow(plan.approach, Phase.APPROACH, guarded=True)
@@ -93,8 +104,8 @@ class Pick(Skill):
                 if isinstance(error.evidence, GraspEvidence) and error.evidence.reason in _FINAL:
                     _back_off(arm, error)
                     raise
-                if error.phase == Phase.DESCEND:
-                    # The object is wider, or elsewhere, than it seems.
+                if isinstance(error, MetError) and error.other == object:
+                    felt = felt + _towards(arm, plan, error.body)
                     least_aperture = arm.geometry.max_aperture
                 excluded.append(plan.grasp)
                 if len(excluded) >= _ATTEMPTS:
@@ -104,7 +115,12 @@ class Pick(Skill):
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: _GraspPlan) -> SkillResult:
         grasp = plan.grasp
-        arm.follow(plan.descent, Phase.DESCEND, guarded=True)
+        try:
+            arm.follow(plan.descent, Phase.DESCEND, guarded=True)
+        except MetError as met:
+            # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
+            if met.other != target.id or finger_side(arm.sim, met.body) != 0:
+                raise
         arm.ctx.enter(Phase.GRASP)
         before = arm.gripper.width
         arm.close()
@@ -293,6 +309,19 @@ def _no_candidate(arm: Manipulator, target: DetectedObject) -> GraspError:
             max_aperture=geometry.max_aperture,
         ),
     )
+
+
+def _shifted(target: DetectedObject, shift: Array) -> DetectedObject:
+    """Return the object as if it lay elsewhere by `shift` (3,)."""
+    return replace(target, pose=Pose.from_matrix(target.pose.position + shift, target.pose.rotation))
+
+
+def _towards(arm: Manipulator, plan: _GraspPlan, body: str) -> Array:
+    """Return by how much (3,) an object that a finger came down on lies nearer to that finger than it was seen."""
+    spare = (plan.aperture - plan.grasp.width) / 2.0 + arm.geometry.finger_thickness / 2.0
+    closing = plan.grasp.tcp_pose.rotation[:, 1] * [1.0, 1.0, 0.0]
+    shift: Array = finger_side(arm.sim, body) * spare * closing
+    return shift
 
 
 def _missed(arm: Manipulator, grasp: Grasp, width: float) -> GraspError:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from robosandbox.errors import GraspError, GraspEvidence, Phase
-from robosandbox.perception.relations import bottom, moved
+from robosandbox.errors import CollisionError, CollisionEvidence, GraspError, GraspEvidence, Phase
+from robosandbox.perception.relations import bottom, moved, on_top
 from robosandbox.protocols import Sim
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
@@ -45,9 +45,34 @@ class LoadMeter:
             self.pull = max(self.pull, float(self._sim.force_on(self._object)[2]))
 
 
+def check_uncovered(target: DetectedObject, scene: ObservedScene) -> None:
+    """Check that nothing stands on an object that is to be lifted: it would come along and fall.
+
+    Raises:
+        CollisionError: Something does.
+    """
+    for item in scene.objects:
+        if item.id != target.id and item.id != scene.held and on_top(item, target):
+            raise CollisionError(
+                f"{item.id} stands on {target.id} and would fall when that is lifted; put {item.id} aside first",
+                phase=Phase.PLAN,
+                evidence=CollisionEvidence(body=target.id, other=item.id, depth=0.0, waypoint=0, waypoints=1),
+            )
+
+
 def changed(before: ObservedScene, now: ObservedScene) -> bool:
     """Tell whether anything stands elsewhere than it did."""
     return any((other := now.find(item.id)) is None or moved(item, other) > _CHANGED for item in before.objects)
+
+
+def finger_side(sim: Sim, body: str) -> int:
+    """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for the palm."""
+    gripper = sim.robot.gripper
+    if gripper is not None:
+        for sign, bodies in zip((-1, 1), gripper.finger_bodies, strict=True):
+            if body in {sim.body_names[body_id] for body_id in bodies}:
+                return sign
+    return 0
 
 
 def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:

@@ -5,16 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
-from robosandbox.errors import ErrorCode, GraspEvidence, PlacementEvidence, PushEvidence
+from robosandbox.errors import CollisionEvidence, ErrorCode, GraspEvidence, PlacementEvidence, PushEvidence
 from robosandbox.protocols import Attempt
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 
 RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
 _PLACED = 0.02
+# What another try of the same would meet again.
+_FINAL = frozenset({"none_found", "immovable", "too_heavy", "gripper_stuck"})
+_CLEARINGS = 3
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
@@ -87,9 +91,9 @@ class _Reaction:
             case ErrorCode.UNREACHABLE | ErrorCode.LIMIT | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
                 return self._other() or self._stop()
             case ErrorCode.COLLISION:
-                return self._other() or self._from_home() or self._stop()
+                return self._other() or self._clear_way() or self._from_home() or self._stop()
             case ErrorCode.TRACKING:
-                return self._from_home() or self._stop()
+                return self._clear_top() or self._from_home() or self._stop()
             case ErrorCode.GRASP:
                 return self._grasp()
             case ErrorCode.NOT_HOLDING:
@@ -196,7 +200,7 @@ class _Reaction:
                 f"{1e3 * evidence.object_width:.0f} mm wide and the gripper opens {1e3 * evidence.max_aperture:.0f} mm"
             )
             return self._other_object() or self._stop(f"{evidence.object} is {wide}")
-        if evidence.reason == "none_found":
+        if evidence.reason in _FINAL:
             return self._other_object() or self._stop()
         return self._retry() or self._other_object() or self._stop()
 
@@ -233,11 +237,37 @@ class _Reaction:
         return self._draft(spot, self.failed, *self.after)
 
     def _spot(self, name: str) -> Step | None:
-        world = World(self.scene)
-        spots = world.free_spots(world.at[name], world.radius(name), (name,)) if name in world.at else []
-        if not spots or "place_at" not in self.skills:
+        down = set_down(World(self.scene), name) if "place_at" in self.skills else None
+        return Step(down) if down else None
+
+    def _clear_way(self) -> Draft | None:
+        """Put aside what stands on the object that was to be grasped, or what the hand would touch beside it."""
+        return self._clear_top() or self._clear_named()
+
+    def _clear_top(self) -> Draft | None:
+        name = self._grasped()
+        pile = pile_on(World(self.scene), name) if name else []
+        return self._put_aside(pile[-1], name) if name and pile else None
+
+    def _clear_named(self) -> Draft | None:
+        name, evidence = self._grasped(), self.error.evidence
+        if name is None or not isinstance(evidence, CollisionEvidence):
             return None
-        return Step(SkillCall(skill="place_at", arguments={"x": spots[0][0], "y": spots[0][1]}))
+        ways = (self._put_aside(other, name) for other in (evidence.other, evidence.body) if other != name)
+        return next((way for way in ways if way), None)
+
+    def _grasped(self) -> str | None:
+        """Return the object that the failed step was to grasp."""
+        call = self.failed.call
+        return str(call.arguments["object"]) if call.skill in ("pick", "stack") and not self.scene.held else None
+
+    def _put_aside(self, name: str, item: str) -> Draft | None:
+        calls = carried_aside(World(self.scene), name, item)
+        if calls is None or self.again >= _CLEARINGS or not {"pick", "place_at"} <= set(self.skills):
+            return None
+        if any(attempt.failed == calls[0] for attempt in self.history):
+            return None
+        return self._draft(*(Step(call) for call in calls), self.failed, *self.after)
 
     def _placement(self) -> Draft | Refusal:
         evidence = self.error.evidence

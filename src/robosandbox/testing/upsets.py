@@ -169,16 +169,21 @@ class Draw:
     def moment(self, phases: Iterable[str], *, step: int = 0, away_from: Array | None = None) -> float:
         """Return a moment of the undisturbed episode: in these phases of one skill call, the hand away from a place.
 
+        Phases that come again when the object has been grasped count only the first time, if "grasp" is not among them.
+
         Raises:
             ValueError: There is none.
         """
         if self._moments is None:
             self._moments = _timeline(self.task)
+        grasp = [m.time for m in self._moments if m.step == step and m.phase in ("grasp", "push")]
+        last = min(grasp, default=math.inf) if not {"grasp", "lift", "transfer", "push"} & set(phases) else math.inf
         fit = [
             moment.time
             for moment in self._moments[: -round(_BEFORE_THE_END / 0.01)]
             if moment.step == step
             and moment.phase in phases
+            and moment.time < last
             and (away_from is None or float(np.linalg.norm(moment.tcp[:2] - away_from[:2])) > _HAND_AWAY)
         ]
         if not fit:
