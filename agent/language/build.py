@@ -192,17 +192,15 @@ class _Builder(Arranging):
         return direction, distance or (gap if place.kind == "against" else min(PUSH_DISTANCE, max(gap - 0.01, 0.0)))
 
     def _pour(self, command: Command) -> None:
-        names, several = self._objects(
-            command, fits=lambda name: self.world.objects[name].kind not in ("bin", "drawer")
-        )
+        names, several = self._objects(command, fits=lambda name: self.world.objects[name].kind in match.VESSELS)
         place = command.place
+        if names and self.world.objects[names[0]].kind not in match.VESSELS:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{names[0]} holds nothing that could be poured.", names)
         if several or not isinstance(place, Relation):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one should I pour from: {listed(names, 'or')}?", names)
-        target = self.ground.one(
-            place.refs[0], lambda name: self.world.objects[name].kind in match.CONTAINERS, names
-        ).ids[0]
-        if target == names[0]:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
+        target = self._targets(place, names)[0]
+        if self.world.objects[target].kind == "drawer":
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a drawer; I do not pour into it.", (target,))
         self._take(names[0])
         self._add("pour", target=target)
 

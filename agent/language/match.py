@@ -11,10 +11,14 @@ from functools import lru_cache
 from robosandbox.agent.language import things
 from robosandbox.agent.language.lexicon import words_plural
 from robosandbox.agent.language.tokens import id_parts
-from robosandbox.types import DetectedObject
+from robosandbox.types import CONTAINER_KINDS, DetectedObject
 
 NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
-CONTAINERS = frozenset({"bin", "bowl", "cup", "drawer"})
+CONTAINERS = CONTAINER_KINDS
+VESSELS = frozenset({"bowl", "cup", "cylinder", "capsule", "mesh"})
+"""Kinds that may hold something to pour: cups, and what bottles, mugs and cans are made of here."""
+STANDING = frozenset({"bin", "bowl", "drawer"})
+"""Kinds that stay where they are unless somebody names them."""
 SHAPE_KINDS: dict[str, frozenset[str]] = {
     "cube": frozenset({"box"}),
     "block": frozenset({"box"}),
@@ -65,7 +69,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     parts = id_parts(name)
     noun_class = NOUN_CLASS.get(noun, noun)
     if noun_class == "thing":
-        return LOOSE if kind not in CONTAINERS else 0
+        return LOOSE if kind not in STANDING else 0
     if (
         noun in parts
         or noun == "".join(parts)

@@ -125,10 +125,19 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
             )
-        if world.objects[name].kind in match.CONTAINERS:
+        if kind == "cup":
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED,
+                f"{target} is a cup: I pour into it; bins, bowls and drawers I fill.",
+                (target,),
+            )
+        inner = world.objects[name].kind
+        if inner in ("bin", "drawer"):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,)
             )
+        if inner in match.CONTAINERS and not world.fits_in(name, target):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} does not fit into {target}.", (name, target))
         if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
             if world.held:
                 raise RefusedError(

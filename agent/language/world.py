@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
 
+from robosandbox.agent.language.match import STANDING
 from robosandbox.perception.relations import bounds
-from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, DetectedObject, ObservedScene, Pose
 
 TABLE_HALF = 0.5
 MARGIN = 0.02
@@ -62,7 +63,7 @@ class World:
 
     def _bottom(self, item: DetectedObject) -> float:
         z = item.pose.xyz[2]
-        return z if item.kind in ("bin", "bowl", "cup", "drawer") else z - self._extents[item.id][2]
+        return z if item.kind in CONTAINER_KINDS else z - self._extents[item.id][2]
 
     def _parents(self) -> Iterator[tuple[str, Parent]]:
         for item in self.objects.values():
@@ -80,7 +81,7 @@ class World:
                     continue
                 low = self._bottom(other)
                 top = low + 2 * ez
-                if other.kind in ("bin", "bowl", "cup", "drawer") and low - 0.01 <= bottom < top - 0.002:
+                if other.kind in CONTAINER_KINDS and low - 0.01 <= bottom < top - 0.002:
                     found = (low, ("in", other.id))
                 elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
                     found = (top, ("on", other.id))
@@ -94,6 +95,16 @@ class World:
     def extents(self, name: str) -> tuple[float, float, float]:
         """Return an object's half-extents along the world's axes."""
         return self._extents[name]
+
+    def fits_in(self, name: str, target: str) -> bool:
+        """Say whether an object, as it stands, is smaller than the opening of a container, and no taller than a drawer."""
+        (x, y, z), (tx, ty, tz) = self._extents[name], self._extents[target]
+        if self.objects[target].kind == "drawer" and (
+            z > tz - CONTAINER_WALL or 2 * min(x, y) > self.objects[target].size[3]
+        ):
+            # Too tall to close, or wider than it opens.
+            return False
+        return max(x, y) < max(tx, ty) - CONTAINER_WALL and min(x, y) < min(tx, ty) - CONTAINER_WALL
 
     def radius(self, name: str) -> float:
         """Return the radius of the circle around an object seen from above."""
@@ -126,7 +137,7 @@ class World:
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
-        return self.objects[name].kind not in ("bin", "bowl", "drawer")
+        return self.objects[name].kind not in STANDING
 
     # What steps change.
 

@@ -43,8 +43,6 @@ def viewer(
     """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
     if not 0 <= port <= 65535:
         raise InputError(f"--port: {port} is no port; give 0 to 65535")
-    if seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
     remote = connect is not None or zenoh_config is not None or robot_id is not None
     if remote and (task is not None or robot is not None or seed != 0):
         raise InputError("--connect: the sim has its task, robot and seed; leave out --task, --robot and --seed")
