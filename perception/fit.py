@@ -23,6 +23,7 @@ _TURNS: dict[Shape, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.p
 
 _GRID = np.radians(6.0)
 _ITERATIONS = 4
+_SETTLED = 0.0001
 _CLIP = 3.0
 _LEAST_SIZE = 0.003
 _SIZE_PRIOR = (0.025, 0.06)
@@ -176,6 +177,7 @@ def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface]) -> Fit:
     """Return the shape refined with surface points, each on the face that it is nearest to."""
     found, turning = start, _TURNS[start.shape] > 0.0
     count = 3 + SIZES[start.shape]
+    last = False
     for iteration in range(_ITERATIONS + 1):
         rows = Rows.stack([fixed, *(_on_surface(found, surface) for surface in surfaces)])
         terms = support_terms(found.shape, found.yaw, rows.normals)
@@ -199,12 +201,13 @@ def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface]) -> Fit:
         normal[range(3), range(3)] += 1e-3
         if turning:
             normal[-1, -1] += 1.0
-        if iteration == _ITERATIONS:
+        if last:
             cost = float((np.minimum(scaled, _CLIP) ** 2).mean())
             return replace(
                 found, cost=cost, covariance=np.array(np.linalg.inv(normal), dtype=np.float64), rows=len(rows.values)
             )
         change = np.linalg.solve(normal, right)
+        settled = float(np.abs(change[:3]).max()) < _SETTLED
         yaw = found.yaw + (float(np.clip(change[-1], -0.15, 0.15)) if turning else 0.0)
         found = replace(
             found,
@@ -212,6 +215,7 @@ def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface]) -> Fit:
             sizes=np.maximum(found.sizes + change[3:count], _LEAST_SIZE),
             yaw=yaw,
         )
+        last = settled or iteration == _ITERATIONS - 1
     raise AssertionError("the last iteration returns")
 
 

@@ -11,7 +11,7 @@ from robosandbox.perception.fit import Fit, Shape, Surface, fit
 from robosandbox.perception.groups import Group, alike
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Look, Scenery
-from robosandbox.types import Array, ObjectKind
+from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
 
 _NEAR = 0.015
 _SECTORS = 20
@@ -22,6 +22,9 @@ _WALL = 0.012
 _LEAST_INSIDE = 12
 _LEAST_POINTS = 30
 _MOST_PIECES = 4
+_MIDDLE = 0.2
+_LEAST_INNER = 0.012
+_FEW = 5
 _POOREST = 1.2
 _MORE = 0.00005
 _INSIDE = 0.8
@@ -99,13 +102,13 @@ def _as_container(family: Sequence[Group], scenery: Scenery) -> Container | None
         return None
     members = Group(tuple(segment for item in family for segment in item.segments))
     low, high = members.bounds
-    if not _walled(points, (low + high)[:2] / 2.0):
+    if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
     rows, surfaces = _outer(members, rim, scenery)
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
         found = fit(shape, rows, surfaces, scenery.table.height)
-        if found is not None and _is_hollow(found, scenery):
+        if found is not None and _holds_something(found) and _is_hollow(found, scenery):
             options.append((kind, found))
     if not options:
         return None
@@ -113,11 +116,23 @@ def _as_container(family: Sequence[Group], scenery: Scenery) -> Container | None
     return kind, found, members
 
 
+def _has_a_top(points: Array, low: Array, high: Array, rim: float) -> bool:
+    """Tell whether the middle is as high as the rim, as is plain of most solid things."""
+    inner = (np.abs(points[:, :2] - (low + high)[:2] / 2.0) < _MIDDLE * (high - low)[:2]).all(axis=1)
+    return bool(inner.sum() >= _FEW and np.median(points[inner, 2]) > rim - _RIM)
+
+
 def _walled(points: Array, middle: Array) -> bool:
     """Tell whether there is something raised in nearly every direction from the middle."""
     offset = points[:, :2] - middle
     sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
     return len(np.unique(sector)) >= _CLOSED * _SECTORS
+
+
+def _holds_something(found: Fit) -> bool:
+    """Tell whether there is room inside of a hull's walls."""
+    walls = found.sizes[:2] if found.shape == "box" else found.sizes[:1]
+    return bool(walls.min() > _LEAST_INNER + CONTAINER_WALL and found.sizes[-1] > _LEAST_INNER)
 
 
 def _is_hollow(found: Fit, scenery: Scenery) -> bool:

@@ -105,21 +105,23 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
         return np.zeros_like(bare[crop])
     seen = view.rgb[::_COARSE, ::_COARSE][rows, columns].astype(np.float64)
     design = _quadratic(rows * (_COARSE / height), columns * (_COARSE / width))
-    keep = np.ones(len(rows), dtype=bool)
-    for _ in range(3):
+    keep = slice(None)
+    for _ in range(2):
         kept = design[keep]
         shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
         off = np.abs(seen - design @ shade).sum(axis=1)
         keep = off < 3.0 * np.median(off) + 6.0
-    rough_rows, rough_columns = np.meshgrid(np.arange(0, height, _COARSE), np.arange(0, width, _COARSE), indexing="ij")
+    size = (len(range(0, height, _COARSE)), len(range(0, width, _COARSE)))
+    rough_rows, rough_columns = np.mgrid[: size[0], : size[1]] * float(_COARSE)
     plain = _quadratic(rough_rows.ravel() / height, rough_columns.ravel() / width) @ shade
     whole = cv2.resize(
-        plain.reshape(*rough_rows.shape, 3).astype(np.float32), (width, height), interpolation=cv2.INTER_LINEAR
+        np.clip(plain, 0.0, 255.0).reshape(*size, 3).astype(np.uint8), (width, height), interpolation=cv2.INTER_LINEAR
     )
-    off_table = np.abs(view.rgb[crop].astype(np.float32) - whole[crop]).sum(axis=2)
+    noise = float(np.median(off))
+    off_table = cv2.transform(cv2.absdiff(view.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
     # An edge lies where half of its contrast is reached.
     half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
-    return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * float(np.median(off[keep])))))
+    return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * noise)))
 
 
 def _quadratic(v: Array, u: Array) -> Array:

@@ -86,28 +86,36 @@ class Tracker:
         new = [thing for thing in things if not any(thing is known for _, known in pairs)]
         gone = [track for track in left if seen_through(track.thing, scenery)]
         moved = _assign(gone, new, near=False)
-        for track, thing in (*pairs, *moved):
+        new = [thing for thing in new if not any(thing is known for _, known in moved)]
+        named = self._declared(new)
+        new = [thing for thing in new if not any(thing is known for _, known in named)]
+        # What nobody has described, and looks like something out of sight, is that.
+        hidden = [track for track in left if not any(track is known for known, _ in moved) and track not in gone]
+        back = _assign(hidden, new, near=False)
+        for track, thing in (*pairs, *moved, *back):
             _renew(track, thing)
+        seen = {track.id for track, _ in (*moved, *back)}
         for track in left:
-            if any(track is known for known, _ in moved):
+            if track.id in seen:
                 continue
             if track in gone:
                 del self.tracks[track.id]
             else:
                 track.hidden = True
                 track.confidence *= _FADING
-        self._name([thing for thing in new if not any(thing is known for _, known in moved)])
-
-    def _name(self, things: Sequence[Thing]) -> None:
-        sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
-        names = names_for([(thing.kind, thing.size, thing.rgb) for thing in sure], self.declared, self.tracks)
-        for thing, name in zip(sure, names, strict=True):
-            if name is None:
-                if thing.confidence < _STRANGER_CONFIDENCE:
-                    continue
+        for name, thing in named:
+            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+        for thing in new:
+            if thing.confidence >= _STRANGER_CONFIDENCE and not any(thing is known for _, known in back):
                 r, g, b = (float(value) for value in thing.rgb)
                 name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
-            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+                self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+
+    def _declared(self, things: Sequence[Thing]) -> list[tuple[str, Thing]]:
+        """Return the things that fit what the task describes and has not been seen yet, with the names."""
+        sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
+        names = names_for([(thing.kind, thing.size, thing.rgb) for thing in sure], self.declared, self.tracks)
+        return [(name, thing) for name, thing in zip(names, sure, strict=True) if name is not None]
 
 
 def _renew(track: Track, thing: Thing) -> None:

@@ -130,11 +130,13 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     lens = frame.intrinsics
     rgb, depth = frame.rgb, frame.depth
     if any(lens.distortion):
-        columns, rows = _straightening(lens)
-        rgb = cv2.remap(rgb, columns, rows, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.uint8)
-        depth = cv2.remap(depth, columns, rows, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT).astype(np.float32)
-    depth = np.nan_to_num(depth, nan=0.0, posinf=0.0, neginf=0.0)
-    depth = cv2.medianBlur(depth, 3).astype(np.float32)
+        places, shares = _straightening(lens)
+        rgb = cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        depth = cv2.remap(depth, _nearest(lens), None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+    finite = np.isfinite(depth)
+    if not finite.all():
+        depth = np.where(finite, depth, np.float32(0.0))
+    depth = cv2.medianBlur(np.ascontiguousarray(depth), 3)
     valid: Mask = (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     pose = frame.pose_camera_in_world
@@ -211,8 +213,21 @@ def _rays(lens: Intrinsics) -> Image:
 
 
 @lru_cache(maxsize=8)
-def _straightening(lens: Intrinsics) -> tuple[Image, Image]:
-    """Return where in the raw picture each straightened pixel lies."""
+def _straightening(lens: Intrinsics) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
+    """Return where in the raw picture each straightened pixel lies, as whole pixels and what is left over."""
+    columns, rows = _sources(lens)
+    places, shares = cv2.convertMaps(columns, rows, cv2.CV_16SC2)
+    return places, shares
+
+
+@lru_cache(maxsize=8)
+def _nearest(lens: Intrinsics) -> NDArray[np.int16]:
+    """Return the raw pixel nearest to each straightened one."""
+    places, _ = cv2.convertMaps(*_sources(lens), cv2.CV_16SC2, nninterpolation=True)
+    return np.asarray(places)
+
+
+def _sources(lens: Intrinsics) -> tuple[Image, Image]:
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     columns, rows = cv2.initUndistortRectifyMap(
         matrix, np.array(lens.distortion), None, matrix, (lens.width, lens.height), cv2.CV_32FC1
