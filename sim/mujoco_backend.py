@@ -315,6 +315,10 @@ class MuJoCoBackend:
         """Keep for `truth` the most that the robot presses or pulls these objects with, from now on."""
         self._felt = dict.fromkeys(names, 0.0)
 
+    def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
+        """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
+        return Contacts(self._loaded, self._live).around(carried)
+
     # Saving, restoring, forking.
 
     def snapshot(self) -> Array:

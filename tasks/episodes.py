@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.tasks.monitor import ContactMonitor
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.rows import BenchSettings, Row, versions
 from robosandbox.tasks.session import open_session
@@ -43,6 +44,7 @@ class EpisodeRunner:
         self._remote = remote
         self._session: Workcell | None = None
         self._key: tuple[Task, BenchSettings] | None = None
+        self._monitor: ContactMonitor | None = None
 
     def rows(self, chunk: Chunk) -> Iterator[Row]:
         """Yield a row per episode as it ends.
@@ -57,11 +59,13 @@ class EpisodeRunner:
         """Free the world."""
         if self._session is not None:
             self._session.close()
-        self._session = self._key = None
+        self._session = self._key = self._monitor = None
 
     def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
         session = self._session_for(task, settings)
         session.reset(seed)
+        if self._monitor is not None:
+            self._monitor.reset()
         begin = time.perf_counter()
         claimed, steps, replans, reason, said = False, 0, 0, "fault", ""
         try:
@@ -77,6 +81,7 @@ class EpisodeRunner:
             reason, said = episode.final_reason.value, episode.final_detail
         secs = time.perf_counter() - begin
         sim_secs, physics_steps = session.elapsed()
+        monitor = self._monitor
         verdict = session.judge()
         if verdict is None:
             raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
@@ -97,6 +102,8 @@ class EpisodeRunner:
             detail=detail,
             settings=settings.record(),
             versions=versions(),
+            touched=tuple(sorted(monitor.touched)) if monitor else (),
+            worst_force_n=round(monitor.worst_force, 3) if monitor else None,
         )
 
     def _session_for(self, task: Task, settings: BenchSettings) -> Workcell:
@@ -110,7 +117,7 @@ class EpisodeRunner:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
-        return open_session(
+        session = open_session(
             task,
             planner=settings.planner,
             planner_options=settings.planner_options,
@@ -118,6 +125,9 @@ class EpisodeRunner:
             max_replans=settings.max_replans,
             what_if=settings.what_if,
         )
+        self._monitor = ContactMonitor(session.sim)
+        session.agent.permits.append(self._monitor.begin)
+        return session
 
 
 _runner = EpisodeRunner()
