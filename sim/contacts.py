@@ -90,6 +90,20 @@ class Contacts:
             total += towards * (data.contact.frame[index].reshape(3, 3).T @ local[:3])
         return total
 
+    def grip_on(self, name: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N: half the sum of both."""
+        world, data = self._world, self._data
+        gripper = world.robot.gripper
+        if gripper is None:
+            return 0.0
+        fingers = gripper.finger_bodies[0] | gripper.finger_bodies[1]
+        total, local = 0.0, np.zeros(6)
+        for index, inner, outer in self._with_robot():
+            if inner in fingers and world.owners.get(outer) == name:
+                mujoco.mj_contactForce(world.model, data, index, local)
+                total += float(local[0])
+        return total / 2.0
+
     def around(self, carried: Iterable[str]) -> list[tuple[str, str, float]]:
         """Return the contacts of the robot, and of objects that count as its, with anything else.
 

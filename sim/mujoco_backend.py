@@ -307,6 +307,10 @@ class MuJoCoBackend:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         return Contacts(self._loaded, self._live).force_on(object_id)
 
+    def grip_on(self, object_id: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N."""
+        return Contacts(self._loaded, self._live).grip_on(object_id)
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
         return Contacts(self._loaded, self._live).of_arm()

@@ -15,6 +15,7 @@ from robosandbox.perception.relations import bottom, gap
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
+from robosandbox.skills.gripping import ease
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
     HOVER_HEIGHT,
@@ -96,6 +97,7 @@ class Pick(Skill):
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
         after = _lift(arm, arm.find(target.id, scene), grasp.width)
+        ease(arm, after)
         return SkillResult(
             skill=self.name,
             detail={

@@ -97,6 +97,10 @@ class Sim(Protocol):
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         ...
 
+    def grip_on(self, object_id: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N, as pads that feel would."""
+        ...
+
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
         ...
