@@ -98,9 +98,21 @@ class SensedSim:
         Raises:
             UnsupportedError: It is a thing that only the cameras have a name for.
         """
+        self._require_named(object_id)
+        return self._sim.force_on(object_id)
+
+    def grip_on(self, object_id: str) -> float:
+        """Return what pads that feel would tell of how hard they press on an object, N.
+
+        Raises:
+            UnsupportedError: It is a thing that only the cameras have a name for.
+        """
+        self._require_named(object_id)
+        return self._sim.grip_on(object_id)
+
+    def _require_named(self, object_id: str) -> None:
         if object_id not in self._sim.object_bodies:
             raise UnsupportedError(f"no force is felt of {object_id!r}, which the task does not name")
-        return self._sim.force_on(object_id)
 
     # What the robot itself knows and does.
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
@@ -87,6 +89,52 @@ class Contacts:
             towards = 1.0 if int(world.model.geom_bodyid[data.contact.geom[index][0]]) == inner else -1.0
             total += towards * (data.contact.frame[index].reshape(3, 3).T @ local[:3])
         return total
+
+    def grip_on(self, name: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N: half the sum of both."""
+        world, data = self._world, self._data
+        gripper = world.robot.gripper
+        if gripper is None:
+            return 0.0
+        fingers = gripper.finger_bodies[0] | gripper.finger_bodies[1]
+        total, local = 0.0, np.zeros(6)
+        for index, inner, outer in self._with_robot():
+            if inner in fingers and world.owners.get(outer) == name:
+                mujoco.mj_contactForce(world.model, data, index, local)
+                total += float(local[0])
+        return total / 2.0
+
+    def around(self, carried: Iterable[str]) -> list[tuple[str, str, float]]:
+        """Return the contacts of the robot, and of objects that count as its, with anything else.
+
+        Args:
+            carried: Ids of those objects: what they touch is listed, how the robot holds them is not.
+
+        Returns:
+            (link or carried object, what it touches, normal force in N), a pair once per contact point.
+        """
+        world, data = self._world, self._data
+        if not data.ncon:
+            return []
+        names = set(carried)
+        ours = np.zeros(world.model.nbody, dtype=bool)
+        ours[list(world.robot.bodies)] = True
+        ours[[body for body, name in world.owners.items() if name in names]] = True
+        bodies = world.model.geom_bodyid[data.contact.geom]
+        mine = ours[bodies]
+        found = []
+        force = np.zeros(6)
+        for index in np.flatnonzero((mine[:, 0] != mine[:, 1]) & (data.contact.dist < 0.0)):
+            mujoco.mj_contactForce(world.model, data, int(index), force)
+            inner, outer = (int(body) for body in (bodies[index] if mine[index, 0] else bodies[index][::-1]))
+            found.append(
+                (
+                    world.owners.get(inner, world.names[inner]),
+                    world.owners.get(outer, world.names[outer]),
+                    float(force[0]),
+                )
+            )
+        return found
 
     def _with_robot(self) -> list[tuple[int, int, int]]:
         """Return (index, robot body, other body) of the contacts between the robot and anything else."""

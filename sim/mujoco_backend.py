@@ -377,6 +377,10 @@ class MuJoCoBackend:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         return Contacts(self._loaded, self._live).force_on(object_id)
 
+    def grip_on(self, object_id: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N."""
+        return Contacts(self._loaded, self._live).grip_on(object_id)
+
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch now, without the robot's own."""
         return Contacts(self._loaded, self._live).of_arm()
@@ -384,6 +388,10 @@ class MuJoCoBackend:
     def feel(self, names: Iterable[str]) -> None:
         """Keep for `truth` the most that the robot presses or pulls these objects with, from now on."""
         self._felt = dict.fromkeys(names, 0.0)
+
+    def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
+        """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
+        return Contacts(self._loaded, self._live).around(carried)
 
     # Saving, restoring, forking.
 

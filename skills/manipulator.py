@@ -16,7 +16,7 @@ from robosandbox.errors import (
     UnreachableError,
     UnsupportedError,
 )
-from robosandbox.grasp.analytic import lean
+from robosandbox.grasp.hand import lean
 from robosandbox.perception.relations import inside, loose, moved
 from robosandbox.protocols import Sim, SkillContext
 from robosandbox.robots.robot import GripperGeometry
@@ -364,16 +364,19 @@ class Manipulator:
             before = now
 
 
-def check_rise(arm: Manipulator, pose: Pose, height: float, seed: Array) -> None:
-    """Check that the TCP can rise from a pose by `height`, straight or leaning outwards.
+def check_rise(arm: Manipulator, q: Array, height: float, held: str) -> None:
+    """Check that the TCP can rise from a configuration (n,) by `height`, straight or leaning outwards.
 
     Raises:
         UnreachableError: It cannot.
+        CollisionError: The hand would touch something other than the table and what it holds.
     """
-    failure: UnreachableError | None = None
+    motion, failure = arm.motion, None
+    pose = motion.forward(q)
+    motion.allow("table", held)
     for angle in _LEANS:
         try:
-            arm.motion.ik(leaning(raised(pose, height), arm.sim.robot.base_position, angle), seed)
+            motion.plan_line(q, leaning(raised(pose, height), arm.sim.robot.base_position, angle))
             return
         except UnreachableError as error:
             failure = failure or error

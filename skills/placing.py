@@ -21,12 +21,17 @@ from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 
 _DROP = 0.0015
-_RELEASE_CLEARANCE = 0.012
+_STAND_OFF = 0.004
+_OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
+_LEAST_OPENING = 0.003
 _RELEASE_SECONDS = 0.1
 _TABLE_HALF_EXTENT = 0.5
 _SPACING = 0.008
 _HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
 _LOWEST_HOVER = 0.03
+_RESTARTS = 30
+_MOST_UNREACHABLE = 40
+_MOST_BLOCKED = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,12 +54,13 @@ class _Way:
     goal: Pose
     transfer: Trajectory
     descent: Trajectory
+    opening: float
 
 
 def place(
     arm: Manipulator,
     held: DetectedObject,
-    spots: Sequence[Spot],
+    spots: Iterable[Spot],
     *,
     skill: str,
     target: str,
@@ -78,16 +84,13 @@ def place(
         CollisionError: All that can be reached touch something.
     """
     allowed = tuple(allowed)
-    if arm.sim.observe().tcp_pose.xyz[2] < _clear_height(arm):
-        arm.use(arm.look(), held=held.id)
-        arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+    _leave(arm, held.id)
     scene = arm.look()
     held = arm.find(held.id, scene)
     way = _find_way(arm, held, scene, spots, allowed)
     arm.follow(way.transfer, Phase.TRANSFER)
     arm.follow(way.descent, Phase.LOWER, yielding=True)
-    _release(arm, held.id, allowed)
+    _release(arm, held.id, way.opening)
     after = arm.settle(held.id)
     placed = arm.find(held.id, after)
     relation = check(placed, after)
@@ -110,54 +113,133 @@ def place(
     )
 
 
+def _leave(arm: Manipulator, held: str) -> None:
+    """Rise from what the held object still stands on or leans against, if it does."""
+    arm.use(arm.look(), held=held)
+    arm.motion.allow()
+    if arm.motion.touch(arm.q) is None:
+        return
+    arm.motion.allow("table", *(item.id for item in arm.start.objects))
+    arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+
+
 def _find_way(
-    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Sequence[Spot], allowed: tuple[str, ...]
+    arm: Manipulator, held: DetectedObject, scene: ObservedScene, spots: Iterable[Spot], allowed: tuple[str, ...]
 ) -> _Way:
-    arm.ctx.enter(Phase.PLAN)
-    observation = arm.sim.observe()
-    object_in_tcp = observation.tcp_pose.inverse() @ held.pose
-    tcp_in_object = object_in_tcp.inverse()
-    level = _levelled(held.pose.rotation)
-    arm.use(scene, held=held.id)
-    failures: list[SkillError] = []
-    for spot in spots:
-        for yaw in spot.yaws:
-            goal = _resting_pose(held, spot, _about_z(yaw) @ level)
-            tcp_goal = goal @ tcp_in_object
-            try:
-                hover = _hover(arm, tcp_goal, observation.q)
-                arm.motion.allow()
-                transfer = arm.motion.plan_joints(observation.q, hover, speed=CARRY_SPEED)
-                arm.motion.allow(*allowed)
-                descent = arm.motion.plan_line(hover, tcp_goal, speed=FINE_SPEED)
-            except (UnreachableError, CollisionError) as error:
-                failures.append(error)
-                continue
-            return _Way(goal, transfer, descent)
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
-    raise (collisions or failures)[0].at(Phase.PLAN)
-
-
-def _hover(arm: Manipulator, tcp_goal: Pose, q: Array) -> Array:
-    """Return a configuration over the goal: high if it can be reached, else lower.
+    """Return the way to the first spot where hand and object have room, coming, opening and going.
 
     Raises:
-        UnreachableError: Not even just above it.
+        UnreachableError: No spot can be reached.
+        CollisionError: All that can be reached touch something.
     """
-    for height in _HIGHER_HOVERS:
+    arm.ctx.enter(Phase.PLAN)
+    search = _Search(arm, held, scene, allowed)
+    for spot in spots:
+        for yaw in spot.yaws:
+            way = search.attempt(spot, yaw)
+            if way is not None:
+                return way
+            if search.is_over:
+                raise search.failure
+    raise search.failure
+
+
+class _Search:
+    """Tries spots and keeps what stood against them."""
+
+    def __init__(self, arm: Manipulator, held: DetectedObject, scene: ObservedScene, allowed: tuple[str, ...]) -> None:
+        self._arm = arm
+        self._held = held
+        self._scene = scene
+        self._allowed = allowed
+        observation = arm.sim.observe()
+        self._q = observation.q
+        self._width = arm.gripper.width
+        self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
+        self._level = levelled(held.pose.rotation)
+        self._failures: list[SkillError] = []
+        self._blocked = 0
+
+    @property
+    def failure(self) -> SkillError:
+        """What came closest to working: a collision, else the first that is out of reach."""
+        collisions = [error for error in self._failures if isinstance(error, CollisionError)]
+        return (collisions or self._failures)[0].at(Phase.PLAN)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it is time to give up."""
+        unreachable = sum(isinstance(error, UnreachableError) for error in self._failures)
+        return unreachable >= _MOST_UNREACHABLE or self._blocked >= _MOST_BLOCKED
+
+    def attempt(self, spot: Spot, yaw: float) -> _Way | None:
+        """Return the way to a spot, or None."""
+        arm, motion = self._arm, self._arm.motion
+        goal = _resting_pose(self._held, spot, about_z(yaw) @ self._level)
+        tcp_goal = goal @ self._tcp_in_object
+        # Just above the support nothing may be touched; the last millimetres are for the support alone.
+        above = raised(tcp_goal, _STAND_OFF)
         try:
-            return arm.motion.ik(raised(tcp_goal, height), q)
-        except UnreachableError:
-            continue
-    return arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q)
+            q_above = motion.ik(above, self._q, restarts=_RESTARTS)
+            arm.use(self._scene, held=self._held.id)
+            if (found := motion.touch(q_above)) is not None:
+                raise found
+            opening = self._opening(motion.ik(tcp_goal, q_above, restarts=_RESTARTS))
+            arm.use(self._scene, held=self._held.id)
+            hover = self._hover(tcp_goal, q_above)
+            motion.plan_line(hover, above, speed=FINE_SPEED)
+            motion.allow(*self._allowed)
+            descent = motion.plan_line(hover, tcp_goal, speed=FINE_SPEED)
+            motion.allow()
+            self._blocked += 1
+            transfer = motion.plan_joints(self._q, hover, speed=CARRY_SPEED)
+        except (UnreachableError, CollisionError) as error:
+            self._failures.append(error)
+            return None
+        return _Way(goal, transfer, descent, opening)
+
+    def _opening(self, q: Array) -> float:
+        """Return how far the fingers can open around the object at `q` (n,), as far as is wanted or as there is room.
+
+        Raises:
+            CollisionError: The hand touches something there, or the fingers cannot let go without touching it.
+        """
+        motion = self._arm.motion
+        # The object stays behind, so the hand no longer carries it along and may touch it.
+        self._arm.use(self._scene)
+        motion.allow(self._held.id)
+        free = None
+        # In steps, so that a finger does not pass to the other side of a wall unseen.
+        for room in _OPENINGS:
+            motion.open_to(self._width + 2.0 * room)
+            found = motion.touch(q)
+            if found is not None:
+                if free is None or free < _LEAST_OPENING:
+                    raise found
+                break
+            free = room
+        return self._width + 2.0 * (free or 0.0)
+
+    def _hover(self, tcp_goal: Pose, q_above: Array) -> Array:
+        """Return a configuration over the goal: high if it can be reached, else lower.
+
+        Raises:
+            UnreachableError: Not even just above it.
+        """
+        for height in _HIGHER_HOVERS:
+            try:
+                return self._arm.motion.ik(raised(tcp_goal, height), q_above, restarts=_RESTARTS)
+            except UnreachableError:
+                continue
+        return self._arm.motion.ik(raised(tcp_goal, _LOWEST_HOVER), q_above)
 
 
-def _release(arm: Manipulator, object_id: str, allowed: tuple[str, ...]) -> None:
+def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.ctx.enter(Phase.RELEASE)
     arm.sim.step(_RELEASE_SECONDS)
-    arm.open(arm.gripper.width + 2.0 * _RELEASE_CLEARANCE)
+    arm.open(opening)
     arm.use(arm.look())
-    arm.motion.allow(object_id, *allowed)
+    arm.motion.allow(object_id)
     try:
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=CARRY_SPEED)
     except CollisionError:
@@ -172,7 +254,7 @@ def table_spots(arm: Manipulator, held: DetectedObject, points: Iterable[Array])
     others = [item for item in scene.objects if item.id != held.id]
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
-    level = _levelled(held.pose.rotation)
+    level = levelled(held.pose.rotation)
     spots, blocking = [], []
     for point in points:
         spot = Spot((float(point[0]), float(point[1])), scene.table_height, turns(0.0))
@@ -205,7 +287,7 @@ def occupied(held: str, target: str, blocking: Sequence[str]) -> PlacementError:
 
 def yaw_to_align(held: Pose, target: Pose) -> float:
     """Return the turn about z, radians, that squares the held object's sides with the target's."""
-    return _wrap_quarter(target.yaw - Pose.from_matrix(held.position, _levelled(held.rotation)).yaw)
+    return _wrap_quarter(target.yaw - Pose.from_matrix(held.position, levelled(held.rotation)).yaw)
 
 
 def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
@@ -218,7 +300,7 @@ def _resting_pose(held: DetectedObject, spot: Spot, rotation: Array) -> Pose:
     return Pose.from_matrix(np.array([*spot.xy, spot.height + _DROP - bottom(there)]), rotation)
 
 
-def _levelled(rotation: Array) -> Array:
+def levelled(rotation: Array) -> Array:
     """Return the rotation turned by the least angle that makes its most vertical axis vertical."""
     column = int(np.abs(rotation[2]).argmax())
     axis = rotation[:, column] * np.sign(rotation[2, column])
@@ -229,16 +311,12 @@ def _levelled(rotation: Array) -> Array:
     return levelled
 
 
-def _clear_height(arm: Manipulator) -> float:
-    tops = [bounds(item)[1][2] for item in arm.start.objects if item.id != arm.start.held]
-    return float(max([arm.start.table_height, *tops]) + HOVER_HEIGHT)
-
-
 def _toppled(goal: Pose, actual: Pose) -> bool:
     return bool((goal.rotation[2] @ actual.rotation[2]) < 0.9)
 
 
-def _about_z(angle: float) -> Array:
+def about_z(angle: float) -> Array:
+    """Return the rotation (3, 3) about the vertical by an angle, radians."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 

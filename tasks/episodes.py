@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.recording.settings import open_recorder
+from robosandbox.tasks.monitor import ContactMonitor
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.rows import BenchSettings, Row
 from robosandbox.tasks.session import open_session
@@ -50,6 +51,7 @@ class EpisodeRunner:
         self._session: Workcell | None = None
         self._recorder: Recorder | None = None
         self._key: tuple[Task, BenchSettings] | None = None
+        self._monitor: ContactMonitor | None = None
 
     def rows(self, chunk: Chunk) -> Iterator[Row]:
         """Yield a row per episode as it ends.
@@ -66,11 +68,13 @@ class EpisodeRunner:
             self._recorder.close()
         if self._session is not None:
             self._session.close()
-        self._session = self._recorder = self._key = None
+        self._session = self._recorder = self._key = self._monitor = None
 
     def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
         session = self._session_for(task, settings)
         session.reset(seed)
+        if self._monitor is not None:
+            self._monitor.reset()
         begin = time.perf_counter()
         claimed, steps, replans, reason, said = False, 0, 0, "fault", ""
         try:
@@ -86,6 +90,7 @@ class EpisodeRunner:
             reason, said = episode.final_reason.value, episode.final_detail
         secs = time.perf_counter() - begin
         sim_secs, physics_steps = session.elapsed()
+        monitor = self._monitor
         verdict = session.judge()
         if verdict is None:
             raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
@@ -109,6 +114,8 @@ class EpisodeRunner:
             detail=detail,
             settings=settings.record(),
             versions=versions(),
+            touched=tuple(sorted(monitor.touched)) if monitor else (),
+            worst_force_n=round(monitor.worst_force, 3) if monitor else None,
         )
 
     def _session_for(self, task: Task, settings: BenchSettings) -> Workcell:
@@ -134,6 +141,8 @@ class EpisodeRunner:
         if settings.recording is not None:
             self._recorder = open_recorder(settings.recording, session)
             self._recorder.follow(session.agent)
+        self._monitor = ContactMonitor(session.sim)
+        session.agent.permits.append(self._monitor.begin)
         return session
 
 

@@ -56,6 +56,8 @@ class Row:
         settings: Those of the bench.
         versions: Of what the outcome depends on.
         assists: Interventions in the physics on the robot's behalf: there are none.
+        touched: Contacts of the arm, or of what it moved, with what it was not to touch, as "link on object".
+        worst_force_n: The largest normal force in such a contact; None where contacts cannot be watched.
     """
 
     task: str
@@ -72,6 +74,8 @@ class Row:
     settings: dict[str, Any]
     versions: dict[str, str]
     assists: tuple[str, ...] = ()
+    touched: tuple[str, ...] = ()
+    worst_force_n: float | None = None
 
     def record(self) -> dict[str, Any]:
         """Return the row as JSON data."""

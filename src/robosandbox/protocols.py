@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 
 from typing_extensions import TypeVar
@@ -10,7 +10,7 @@ from typing_extensions import TypeVar
 if TYPE_CHECKING:
     import mujoco
 
-    from robosandbox.errors import Repair, SkillError
+    from robosandbox.errors import CollisionError, Repair, SkillError
     from robosandbox.robots.robot import Robot
     from robosandbox.sim.truth import Truth
     from robosandbox.types import (
@@ -107,6 +107,10 @@ class Sim(Protocol):
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         ...
 
+    def grip_on(self, object_id: str) -> float:
+        """Return with how much force each side of the gripper presses on an object, N, as pads that feel would."""
+        ...
+
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
         ...
@@ -137,9 +141,14 @@ class Perception(Protocol):
 
 @runtime_checkable
 class GraspPlanner(Protocol):
-    """Ways to hold an object, best first; feasibility is the motion planner's to say."""
+    """Ways to hold an object, best first, made as they are asked for; feasibility is the motion planner's to say.
 
-    def candidates(self, target: DetectedObject, scene: ObservedScene, robot: Robot) -> Sequence[Grasp]: ...
+    `hull` (k, 3) spans a mesh's convex hull in the object's frame.
+    """
+
+    def candidates(
+        self, target: DetectedObject, scene: ObservedScene, robot: Robot, *, hull: Array | None = None
+    ) -> Iterable[Grasp]: ...
 
 
 @runtime_checkable
@@ -158,8 +167,19 @@ class MotionPlanner(Protocol):
         """Check the paths that follow with the fingers `aperture` metres apart."""
         ...
 
-    def ik(self, tcp_pose: Pose, seed: Array | None = None) -> Array:
-        """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError."""
+    def ik(self, tcp_pose: Pose, seed: Array | None = None, *, restarts: int = 60) -> Array:
+        """Return a configuration (n,) with the TCP at `tcp_pose`; raises UnreachableError.
+
+        `restarts` bounds how hard it is searched for away from `seed`.
+        """
+        ...
+
+    def forward(self, q: Array) -> Pose:
+        """Return the TCP pose in the world at `q` (n,)."""
+        ...
+
+    def touch(self, q: Array) -> CollisionError | None:
+        """Return the error that standing at `q` (n,) would be, or None."""
         ...
 
     def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 0.5) -> Trajectory:

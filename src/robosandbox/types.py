@@ -557,12 +557,14 @@ class Grasp:
         tcp_pose: The TCP in the world at closure.
         width: Extent of the object between the fingers, metres.
         quality: Higher is better; for ranking only.
+        how: Its kind, in a word: "top-down", "shallow", "angled", "side", "rim".
     """
 
     object: str
     tcp_pose: Pose
     width: float
     quality: float
+    how: str = "top-down"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

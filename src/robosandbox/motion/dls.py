@@ -29,6 +29,8 @@ _MAX_ITERATIONS = 40
 _STALL_ITERATIONS = 8
 _STALL_RATIO = 0.7
 _LIBRARY_SIZE = 4096
+# How much the distance of a start from the seed counts, beside the turn of its TCP.
+_SEED_SHARE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +111,7 @@ class DlsSolver:
         best = self.descend(position, rotation, seed)
         if best.solved or self._is_beyond_reach(position):
             return best
-        for start in self._nearest_starts(position, rotation, restarts):
+        for start in self._nearest_starts(position, rotation, seed, restarts):
             solution = self.descend(position, rotation, start)
             if solution.solved:
                 return solution
@@ -182,8 +184,8 @@ class DlsSolver:
         anchor: Array = self.data.xanchor[self.model.dof_jntid[self.robot.dof_indices[0]]].copy()
         return anchor
 
-    def _nearest_starts(self, position: Array, rotation: Array, count: int) -> Array:
-        """Return library configurations, nearest TCP pose first, shape (count, n)."""
+    def _nearest_starts(self, position: Array, rotation: Array, seed: Array, count: int) -> Array:
+        """Return library configurations, nearest TCP pose first and of two alike the one nearer the seed, shape (count, n)."""
         if self._library is None:
             self._library = self._sample_library()
         configurations, positions, rotations = self._library
@@ -191,6 +193,7 @@ class DlsSolver:
         # trace(A^T B) = 1 + 2 cos(angle)
         cosine = np.clip((np.einsum("kij,ij->k", rotations, rotation) - 1.0) / 2.0, -1.0, 1.0)
         cost = distance + _METRES_PER_RADIAN * np.arccos(cosine)
+        cost += _METRES_PER_RADIAN * _SEED_SHARE * np.abs(configurations - seed).mean(axis=1)
         nearest = np.argpartition(cost, min(count, len(cost) - 1))[:count]
         return configurations[nearest[np.argsort(cost[nearest], kind="stable")]]
 

@@ -187,10 +187,13 @@ class DLSMotionPlanner:
             fraction = k / count
             waypoint = position + fraction * (goal_position - position)
             turned = rotation @ _rotation(axis, fraction * angle) if angle > 1e-6 else goal_rotation
-            # Going on as before is the best guess for the next waypoint.
-            guess = path[k - 1] if k == 1 else 2.0 * path[k - 1] - path[k - 2]
-            solution = solver.descend(waypoint, turned, guess)
-            if not solution.solved or np.abs(solution.q - path[k - 1]).max() > _LINE_JUMP:
+            # Going on as before is the best guess for the next waypoint; near a singularity staying is.
+            guesses = [path[k - 1]] if k == 1 else [2.0 * path[k - 1] - path[k - 2], path[k - 1]]
+            for guess in guesses:
+                solution = solver.descend(waypoint, turned, guess)
+                if solution.solved and np.abs(solution.q - path[k - 1]).max() <= _LINE_JUMP:
+                    break
+            else:
                 raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
             path[k] = solution.q
         return path

@@ -1,0 +1,297 @@
+"""Choosing a grasp: the first candidate whose hand, approach, descent and lift are all free and in reach."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+import numpy as np
+
+from robosandbox.errors import (
+    CollisionError,
+    CollisionEvidence,
+    GraspError,
+    GraspEvidence,
+    Phase,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.grasp.analytic import narrowest
+from robosandbox.grasp.hull import mesh_hull
+from robosandbox.perception.relations import support
+from robosandbox.skills.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    LIFT_HEIGHT,
+    Manipulator,
+    check_rise,
+    withdrawn,
+)
+from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, Trajectory
+
+_OPENINGS = (0.02, 0.01, 0.005)
+_STRAIGHT_DOWN = 0.999
+_LOW_HOVERS = (0.055, 0.035)
+_HOVER_CLEARANCE = 0.004
+_MOST_UNREACHABLE = 6
+_MOST_TRIED = 160
+_MOST_BLOCKED = 5
+_RESTARTS = 30
+_SAME_PLACE = 0.008
+_SAME_TURN = 0.97
+
+
+@dataclass(frozen=True, slots=True)
+class GraspPlan:
+    """A grasp and the way to it.
+
+    Attributes:
+        grasp: What to hold and how.
+        aperture: How far apart the fingers come, metres.
+        approach: To the hover.
+        descent: From there to the grasp.
+    """
+
+    grasp: Grasp
+    aperture: float
+    approach: Trajectory
+    descent: Trajectory
+
+
+def plan_grasp(
+    arm: Manipulator,
+    target: DetectedObject,
+    scene: ObservedScene,
+    excluded: Sequence[Grasp] = (),
+    least_aperture: float = 0.0,
+) -> GraspPlan:
+    """Return the first candidate whose approach, descent and lift are all possible.
+
+    Args:
+        arm: The skill's manipulator.
+        target: What to hold, as seen now.
+        scene: What else is there.
+        excluded: Grasps that were tried and did not hold, in the object's frame.
+        least_aperture: How far apart the fingers are to come at least, metres.
+
+    Raises:
+        GraspError: There is no candidate.
+        UnreachableError: None can be reached.
+        CollisionError: All that can be reached touch something.
+    """
+    arm.ctx.enter(Phase.PLAN)
+    hull = None
+    if target.kind == "mesh" and target.id in arm.sim.object_bodies:
+        hull = mesh_hull(arm.sim.model, arm.sim.object_bodies[target.id])
+    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull)
+    arm.use(scene)
+    search = _Search(arm, target, least_aperture)
+    fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
+    for grasp in _nearest_first(arm, fresh):
+        plan = search.attempt(grasp)
+        if plan is not None:
+            arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
+            return plan
+        if search.is_over:
+            break
+    # Where the measured gap is not exact, as of curved fingers, the hand may seem to touch what it is to hold.
+    for grasp in search.touching:
+        plan = search.attempt(grasp, target.id)
+        if plan is not None:
+            arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
+            return plan
+    arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=None))
+    if not search.failures:
+        raise _no_candidate(arm, target, hull)
+    raise _most_telling(search.failures)
+
+
+def in_frame(grasp: Grasp, target: DetectedObject) -> Grasp:
+    """Return the grasp with its TCP pose in the object's frame, to know it again when the object has moved."""
+    pose = target.pose.inverse() @ grasp.tcp_pose
+    return Grasp(object=grasp.object, tcp_pose=pose, width=grasp.width, quality=grasp.quality, how=grasp.how)
+
+
+class _Search:
+    """Tries candidates and keeps what stood against them.
+
+    Attributes:
+        tried: Candidates, in order.
+        failures: Each candidate's.
+        touching: Candidates whose hand would touch the target itself.
+    """
+
+    def __init__(self, arm: Manipulator, target: DetectedObject, least_aperture: float) -> None:
+        self._arm = arm
+        self._least_aperture = least_aperture
+        self._target = target
+        self._q = arm.q
+        self._unreachable: Counter[tuple[str, float]] = Counter()
+        self.tried: list[Grasp] = []
+        self._blocked = 0
+        self.failures: list[tuple[Grasp, SkillError]] = []
+        self.touching: list[Grasp] = []
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it is time to give up."""
+        return len(self.tried) >= _MOST_TRIED or self._blocked >= _MOST_BLOCKED
+
+    def attempt(self, grasp: Grasp, *allowed: str) -> GraspPlan | None:
+        """Return the way to a grasp, or None."""
+        kind = (grasp.how, round(float(grasp.tcp_pose.rotation[2, 2]), 1))
+        if self._unreachable[kind] >= _MOST_UNREACHABLE:
+            return None
+        self.tried.append(grasp)
+        geometry, motion = self._arm.geometry, self._arm.motion
+        try:
+            q_grasp = self._ik(grasp.tcp_pose)
+            hovers = list(self._hovers(grasp))
+        except UnreachableError as error:
+            self._unreachable[kind] += 1
+            self.failures.append((grasp, error))
+            return None
+        failure: SkillError | None = None
+        wanted = (max(self._least_aperture, grasp.width + 2.0 * room) for room in _OPENINGS)
+        for aperture in dict.fromkeys(min(geometry.max_aperture, aperture) for aperture in wanted):
+            motion.open_to(aperture)
+            motion.allow(*allowed)
+            failure = motion.touch(q_grasp)
+            if failure is None:
+                try:
+                    descent = self._descent(grasp, hovers, q_grasp)
+                    check_rise(self._arm, descent.q[-1], LIFT_HEIGHT / 2.0, self._target.id)
+                    return self._plan(grasp, aperture, descent)
+                except (UnreachableError, CollisionError) as error:
+                    failure = error
+            if not self._is_of_fingers(failure):
+                break
+        assert failure is not None
+        if isinstance(failure.evidence, CollisionEvidence) and failure.evidence.other == self._target.id:
+            self.touching.append(grasp)
+        self.failures.append((grasp, failure))
+        return None
+
+    def _ik(self, pose: Pose) -> Array:
+        """Return a configuration near where the arm is, or near home: others may lead to where no line goes on.
+
+        Raises:
+            UnreachableError: There is none.
+        """
+        for seed in (self._q, self._arm.sim.robot.home_q):
+            try:
+                return self._arm.motion.ik(pose, seed, restarts=0)
+            except UnreachableError:
+                continue
+        return self._arm.motion.ik(pose, self._arm.sim.robot.home_q, restarts=_RESTARTS)
+
+    def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory) -> GraspPlan:
+        """Add the approach, which is what takes longest to find."""
+        self._arm.motion.allow()
+        try:
+            approach = self._arm.motion.plan_joints(self._q, descent.q[0], speed=FREE_SPEED)
+        except CollisionError:
+            self._blocked += 1
+            raise
+        return GraspPlan(grasp, aperture, approach, descent)
+
+    def _hovers(self, grasp: Grasp) -> Iterator[float]:
+        """Yield distances behind the grasp from which to come: far ones first."""
+        approach = grasp.tcp_pose.rotation[:, 2]
+        behind = float(support(self._target, -approach[None])[0] + approach @ grasp.tcp_pose.position)
+        least = max(behind, 0.0) + self._arm.geometry.tip_depth + _HOVER_CLEARANCE
+        yield HOVER_HEIGHT
+        yield from (height for height in _LOW_HOVERS if height >= least)
+
+    def _descent(self, grasp: Grasp, hovers: Sequence[float], q_grasp: Array) -> Trajectory:
+        """Return a straight way to the grasp, from far behind it if that can be reached, else from nearer.
+
+        Raises:
+            UnreachableError: Not even from just behind the object.
+            CollisionError: Something is in the way.
+        """
+        failure: UnreachableError | None = None
+        for height in hovers:
+            for seed in (q_grasp, self._q):
+                try:
+                    hover = self._arm.motion.ik(withdrawn(grasp.tcp_pose, height), seed, restarts=_RESTARTS)
+                    return self._arm.motion.plan_line(hover, grasp.tcp_pose, speed=CARRY_SPEED)
+                except UnreachableError as error:
+                    failure = error
+        assert failure is not None
+        raise failure
+
+    def _is_of_fingers(self, failure: SkillError) -> bool:
+        """Tell whether fingers that open less could cure it."""
+        gripper, evidence = self._arm.sim.robot.gripper, failure.evidence
+        if gripper is None or not isinstance(evidence, CollisionEvidence):
+            return False
+        return evidence.body in {self._arm.sim.body_names[body] for body in gripper.bodies}
+
+
+def _nearest_first(arm: Manipulator, candidates: Iterable[Grasp]) -> Iterator[Grasp]:
+    """Yield grasps, those in a row of about equal quality by how little the hand has to turn."""
+    hand = arm.sim.observe().tcp_pose.rotation
+    for _, group in groupby(candidates, key=lambda grasp: round(grasp.quality, 1)):
+        yield from sorted(group, key=lambda grasp: -float(np.trace(hand.T @ grasp.tcp_pose.rotation)))
+
+
+def _alike(one: Grasp, other: Grasp) -> bool:
+    """Tell whether two grasps in the object's frame are the same for practical purposes."""
+    near = float(np.linalg.norm(one.tcp_pose.position - other.tcp_pose.position)) < _SAME_PLACE
+    axes = (one.tcp_pose.rotation * other.tcp_pose.rotation).sum(axis=0)
+    return near and bool((axes > _SAME_TURN).all())
+
+
+def _is_of_leaning(grasp: Grasp, error: SkillError) -> bool:
+    """Tell whether a leaning hand touches what the object stands on, which says nothing of why it had to lean."""
+    evidence = error.evidence
+    leaning = float(grasp.tcp_pose.rotation[2, 2]) > -_STRAIGHT_DOWN
+    return leaning and isinstance(evidence, CollisionEvidence) and evidence.other == "table"
+
+
+def _most_telling(failures: Sequence[tuple[Grasp, SkillError]]) -> SkillError:
+    """Return, of the telling ones, the failure that came closest to working: a collision, else the smallest residual."""
+    counts = Counter(str(error.code) for _, error in failures)
+    telling = [error for grasp, error in failures if not _is_of_leaning(grasp, error)]
+    telling = telling or [error for _, error in failures]
+    collisions = [error for error in telling if isinstance(error, CollisionError)]
+    if collisions:
+        chosen: SkillError = collisions[0]
+    else:
+        unreachable = [error for error in telling if isinstance(error, UnreachableError)]
+        chosen = min(unreachable, key=lambda error: _residual(error))
+    tried = ", ".join(f"{count} {code}" for code, count in sorted(counts.items()))
+    chosen.message = f"{chosen.message} (grasps tried: {tried})"
+    return chosen
+
+
+def _residual(error: UnreachableError) -> float:
+    evidence = error.evidence
+    return getattr(evidence, "position_error", np.inf) + 0.3 * getattr(evidence, "orientation_error", np.inf)
+
+
+def _no_candidate(arm: Manipulator, target: DetectedObject, hull: Array | None) -> GraspError:
+    geometry = arm.geometry
+    width = narrowest(target, hull)
+    reason = (
+        f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
+        if width >= geometry.max_aperture - 0.006
+        else "it is too flat for the fingers"
+        if width > geometry.min_aperture + 0.001
+        else f"it is {width * 1000:.1f} mm thin, less than the gripper can hold"
+    )
+    return GraspError(
+        f"no grasp fits {target.id}: {reason}",
+        phase=Phase.PLAN,
+        evidence=GraspEvidence(
+            object=target.id,
+            reason="none_found",
+            object_width=width,
+            aperture=arm.gripper.width,
+            max_aperture=geometry.max_aperture,
+        ),
+    )

@@ -1,0 +1,80 @@
+"""How hard to hold: as the weighed load asks for, not as hard as the gripper can."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.perception.relations import centre
+from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator
+from robosandbox.types import DetectedObject
+
+_GRAVITY = 9.81
+# What most pairs of materials have at least; friction is not seen.
+_FRICTION = 0.5
+_MARGIN = 2.5
+# Where on the pad, from its middle, friction acts against a turn, as a share of the pad's width.
+_PAD_RADIUS_SHARE = 0.25
+_WEIGHING_SECONDS = 0.05
+_EASING_SECONDS = 0.12
+_LEAST_SHARE = 0.1
+_SHORTFALL = 0.6
+
+
+def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
+    """Return the force of each pad that holds an object against weight, carrying and turning, with a margin, N.
+
+    Coulomb friction at two pads: mu N each against the force, mu N r each against the moment about the closing line.
+
+    Args:
+        arm: Whose hand.
+        held: What is held, where it is seen.
+        mass: Its mass, kg.
+    """
+    robot, tcp = arm.sim.robot, arm.sim.observe().tcp_pose
+    acceleration = CARRY_SPEED * float(robot.acceleration_limits.max()) * robot.reach[1]
+    offset, closing = centre(held) - tcp.position, tcp.rotation[:, 1]
+    lever = float(np.linalg.norm(offset - closing * (closing @ offset)))
+    radius = _PAD_RADIUS_SHARE * arm.geometry.finger_width
+    return _MARGIN * mass * (_GRAVITY + acceleration) * (1.0 + lever / radius) / (2.0 * _FRICTION)
+
+
+def ease(arm: Manipulator, held: DetectedObject) -> float:
+    """Weigh what hangs still in the closed fingers, hold it no harder than that takes, and return the pads' force, N.
+
+    The servo is told to close less far: its force is its gain times what its target lies beyond where the fingers are.
+    Where it is no servo, or the weight needs all the force there is, or the object would slip, the grip stays as it was.
+    """
+    sim, gripper = arm.sim, arm.sim.robot.gripper
+    before = sim.grip_on(held.id)
+    if gripper is None or before <= 0.0:
+        return before
+    sim.step(_WEIGHING_SECONDS)
+    mass = max(0.0, float(sim.force_on(held.id)[2])) / _GRAVITY
+    wanted = max(needed_force(arm, held, mass), _LEAST_SHARE * before)
+    state = arm.gripper
+    closed = float(np.clip(state.closed, 0.0, 1.0))
+    slope = _force_per_closing(sim.model, arm, closed)
+    if wanted >= before or slope <= 0.0 or state.force <= 0.0:
+        return before
+    # The actuator's own force at the wanted pad force, by the ratio that both have now.
+    sim.set_gripper(float(np.clip(closed + wanted / before * state.force / slope, closed, 1.0)))
+    sim.step(_EASING_SECONDS)
+    now = sim.grip_on(held.id)
+    if now < _SHORTFALL * wanted:
+        sim.set_gripper(1.0)
+        sim.step(_EASING_SECONDS)
+        now = sim.grip_on(held.id)
+    return now
+
+
+def _force_per_closing(model: mujoco.MjModel, arm: Manipulator, closed: float) -> float:
+    """Return how much more the gripper's servos give per closed fraction beyond `closed`; 0 for what is no servo."""
+    gripper = arm.sim.robot.gripper
+    if gripper is None or closed >= 1.0:
+        return 0.0
+    ids = gripper.actuator_ids
+    if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
+        return 0.0
+    travel = np.abs(gripper.geometry.control(1.0) - gripper.geometry.control(closed)) / (1.0 - closed)
+    return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())

@@ -1,0 +1,113 @@
+"""What a grasp needs to know of a convex shape: how far it reaches, and along which lines fingers meet it squarely."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.grasp.hand import UP, unit
+from robosandbox.perception.relations import centre, support
+from robosandbox.types import Array, DetectedObject
+
+_ROUND_DIRECTIONS = 8
+_UPRIGHT = 0.9
+# Steeper closing lines would need a finger under the object.
+_STEEPEST = 0.6
+_SAME = 0.98
+_FACES = 8
+_ROLLS = np.radians([0.0, 25.0, -25.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A convex shape where it stands.
+
+    Attributes:
+        seen: What perception says of it.
+        hull: Corners of its convex hull in its own frame, shape (k, 3); None where kind and size say it all.
+    """
+
+    seen: DetectedObject
+    hull: Array | None = None
+
+    @property
+    def middle(self) -> Array:
+        """The middle of its box, world, shape (3,)."""
+        return centre(self.seen)
+
+    def support(self, directions: Array) -> Array:
+        """Return how far it reaches along unit vectors (n, 3) from the world's origin, shape (n,)."""
+        if self.hull is None:
+            return support(self.seen, directions)
+        corners = self.seen.pose.position + self.hull @ self.seen.pose.rotation.T
+        reach: Array = (directions @ corners.T).max(axis=1)
+        return reach
+
+    def between(self, closing: Array) -> tuple[float, Array]:
+        """Return the extent along a unit vector, metres, and the middle between the surfaces there, shape (3,)."""
+        high, low = self.support(np.array([closing, -closing]))
+        point = self.middle
+        return float(high + low), point + closing * (float(high - low) / 2.0 - float(closing @ point))
+
+    def closings(self) -> list[Array]:
+        """Return unit vectors (3,) along which fingers meet it squarely, each up to its sign; none is steep."""
+        axes = self.seen.pose.rotation.T
+        match self.seen.kind:
+            case "mesh" if self.hull is not None:
+                found = self._across_faces()
+            case "box" | "mesh" | "bin" | "drawer":
+                found = list(axes)
+            case "cylinder" | "capsule" | "bowl" | "cup":
+                found = self._across_axis(axes[2])
+            case _:
+                found = _compass(UP)
+        return [axis for axis in found if abs(axis[2]) < _STEEPEST]
+
+    def _across_axis(self, axis: Array) -> list[Array]:
+        if abs(axis[2]) > _UPRIGHT:
+            return _compass(axis)
+        level = unit(np.cross(axis, UP))
+        across = [level * np.cos(roll) + np.cross(axis, level) * np.sin(roll) for roll in _ROLLS]
+        # A disc on its edge is held by its faces.
+        return across if self.seen.kind == "capsule" else [*across, axis]
+
+    def _across_faces(self) -> list[Array]:
+        """Return the normals of the hull's largest faces that have something flat, or an edge, opposite."""
+        normals, areas = face_normals(self.hull if self.hull is not None else np.zeros((0, 3)))
+        world = normals @ self.seen.pose.rotation.T
+        chosen: list[Array] = []
+        for index in np.argsort(-areas, kind="stable"):
+            normal = world[index]
+            if all(abs(float(normal @ other)) < _SAME for other in chosen):
+                chosen.append(normal)
+            if len(chosen) == _FACES:
+                break
+        return [*chosen, *_compass(UP)]
+
+
+def face_normals(corners: Array) -> tuple[Array, Array]:
+    """Return the unit normals (f, 3) of a convex hull's flat faces and their areas (f,)."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
+        hull = ConvexHull(corners)
+    except QhullError:
+        return np.zeros((0, 3)), np.zeros(0)
+    normals = hull.equations[:, :3]
+    a, b, c = (corners[hull.simplices[:, k]] for k in range(3))
+    areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    # Triangles of one flat face have the same normal.
+    rounded, where = np.unique(normals.round(2), axis=0, return_inverse=True)
+    total = np.bincount(where.reshape(-1), weights=areas, minlength=len(rounded))
+    lengths = np.linalg.norm(rounded, axis=1, keepdims=True)
+    directions: Array = rounded / lengths
+    return directions, total.astype(np.float64)
+
+
+def _compass(axis: Array) -> list[Array]:
+    """Return directions all round an upright axis (3,), at right angles to it."""
+    angles = np.arange(_ROUND_DIRECTIONS) * np.pi / _ROUND_DIRECTIONS
+    flat: Sequence[Array] = [np.array([np.cos(a), np.sin(a), 0.0]) for a in angles]
+    return [unit(direction - axis * (axis @ direction)) for direction in flat]

@@ -1,0 +1,59 @@
+"""What the arm, and what it carries, touched that it was not to touch: looked at in every control tick of an episode."""
+
+from __future__ import annotations
+
+from robosandbox.perception.relations import contents
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import CONTAINER_KINDS, SkillCall
+
+_DESTINATIONS = frozenset({"target", "container"})
+_TABLE = "table"
+
+
+class ContactMonitor:
+    """Collects unintended contacts.
+
+    The robot may touch what a call is to move, and nothing else, the table included. What it moves may touch the table,
+    what it touched when the call began, and the call's destination with what is in it.
+
+    Args:
+        sim: The world; the monitor hooks itself into its ticks.
+
+    Attributes:
+        touched: The pairs that touched, as "link on object".
+        worst_force: The largest normal force between such a pair, N.
+    """
+
+    def __init__(self, sim: MuJoCoBackend) -> None:
+        self._sim = sim
+        self.touched: set[str] = set()
+        self.worst_force = 0.0
+        self._moved: frozenset[str] = frozenset()
+        self._allowed: frozenset[str] = frozenset()
+        sim.tick_hooks.append(self._look)
+
+    def begin(self, call: SkillCall) -> None:
+        """Take note of the call that comes next; fits `Agent.permits`."""
+        truth = self._sim.truth()
+        named = {name: value for name, value in call.arguments.items() if value in truth.objects}
+        destinations = {value for name, value in named.items() if name in _DESTINATIONS}
+        moved = {value for name, value in named.items() if name not in _DESTINATIONS}
+        moved |= {truth.held} if truth.held else set()
+        beside = {other for name in moved for other in truth.objects[name].contacts}
+        seen = [item.detected() for item in truth.objects.values()]
+        vessels = [item for item in seen if item.id in destinations and item.kind in CONTAINER_KINDS]
+        held_in = {name for vessel in vessels for name, _ in contents(seen, vessel)}
+        self._moved = frozenset(moved)
+        self._allowed = frozenset(moved | beside | destinations | held_in | {_TABLE})
+
+    def reset(self) -> None:
+        """Forget what was seen: a new episode begins."""
+        self.touched, self.worst_force = set(), 0.0
+        self._moved = self._allowed = frozenset()
+
+    def _look(self) -> None:
+        for body, other, force in self._sim.contacts_around(self._moved):
+            if body in self._moved and other in self._allowed:
+                continue
+            self.touched.add(f"{body} on {other}")
+            self.worst_force = max(self.worst_force, force)
