@@ -5,6 +5,7 @@ import shutil
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,11 +13,22 @@ import pytest
 pytest.importorskip("viser", reason="needs the extra `viewer`")
 pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 
+from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
+from robosandbox.agent.episode import Intended
+from robosandbox.errors import InputError
+from robosandbox.robots.locate import resolve_robot
 from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.task import Task
+from robosandbox.types import GraspSearch, Scene, Trajectory
+from robosandbox.viewer import html
 from robosandbox.viewer.app import Viewer
+from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedCell
+from robosandbox.viewer.layers.grasps import glyph
+from robosandbox.viewer.operator import Doing
+from robosandbox.viewer.sidecar_file import Changes, SidecarFile
 
 CHROMIUM = next(
     (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
@@ -35,13 +47,12 @@ def browser() -> Iterator[Browser]:
         chromium.close()
 
 
-def open_cell(task: str | None, robot: str | None = None) -> Session:
-    return open_session(task, robot=robot, render_size=(120, 160))
-
-
 @contextmanager
-def serving(task: str, robot: str | None = None) -> Iterator[Viewer]:
-    viewer = Viewer(EmbeddedCell(open_cell(task, robot), open_cell), 0)
+def serving(task: str, robot: str | None = None, *, what_if: bool = True, max_replans: int = 3) -> Iterator[Viewer]:
+    def open_it(task: Task | str, robot: str | None) -> Session:
+        return open_session(task, robot=robot, render_size=(120, 160), what_if=what_if, max_replans=max_replans)
+
+    viewer = Viewer(EmbeddedCell(open_it(task, robot), open_it), 0)
     viewer.start()
     try:
         yield viewer
@@ -82,14 +93,18 @@ def say(page: Page, prompt: str) -> None:
     button(page, "Run").click()
 
 
-def red_height(page: Page) -> float | None:
-    """Return how far from the picture's top the middle of what is red lies, pixels; None if nothing is."""
-    from PIL import Image
-
+def red_middle(page: Page) -> tuple[float, float] | None:
+    """Return the middle of what is red in the scene, pixels from the left and from the top; None if nothing is."""
     picture = np.asarray(Image.open(io.BytesIO(page.screenshot())).convert("RGB")).astype(int)[:, :390]
     r, g, b = picture[..., 0], picture[..., 1], picture[..., 2]
-    rows = np.nonzero((r > 110) & (r > 1.7 * g) & (r > 1.7 * b))[0]
-    return float(rows.mean()) if len(rows) > 20 else None
+    rows, columns = np.nonzero((r > 110) & (r > 1.7 * g) & (r > 1.7 * b))
+    return (float(columns.mean()), float(rows.mean())) if len(rows) > 20 else None
+
+
+def red_height(page: Page) -> float | None:
+    """Return how far from the picture's top the middle of what is red lies, pixels."""
+    middle = red_middle(page)
+    return middle[1] if middle else None
 
 
 @needs_chromium
@@ -112,6 +127,8 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
         session = viewer.cell.workcell
         assert isinstance(session, Session)
         home = session.sim.observe().q
+        # A slow machine: time enough to click.
+        session.sim.tick_hooks.append(lambda: time.sleep(0.03))
         button(page, "Run").click()
         wait_until(lambda: session.sim.time > 0.4, "the arm is on its way")
         button(page, "Stop").click()
@@ -146,3 +163,189 @@ def test_the_viewer_can_be_reached_from_this_machine_alone() -> None:
     with serving("pick_cube_franka") as viewer:
         assert viewer.server.get_host() == "127.0.0.1"
         assert viewer.server.request_share_url() is None
+
+
+FAR = """
+name: far
+prompt: "pick up the red cube"
+scene:
+  objects:
+    - {id: red_cube, kind: box, size: [0.02, 0.02, 0.02], pose: {xyz: [0.47, 0.44, 0.061]}, rgba: [0.85, 0.2, 0.2, 1.0]}
+success: {kind: lifted, object: red_cube, min_mm: 50}
+"""
+CUBE = "    - {{id: {name}, kind: box, size: [0.02, 0.02, 0.02], pose: {{xyz: [{x}, {y}, 0.061]}}, rgba: [0.2, 0.2, 0.85, 1.0]}}\n"
+SIDES = ((0.193, 0.0), (0.107, 0.0), (0.15, 0.043), (0.15, -0.043))
+ENCLOSED = (
+    FAR.replace("name: far", "name: enclosed")
+    .replace("0.47, 0.44", "0.15, 0.0")
+    .replace(
+        "success:", "".join(CUBE.format(name=f"blue_{k}", x=x, y=y) for k, (x, y) in enumerate(SIDES)) + "success:"
+    )
+)
+
+
+def task_file(folder: Path, text: str) -> str:
+    path = folder / "task.yaml"
+    path.write_text(text)
+    return str(path)
+
+
+def scene_names(viewer: Viewer, part: str) -> list[str]:
+    """Return the names of the scene's nodes that have a part in them."""
+    return [name for name in viewer.server.scene._handle_from_node_name if part in name]
+
+
+@needs_chromium
+def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: Browser, tmp_path: Path) -> None:
+    with serving(task_file(tmp_path, FAR), what_if=False) as viewer, page_of(browser, viewer) as page:
+        button(page, "Run").click()
+        page.get_by_text("unreachable during plan").wait_for(timeout=1000 * PATIENCE)
+        assert scene_names(viewer, "/target") and scene_names(viewer, "/nearest") and scene_names(viewer, "/gap")
+        button(page, "Reset").click()
+        page.get_by_text("seed 0", exact=True).wait_for(timeout=1000 * PATIENCE)
+        assert not scene_names(viewer, "/target")
+
+
+@needs_chromium
+def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Browser, tmp_path: Path) -> None:
+    with serving(task_file(tmp_path, ENCLOSED), max_replans=0) as viewer, page_of(browser, viewer) as page:
+        session = viewer.cell.workcell
+        assert isinstance(session, Session)
+        button(page, "Run").click()
+        page.get_by_text("collision during plan").wait_for(timeout=1000 * PATIENCE)
+        marked = scene_names(viewer, "/mark")
+        assert len(marked) == 2 and any("finger" in name for name in marked) and any("blue" in name for name in marked)
+        page.locator("button", has_text="Repair 1").click()
+        page.get_by_text("done: pick").wait_for(timeout=2000 * PATIENCE)
+        assert session.sim.held() == "red_cube"
+        assert not scene_names(viewer, "/mark")
+
+
+@needs_chromium
+def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
+        session = viewer.cell.workcell
+        assert isinstance(session, Session)
+        before = session.sim.observe().tcp_pose.position
+        page.keyboard.press("u")
+        wait_until(lambda: viewer.control.doing is Doing.NOTHING and session.sim.time > 0.0, "a jog")
+        wait_until(lambda: session.sim.observe().tcp_pose.xyz[2] > before[2] + 0.008, "the TCP is 10 mm higher")
+        moved = session.sim.observe().tcp_pose.position - before
+        assert np.abs(moved - [0.0, 0.0, 0.01]).max() < 0.002
+
+        lying = session.sim.truth().objects["red_cube"].pose.position
+        wait_until(lambda: red_middle(page) is not None, "the cube is seen")
+        x, y = red_middle(page) or (0.0, 0.0)
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in range(1, 9):
+            page.mouse.move(x + 6 * step, y + 3 * step)
+            time.sleep(0.05)
+        page.mouse.up()
+        wait_until(
+            lambda: (
+                viewer.control.doing is Doing.NOTHING
+                and np.abs(session.sim.truth().objects["red_cube"].pose.position[:2] - lying[:2]).max() > 0.02
+            ),
+            "the cube lies elsewhere",
+        )
+        dropped = session.sim.truth().objects["red_cube"].pose.position
+        assert abs(dropped[2] - lying[2]) < 0.001, "it lies on the table again"
+
+
+@needs_chromium
+def test_two_browsers_see_the_same_world_and_another_one_can_be_loaded(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as one, page_of(browser, viewer) as two:
+        one.get_by_role("tab", name="World").click()
+        field(one, "Task").click()
+        one.get_by_role("option", name="pick_from_three", exact=True).click()
+        button(one, "Load").click()
+        two.get_by_text("loaded pick_from_three").wait_for(timeout=1000 * PATIENCE)
+        assert viewer.cell.workcell.task.name == "pick_from_three"
+        assert scene_names(viewer, "green_cube")
+        assert field(two, "Prompt").input_value() == viewer.cell.workcell.task.prompt
+
+
+@needs_chromium
+def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tmp_path: Path) -> None:
+    robot = tmp_path / "panda.xml"
+    source = resolve_robot(None)
+    shutil.copy(source, robot)
+    sidecar = tmp_path / "panda.robosandbox.yaml"
+    shutil.copy(source.with_name(sidecar.name), sidecar)
+    before = sidecar.read_text()
+    with serving("pick_cube_franka", robot=str(robot)) as viewer, page_of(browser, viewer) as page:
+        page.get_by_role("tab", name="Sidecar").click()
+        box = field(page, "base x, m").locator("xpath=following::input[1]")
+        box.fill("-0.35")
+        box.press("Enter")
+        wait_until(lambda: bool(scene_names(viewer, "SidecarPreview/robot")), "the change is drawn")
+        button(page, "Save and reload").click()
+        page.get_by_text("loaded pick_cube_franka").wait_for(timeout=1000 * PATIENCE)
+        assert viewer.cell.blueprint.robot.base_position[0] == pytest.approx(-0.35)
+    assert sidecar.read_text() == before.replace("[-0.3, 0.0, 0.0]", "[-0.35, 0.0, 0.0]")
+
+
+@needs_chromium
+@pytest.mark.gl
+def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
+        cell = viewer.cell
+        assert isinstance(cell, EmbeddedCell) and cell.pictures == 0
+        page.get_by_role("tab", name="Camera").click()
+        page.get_by_text("Live picture", exact=True).locator("xpath=following::input[1]").check()
+        page.get_by_text("red box at").wait_for(timeout=1000 * PATIENCE)
+        assert cell.pictures == 1
+        time.sleep(0.5)
+        assert cell.pictures == 1, "nothing moves, so nothing is drawn"
+
+
+def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics() -> None:
+    with serving("pick_cube_franka") as viewer:
+        session = viewer.cell.workcell
+        assert isinstance(session, Session)
+        time.sleep(0.5)
+        steps, began = session.sim.physics_steps, time.process_time()
+        time.sleep(2.0)
+        assert session.sim.physics_steps == steps
+        assert time.process_time() - began < 0.03 * 2.0
+
+
+def test_a_sidecar_that_does_not_fit_is_not_written(tmp_path: Path) -> None:
+    source = resolve_robot(None)
+    for name in ("panda.xml", "panda.robosandbox.yaml"):
+        shutil.copy(source.with_name(name), tmp_path / name)
+    file = SidecarFile.of(Scene(robot_urdf=tmp_path / "panda.xml"))
+    before = file.target.read_text()
+    outside = Changes(home_qpos=(9.0, *file.sidecar.arm.home_qpos[1:]), tcp_xyz=None, base_xyz=(0.0, 0.0, 0.0))
+    with pytest.raises(InputError, match=r"panda\.robosandbox\.yaml: .*home_qpos"):
+        file.write(outside, file.target)
+    assert file.target.read_text() == before
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["panda.robosandbox.yaml", "panda.xml"]
+
+
+def test_a_bundled_robots_sidecar_is_not_overwritten() -> None:
+    assert SidecarFile.of(Scene()).target == Path.cwd() / "panda.robosandbox.yaml"
+
+
+def test_the_mouse_moves_an_object_along_the_level_at_which_it_was_grabbed() -> None:
+    eye, grabbed = np.array([1.0, 0.0, 1.0]), np.array([0.0, 0.0, 0.1])
+    assert np.allclose(level(eye, np.array([0.5, 0.0, 0.55]), grabbed), [0.0, 0.0, 0.1])
+    assert np.allclose(level(eye, np.array([0.0, 0.0, 2.0]), grabbed), grabbed)
+
+
+def test_what_is_said_is_shown_as_text() -> None:
+    assert "<script" not in html.line("<script>alert(1)</script>")
+    assert "<b>" not in html.rows([("<b>", "<b>")])
+
+
+def test_paths_and_grasps_are_in_the_event_stream() -> None:
+    with open_session("pick_cube_franka") as session:
+        intents: list[Trajectory | GraspSearch] = []
+        session.agent.listeners.append(lambda e: intents.append(e.intent) if isinstance(e, Intended) else None)
+        assert session.run().success
+    searches = [intent for intent in intents if isinstance(intent, GraspSearch)]
+    assert len(searches) == 1 and searches[0].chosen is not None
+    assert len(intents) >= 4
+    chosen = searches[0].candidates[searches[0].chosen]
+    assert glyph(chosen).shape == (4, 2, 3)

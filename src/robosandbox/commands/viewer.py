@@ -13,7 +13,16 @@ import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.options import BaseUrl, Model, PerceptionName, PlannerName, RobotName, Seed, TaskName
+from robosandbox.commands.options import (
+    BaseUrl,
+    MaxReplans,
+    Model,
+    PerceptionName,
+    PlannerName,
+    RobotName,
+    Seed,
+    TaskName,
+)
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
@@ -37,6 +46,7 @@ def viewer(
     base_url: BaseUrl = None,
     model: Model = None,
     perception: PerceptionName = "ground_truth",
+    max_replans: MaxReplans = 3,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
@@ -58,9 +68,9 @@ def viewer(
         signal.signal(number, lambda *_: stopped.set())
     options = {"base_url": base_url, "model": model}
     opened = (
-        _there(connect or [], robot_id, zenoh_config, planner, options)
+        _there(connect or [], robot_id, zenoh_config, planner, options, max_replans)
         if remote
-        else _here(task, robot, seed, planner, options, perception)
+        else _here(task, robot, seed, planner, options, perception, max_replans)
     )
     with opened as cell:
         shown = Viewer(cell, port)
@@ -77,7 +87,13 @@ def viewer(
 
 @contextmanager
 def _here(
-    task: str | None, robot: str | None, seed: int, planner: str, options: dict[str, Any], perception: str
+    task: str | None,
+    robot: str | None,
+    seed: int,
+    planner: str,
+    options: dict[str, Any],
+    perception: str,
+    max_replans: int,
 ) -> Iterator[Cell]:
     from robosandbox.tasks.session import open_session
     from robosandbox.viewer.embedded import EmbeddedCell
@@ -90,6 +106,7 @@ def _here(
             planner=planner,
             planner_options=options,
             perception=perception,
+            max_replans=max_replans,
             render_size=(360, 480),
         )
 
@@ -98,10 +115,17 @@ def _here(
 
 @contextmanager
 def _there(
-    endpoints: list[str], robot_id: str | None, zenoh_config: Any, planner: str, options: dict[str, Any]
+    endpoints: list[str],
+    robot_id: str | None,
+    zenoh_config: Any,
+    planner: str,
+    options: dict[str, Any],
+    max_replans: int,
 ) -> Iterator[Cell]:
     from robosandbox.commands.connecting import remote_session
     from robosandbox.viewer.connected import ConnectedCell
 
-    with remote_session(endpoints, robot_id, zenoh_config, planner=planner, planner_options=options) as session:
+    with remote_session(
+        endpoints, robot_id, zenoh_config, planner=planner, planner_options=options, max_replans=max_replans
+    ) as session:
         yield ConnectedCell(session)

@@ -74,8 +74,7 @@ class Viewer:
         self.feed = Feed(self._draw, lambda: bool(self.server.get_clients()))
         self._lay_out()
         self._adopt(cell.blueprint)
-        hearers = (self._hear, *(layer.hear for layer in self._layers), *(panel.hear for panel in self._hearing))
-        self.control.listeners += hearers
+        self.control.listeners += [self._hear, *(panel.hear for panel in self._hearing)]
         self.server.on_client_connect(lambda _: self.feed.wake())
 
     @property
@@ -102,7 +101,7 @@ class Viewer:
         with tabs.add_tab("Robot"):
             self._readings = ReadingsPanel(server)
         with tabs.add_tab("Show"):
-            LayersPanel(server, self._layers, cell.refresh)
+            LayersPanel(server, self._layers, self._switch)
         with tabs.add_tab("Camera"):
             self._cameras = CamerasPanel(server, cell)
         with tabs.add_tab("Hand"):
@@ -114,12 +113,20 @@ class Viewer:
         self._hearing = (prompt, repairs, self._cameras, self._sidecar, world)
 
     def _hear(self, news: News) -> None:
-        if isinstance(news, operator.Loaded | operator.Went):
+        """Hand news to the layers, over another world if there is one."""
+        with self._lock:
             found = self.cell.blueprint
-            if not found.looks_like(self._blueprint):
-                with self._lock, self.server.atomic():
+            if isinstance(news, operator.Loaded | operator.Went) and not found.looks_like(self._blueprint):
+                with self.server.atomic():
                     self._stage.remove()
                     self._adopt(found)
+            for layer in self._layers:
+                layer.hear(news)
+
+    def _switch(self, layer: Layer, shown: bool) -> None:
+        with self._lock:
+            layer.switch(shown)
+        self.cell.refresh()
 
     def _adopt(self, blueprint: Blueprint) -> None:
         self._blueprint = blueprint

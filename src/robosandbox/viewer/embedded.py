@@ -62,6 +62,11 @@ class EmbeddedCell:
         return "simulated in this process"
 
     @property
+    def pictures(self) -> int:
+        """How many camera pictures were rendered."""
+        return self._studio.frames
+
+    @property
     def hands_on(self) -> WorldHands:
         """Moves things by hand."""
         return WorldHands(self._session, self._send)

@@ -18,7 +18,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import SIDECAR_SUFFIX, find_sidecar, resolve_robot
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.types import Scene, Vec3
+from robosandbox.types import Pose, Scene, Vec3
 
 _DIGITS = 5
 
@@ -118,7 +118,11 @@ class SidecarFile:
         if changes.tcp_xyz is not None:
             _put(tree, ("ee_site", "inject", "xyz"), list(changes.tcp_xyz))
         _put(tree, ("base_pose", "xyz"), list(changes.base_xyz))
-        if changes.base_yaw is not None:
+        base = self.sidecar.base_pose
+        if (
+            changes.base_yaw is not None
+            and abs(changes.base_yaw - Pose(xyz=base.xyz, quat_xyzw=base.quat_xyzw).yaw) > 1e-9
+        ):
             half = changes.base_yaw / 2.0
             _put(tree, ("base_pose", "quat_xyzw"), [0.0, 0.0, math.sin(half), math.cos(half)])
         out = io.StringIO()

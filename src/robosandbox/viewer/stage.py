@@ -92,7 +92,7 @@ class Stage:
         for body in bodies:
             shape = self.shape(body) or self.shape(body, collision=True)
             if shape is not None:
-                self._marks.append(self._overlay(body, "mark", _inflated(shape), _RED, 0.75))
+                self._marks.append(self._overlay(body, "mark", _inflated(shape), _RED, None))
 
     def shape(self, body: int, *, collision: bool = False) -> trimesh.Trimesh | None:
         """Return a body's surface in its own frame: as it looks, or as it collides; None if it has none."""
@@ -140,7 +140,7 @@ class Stage:
         )
 
     def _overlay(
-        self, body: int, name: str, shape: trimesh.Trimesh, color: tuple[int, int, int], opacity: float
+        self, body: int, name: str, shape: trimesh.Trimesh, color: tuple[int, int, int], opacity: float | None
     ) -> viser.MeshHandle:
         return self._server.scene.add_mesh_simple(
             f"{self.node(body)}/{name}",

@@ -74,7 +74,8 @@ class FailureEvidence(Layer):
                 self._reach(found)
             case CollisionEvidence(body=body, other=other, depth=depth):
                 self._mark((body, other))
-                self._label("pair", body, f"{body} would touch {other}, {1000 * depth:.1f} mm deep")
+                where = other if other in self.blueprint.object_bodies else body
+                self._label("pair", where, f"{body} would touch {other}, {1000 * depth:.1f} mm deep")
             case GraspEvidence() as found:
                 self._mark((found.object,))
                 width = "" if found.object_width is None else f"{1000 * found.object_width:.0f} mm wide; "

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import threading
+
 import numpy as np
+import viser
 
 from robosandbox.types import Pose
 from robosandbox.viewer.ghost import GhostRobot
@@ -20,12 +23,18 @@ class SidecarPreview(Layer):
     shown = False
     _ghost: GhostRobot | None = None
 
+    def __init__(self, server: viser.ViserServer) -> None:
+        super().__init__(server)
+        # Sliders call from several threads.
+        self._lock = threading.RLock()
+
     def clear(self) -> None:
         """Take it away."""
-        super().clear()
-        if self._ghost is not None:
-            self._ghost.remove()
-        self._ghost = None
+        with self._lock:
+            super().clear()
+            if self._ghost is not None:
+                self._ghost.remove()
+            self._ghost = None
 
     def show(self, changes: Changes, now: Changes) -> None:
         """Draw changes.
@@ -34,6 +43,10 @@ class SidecarPreview(Layer):
             changes: To be drawn.
             now: What the robot has that is in the world.
         """
+        with self._lock:
+            self._show(changes, now)
+
+    def _show(self, changes: Changes, now: Changes) -> None:
         if self._ghost is None:
             self._ghost = GhostRobot(self.server, self.blueprint, self.stage, self.node("robot"))
         moved = _base(changes) @ _base(now).inverse()

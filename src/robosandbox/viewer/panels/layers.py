@@ -15,18 +15,16 @@ class LayersPanel:
     Args:
         server: Where.
         layers: What is switched.
-        refresh: Has a frame come, for a layer that has just been switched on.
+        switch: Shows or hides one.
     """
 
-    def __init__(self, server: viser.ViserServer, layers: Sequence[Layer], refresh: Callable[[], None]) -> None:
-        self._refresh = refresh
+    def __init__(
+        self, server: viser.ViserServer, layers: Sequence[Layer], switch: Callable[[Layer, bool], None]
+    ) -> None:
+        self._switch = switch
         for layer in layers:
             self._add(server, layer)
 
     def _add(self, server: viser.ViserServer, layer: Layer) -> None:
         box = server.gui.add_checkbox(layer.title, layer.shown, hint=layer.hint)
         box.on_update(lambda _: self._switch(layer, box.value))
-
-    def _switch(self, layer: Layer, shown: bool) -> None:
-        layer.switch(shown)
-        self._refresh()

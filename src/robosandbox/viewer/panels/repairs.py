@@ -55,18 +55,16 @@ class RepairsPanel:
         evidence = [] if error.evidence is None else list(_pairs(error.evidence.model_dump(mode="json")))
         said = [html.line(f"{error.code} during {error.phase}", "red", bold=True), html.rows(evidence)]
         said.append(html.heading("Would work instead" if error.repairs else "No repair was found"))
+        for number, repair in enumerate(error.repairs, start=1):
+            said.append(html.line(f"{repair.why}: {', '.join(map(str, repair.calls))}", mark=str(number)))
         self._evidence.content = html.block(*said)
         with self._folder:
-            for repair in error.repairs:
-                self._add(repair)
+            for number, repair in enumerate(error.repairs, start=1):
+                self._add(number, repair)
 
-    def _add(self, repair: Repair) -> None:
-        calls = ", ".join(map(str, repair.calls))
+    def _add(self, number: int, repair: Repair) -> None:
         button = self._gui.add_button(
-            repair.why[:1].upper() + repair.why[1:],
-            color="yellow",
-            icon=viser.Icon.TOOL,
-            hint=f"{calls}; {repair.cost:.1f} simulated seconds",
+            f"Repair {number} ({repair.cost:.0f} s)", color="yellow", icon=viser.Icon.TOOL, hint=repair.why
         )
         button.on_click(lambda _: self._control.follow(Plan(steps=repair.calls)))
         self._buttons.append(button)

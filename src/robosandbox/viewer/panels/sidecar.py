@@ -8,7 +8,7 @@ from pathlib import Path
 import viser
 
 from robosandbox.errors import InputError
-from robosandbox.types import Vec3
+from robosandbox.types import Pose, Vec3
 from robosandbox.viewer import html, operator
 from robosandbox.viewer.cell import Blueprint, Cell
 from robosandbox.viewer.handles import assign
@@ -79,7 +79,7 @@ class SidecarPanel:
             home_qpos=sidecar.arm.home_qpos,
             tcp_xyz=inject.xyz if inject else None,
             base_xyz=sidecar.base_pose.xyz,
-            base_yaw=2.0 * math.atan2(z, w) if upright else None,
+            base_yaw=Pose(xyz=sidecar.base_pose.xyz, quat_xyzw=(x, y, z, w)).yaw if upright else None,
         )
         source = str(self._file.source) if self._file.source else "inferred from the model, or shipped for it"
         self._about.content = html.block(html.rows([("model", self._file.model.name), ("sidecar", source)]))
@@ -119,7 +119,10 @@ class SidecarPanel:
     def _slider(
         self, name: str, low: float, high: float, value: float, step: float = 0.1
     ) -> viser.GuiSliderHandle[float]:
-        slider = self._gui.add_slider(name, min=low, max=high, step=step, initial_value=min(max(value, low), high))
+        # Whole steps to read, and room for the value itself.
+        low, high = math.floor(low * 10.0) / 10.0, math.ceil(high * 10.0) / 10.0
+        shown = min(max(round(round(value / step) * step, 4), low), high)
+        slider = self._gui.add_slider(name, min=low, max=high, step=step, initial_value=shown)
         slider.on_update(lambda _: self._preview.show(self._changes(), self._now))
         self._made.append(slider)
         return slider
@@ -130,12 +133,12 @@ class SidecarPanel:
         scales = [math.radians(1.0) if hinge else 0.001 for hinge in self._hinges]
         home = zip(now.home_qpos, self._home, scales, strict=True)
         return Changes(
-            home_qpos=tuple(_kept(was, slider.value * scale, scale) for was, slider, scale in home),
+            home_qpos=tuple(_kept(was, slider, scale) for was, slider, scale in home),
             tcp_xyz=None if now.tcp_xyz is None else _three(now.tcp_xyz, self._tcp, 0.001),
             base_xyz=_three(now.base_xyz, self._base, 1.0),
             base_yaw=None
             if self._yaw is None or now.base_yaw is None
-            else _kept(now.base_yaw, math.radians(self._yaw.value), math.radians(1.0)),
+            else _kept(now.base_yaw, self._yaw, math.radians(1.0)),
         )
 
     def _write(self) -> None:
@@ -153,11 +156,12 @@ class SidecarPanel:
         self._control.load(task, None)
 
 
-def _kept(was: float, value: float, unit: float) -> float:
-    """Return the old value where the slider's step hides the difference."""
-    return was if abs(value - was) <= 0.051 * unit else value
+def _kept(was: float, slider: viser.GuiSliderHandle[float], unit: float) -> float:
+    """Return what a slider says, times `unit`; the old value where the slider's step hides the difference."""
+    value = slider.value * unit
+    return was if abs(value - was) <= 0.51 * slider.step * unit else value
 
 
 def _three(was: Vec3, sliders: list[viser.GuiSliderHandle[float]], unit: float) -> Vec3:
-    x, y, z = (_kept(old, slider.value * unit, unit) for old, slider in zip(was, sliders, strict=True))
+    x, y, z = (_kept(old, slider, unit) for old, slider in zip(was, sliders, strict=True))
     return x, y, z
