@@ -7,6 +7,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
+from robosandbox.skills.carrying import carried_along
 from robosandbox.skills.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
 from robosandbox.types import SkillResult
 
@@ -28,7 +29,7 @@ class Home(Skill):
         home = arm.sim.robot.home_q
         arm.use(arm.start, held=held)
         if held:
-            arm.motion.allow("table")
+            arm.motion.allow("table", *carried_along(arm.find(held), arm.start))
         try:
             trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
         except CollisionError as blocked:

@@ -17,6 +17,7 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.perception.relations import Relation, bottom, bounds, gap
+from robosandbox.skills.carrying import carried_along, transfer
 from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT, Manipulator, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 
@@ -115,8 +116,9 @@ def place(
 
 def _leave(arm: Manipulator, held: str) -> None:
     """Rise from what the held object still stands on or leans against, if it does."""
-    arm.use(arm.look(), held=held)
-    arm.motion.allow()
+    scene = arm.look()
+    arm.use(scene, held=held)
+    arm.motion.allow(*carried_along(arm.find(held, scene), scene))
     if arm.motion.touch(arm.q) is None:
         return
     arm.motion.allow("table", *(item.id for item in arm.start.objects))
@@ -157,6 +159,7 @@ class _Search:
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
         self._level = levelled(held.pose.rotation)
+        self._load = carried_along(held, scene)
         self._failures: list[SkillError] = []
         self._blocked = 0
 
@@ -181,22 +184,31 @@ class _Search:
         above = raised(tcp_goal, _STAND_OFF)
         try:
             q_above = motion.ik(above, self._q, restarts=_RESTARTS)
-            arm.use(self._scene, held=self._held.id)
+            self._hold()
             if (found := motion.touch(q_above)) is not None:
                 raise found
             opening = self._opening(motion.ik(tcp_goal, q_above, restarts=_RESTARTS))
-            arm.use(self._scene, held=self._held.id)
+            self._hold()
             hover = self._hover(tcp_goal, q_above)
             motion.plan_line(hover, above, speed=FINE_SPEED)
-            motion.allow(*self._allowed)
+            motion.allow(*self._load, *self._allowed)
             descent = motion.plan_line(hover, tcp_goal, speed=FINE_SPEED)
-            motion.allow()
+            motion.allow(*self._load)
             self._blocked += 1
-            transfer = motion.plan_joints(self._q, hover, speed=CARRY_SPEED)
+            way = transfer(arm, hover, level=bool(self._load))
+            if self._load:
+                # Led along lines it may get there in another posture.
+                motion.allow(*self._load, *self._allowed)
+                descent = motion.plan_line(way.q[-1], tcp_goal, speed=FINE_SPEED)
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
-        return _Way(goal, transfer, descent, opening)
+        return _Way(goal, way, descent, opening)
+
+    def _hold(self) -> None:
+        """Plan with the object in hand, and what lies in it free to touch it."""
+        self._arm.use(self._scene, held=self._held.id)
+        self._arm.motion.allow(*self._load)
 
     def _opening(self, q: Array) -> float:
         """Return how far the fingers can open around the object at `q` (n,), as far as is wanted or as there is room.
@@ -207,7 +219,7 @@ class _Search:
         motion = self._arm.motion
         # The object stays behind, so the hand no longer carries it along and may touch it.
         self._arm.use(self._scene)
-        motion.allow(self._held.id)
+        motion.allow(self._held.id, *self._load)
         free = None
         # In steps, so that a finger does not pass to the other side of a wall unseen.
         for room in _OPENINGS:

@@ -1,14 +1,17 @@
 import itertools
 
+import mujoco
 import numpy as np
 import pytest
 
 from robosandbox.errors import CollisionError, UnreachableError
+from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import spline, time_path
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
 
 POST = SceneObject(id="post", kind="box", size=(0.03, 0.03, 0.2), pose=Pose(xyz=(0.15, 0.0, 0.241)), mass=2.0)
@@ -119,3 +122,30 @@ def test_nothing_is_stepped_over_between_two_waypoints(sim, planner):
     path = np.array([planner.ik(down(0.15, -0.2, 0.3)), planner.ik(down(0.15, 0.2, 0.3))])
     assert not planner.touch(path[0]) and not planner.touch(path[1])
     assert planner._collision(path) is not None
+
+
+def test_cans_are_seen_as_near_as_they_are() -> None:
+    """The checker against exact distances, of every link to a can, in configurations around it."""
+    can = SceneObject(id="can", kind="cylinder", size=(0.028, 0.044), pose=Pose(xyz=(0.18, 0.06, 0.085)))
+    with open_session(Scene(objects=(can,))) as session:
+        sim, rng = session.sim, np.random.default_rng(0)
+        checker = CollisionChecker(sim.model, sim.robot, sim.body_names)
+        checker.place(sim.object_bodies["can"], can.pose)
+        checker.allow([sim.model.body("table").id, sim.model.body("floor").id])
+        solid = [g for g in range(sim.model.ngeom) if sim.model.geom_contype[g]]
+        links = [g for g in solid if int(sim.model.geom_bodyid[g]) in sim.robot.bodies]
+        (target,) = (g for g in solid if int(sim.model.geom_bodyid[g]) == sim.object_bodies["can"])
+        motion = DLSMotionPlanner()
+        motion.use(sim, session.observe())
+        close = 0
+        for _ in range(250):
+            yaw, bearing, away = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi), rng.uniform(0.05, 0.13)
+            c, s = np.cos(yaw), np.sin(yaw)
+            rotation = np.array([[c, s, 0.0], [s, -c, 0.0], [0.0, 0.0, -1.0]])
+            place = [0.18 + away * np.cos(bearing), 0.06 + away * np.sin(bearing), rng.uniform(0.05, 0.09)]
+            q = motion.ik(Pose.from_matrix(np.array(place), rotation))
+            touch = checker.touch(q)
+            exact = min(mujoco.mj_geomDistance(checker.model, checker.data, g, target, 0.1, None) for g in links)
+            assert (touch is not None) or exact > checker.clearance - 1e-4
+            close += exact < 0.02
+        assert close > 30

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.objects.beads import BEAD_BIT
@@ -18,6 +19,13 @@ from robosandbox.types import Array, Pose
 _BIT = 1 << 30
 # How far MuJoCo looks for obstacles, and the longest step of a walk along a path; metres.
 _SIGHT = 0.02
+# Shapes whose contacts come from the general convex solver, and by what share of the margin they may be off.
+_GENERAL = [
+    mujoco.mjtGeom.mjGEOM_CYLINDER.value,
+    mujoco.mjtGeom.mjGEOM_ELLIPSOID.value,
+    mujoco.mjtGeom.mjGEOM_MESH.value,
+]
+_DOUBT = 0.5
 _STRIDE = 0.10
 _LEAST_STRIDE = 0.001
 
@@ -62,6 +70,7 @@ class CollisionChecker:
         self._held: tuple[int, Array, Array] | None = None
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._allowed: frozenset[int] = frozenset()
+        self._general = np.isin(model.geom_type, _GENERAL)
         self._levers = _levers(model, robot)
         self._apply_bits()
 
@@ -132,9 +141,10 @@ class CollisionChecker:
         mujoco.mj_collision(model, data)
         if data.ncon == 0:
             return None, _SIGHT
-        distance = data.contact.dist
-        pairs = model.geom_bodyid[data.contact.geom]
+        geoms = data.contact.geom
+        pairs = model.geom_bodyid[geoms]
         own = self._robot_body[pairs].all(axis=1)
+        distance = self._sharpened(geoms, data.contact.dist, own)
         # Parts of the robot may come as close as they like; only touching counts.
         depth = np.where(own, -distance, self.clearance - distance)
         worst = int(depth.argmax())
@@ -144,6 +154,23 @@ class CollisionChecker:
         moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
         body, other = (first, second) if moving else (second, first)
         return Touch(self.names[body], self.names[other], float(-distance[worst])), 0.0
+
+    def _sharpened(self, geoms: NDArray[np.int32], distance: Array, own: NDArray[np.bool_]) -> Array:
+        """Return the contacts' distances (k,), those of general convex pairs measured anew where they may be touching.
+
+        Between such pairs MuJoCo's contacts at a margin may report several millimetres more than there is.
+        """
+        doubtful = self._general[geoms].any(axis=1) & ~own & (distance < self.clearance + _DOUBT * _SIGHT)
+        if not doubtful.any():
+            return distance
+        exact = distance.copy()
+        measured: dict[tuple[int, int], float] = {}
+        for index in np.flatnonzero(doubtful):
+            pair = (int(geoms[index, 0]), int(geoms[index, 1]))
+            if pair not in measured:
+                measured[pair] = mujoco.mj_geomDistance(self.model, self.data, *pair, _SIGHT, None)
+            exact[index] = min(distance[index], measured[pair])
+        return exact
 
     def _carry(self) -> None:
         assert self._held is not None

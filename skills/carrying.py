@@ -1,0 +1,67 @@
+"""Carrying without spilling: the way on which what is held stays level."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from robosandbox.errors import UnreachableError
+from robosandbox.motion.timing import join
+from robosandbox.perception.relations import contents
+from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
+from robosandbox.types import CONTAINER_KINDS, Array, DetectedObject, ObservedScene, Pose, Trajectory
+
+MOST_TILT = np.radians(8.0)
+_EVERY = 10
+_UP = np.array([0.0, 0.0, 1.0])
+_RISES = (0.0, 0.05, 0.1, 0.2)
+
+
+def carried_along(held: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
+    """Return the ids of what lies in the held object, and would fall out if it were tilted."""
+    if held.kind not in CONTAINER_KINDS:
+        return ()
+    return tuple(dict.fromkeys(name for name, _ in contents(scene.objects, held)))
+
+
+def transfer(arm: Manipulator, q_goal: Array, *, level: bool) -> Trajectory:
+    """Return a free way from where the arm is.
+
+    Args:
+        arm: Its motion planner knows what is held.
+        q_goal: Where to, shape (n,).
+        level: Whether what is held is to keep its attitude, but for a turn about the vertical.
+
+    Raises:
+        CollisionError: There is no free way.
+        UnreachableError: There is none on which it stays level.
+    """
+    motion, q = arm.motion, arm.q
+    direct = motion.plan_joints(q, q_goal, speed=CARRY_SPEED)
+    if not level or tilt(arm, direct) <= MOST_TILT:
+        return direct
+    start, goal = motion.forward(q), motion.forward(q_goal)
+    failure: UnreachableError | None = None
+    for rise in _RISES:
+        height = max(start.xyz[2], goal.xyz[2]) + rise
+        try:
+            up = motion.plan_line(q, _at(start, height), speed=CARRY_SPEED)
+            across = motion.plan_line(up.q[-1], _at(goal, height), speed=CARRY_SPEED)
+            down = motion.plan_line(across.q[-1], goal, speed=CARRY_SPEED)
+        except UnreachableError as error:
+            failure = error
+            continue
+        return join([up, across, down])
+    assert failure is not None
+    raise failure
+
+
+def tilt(arm: Manipulator, trajectory: Trajectory) -> float:
+    """Return by how much what is held leans over the most on the way, against how it is held at its start, radians."""
+    upward = arm.motion.forward(trajectory.q[0]).rotation.T @ _UP
+    rows = trajectory.q[::_EVERY]
+    least = min(float((arm.motion.forward(q).rotation @ upward)[2]) for q in rows)
+    return float(np.arccos(np.clip(least, -1.0, 1.0)))
+
+
+def _at(pose: Pose, height: float) -> Pose:
+    return raised(pose, height - pose.xyz[2])

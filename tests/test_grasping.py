@@ -1,0 +1,178 @@
+"""Grasps and placements on real physics: one of each kind, alone and between neighbours."""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robosandbox.errors import CollisionError, GraspError
+from robosandbox.grasp.analytic import AnalyticGrasps
+from robosandbox.perception.relations import inside, on_top
+from robosandbox.skills.carrying import MOST_TILT, tilt, transfer
+from robosandbox.skills.gripping import needed_force
+from robosandbox.skills.manipulator import Manipulator
+from robosandbox.tasks.bench import run_bench
+from robosandbox.tasks.loader import bundled_tasks, find_task
+from robosandbox.tasks.session import Session, open_session
+from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall
+
+LYING = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
+ON_EDGE = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))
+
+
+def thing(
+    name: str,
+    kind: str,
+    size: Sequence[float],
+    xyz: tuple[float, float, float],
+    quat: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0),
+    **more: object,
+) -> SceneObject:
+    fields = {"id": name, "kind": kind, "size": size, "pose": Pose(xyz=xyz, quat_xyzw=quat), "mass": 0.1, **more}
+    return SceneObject.model_validate(fields)
+
+
+@contextmanager
+def world(*objects: SceneObject) -> Iterator[Session]:
+    with open_session(Scene(objects=objects), what_if=False) as session:
+        yield session
+
+
+def do(session: Session, skill: str, **arguments: object) -> None:
+    session.agent.perform(SkillCall(skill=skill, arguments=dict(arguments)))
+
+
+def seen(session: Session, name: str) -> DetectedObject:
+    found = session.observe().find(name)
+    assert found is not None
+    return found
+
+
+@pytest.fixture
+def wedge(tmp_path: Path) -> Path:
+    """A mesh that is no box: a prism with a five-cornered end."""
+    angles = [2.0 * math.pi * k / 5 for k in range(5)]
+    ends = [(0.02 * math.cos(a), 0.02 * math.sin(a), z) for z in (-0.03, 0.03) for a in angles]
+    sides = [(k + 1, (k + 1) % 5 + 1, k + 6) for k in range(5)] + [
+        ((k + 1) % 5 + 1, (k + 1) % 5 + 6, k + 6) for k in range(5)
+    ]
+    caps = [(1, k + 2, k + 1) for k in range(1, 4)] + [(6, k + 6, k + 7) for k in range(1, 4)]
+    lines = [f"v {x} {y} {z}" for x, y, z in ends] + [f"f {a} {b} {c}" for a, b, c in sides + caps]
+    path = tmp_path / "prism.obj"
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    "item",
+    [
+        thing("it", "cylinder", (0.02, 0.04), (0.15, 0.0, 0.061), LYING),
+        thing("it", "cylinder", (0.03, 0.012), (0.15, 0.0, 0.071), ON_EDGE),
+        thing("it", "capsule", (0.015, 0.03), (0.15, 0.0, 0.056), LYING),
+        thing("it", "box", (0.015, 0.10, 0.02), (0.15, 0.0, 0.061)),
+        thing("it", "box", (0.02, 0.02, 0.08), (0.15, 0.0, 0.121)),
+        thing("it", "bowl", (0.06, 0.05), (0.15, 0.0, 0.042)),
+        thing("it", "cup", (0.045, 0.09), (0.15, 0.0, 0.042)),
+        thing("it", "bin", (0.07, 0.05, 0.05), (0.15, 0.0, 0.042)),
+    ],
+    ids=["lying can", "disc on its edge", "capsule", "long block", "tall block", "bowl", "mug", "bin"],
+)
+def test_everything_of_a_size_is_held_and_lifted(item: SceneObject) -> None:
+    with world(item) as session:
+        do(session, "pick", object="it")
+        now = seen(session, "it")
+        assert now.pose.xyz[2] - item.pose.xyz[2] > 0.1 and session.sim.truth().held == "it"
+
+
+def test_a_mesh_is_held_across_its_faces(wedge: Path) -> None:
+    with world(thing("it", "mesh", (), (0.15, 0.0, 0.071), mesh=wedge)) as session:
+        do(session, "pick", object="it")
+        assert session.sim.truth().held == "it"
+
+
+def test_fingers_choose_the_side_that_neighbours_leave_free() -> None:
+    """Walls 14 mm from the cube on two sides: of its four straight grasps two have room, and nothing else moves."""
+    walls = [thing(f"wall{y}", "box", (0.05, 0.015, 0.035), (0.15, y, 0.076), mass=0.05) for y in (-0.049, 0.049)]
+    with world(thing("it", "box", (0.02,) * 3, (0.15, 0.0, 0.061)), *walls) as session:
+        before = [seen(session, wall.id).pose for wall in walls]
+        do(session, "pick", object="it")
+        for wall, pose in zip(walls, before, strict=True):
+            assert np.linalg.norm(seen(session, wall.id).pose.position - pose.position) < 0.001
+
+
+def test_what_has_no_room_is_refused_with_the_neighbour_named() -> None:
+    sides = [(0.046, 0.0), (-0.046, 0.0), (0.0, 0.046), (0.0, -0.046)]
+    walls = [
+        thing(f"wall{k}", "box", (0.02, 0.02, 0.05), (0.15 + x, y, 0.091), mass=1.0) for k, (x, y) in enumerate(sides)
+    ]
+    with (
+        world(thing("it", "box", (0.02,) * 3, (0.15, 0.0, 0.061)), *walls) as session,
+        pytest.raises((CollisionError, GraspError), match="wall"),
+    ):
+        do(session, "pick", object="it")
+
+
+def test_candidates_come_lazily_and_the_plain_ones_first() -> None:
+    with world(thing("it", "box", (0.02, 0.03, 0.02), (0.15, 0.0, 0.061))) as session:
+        scene, robot = session.observe(), session.sim.robot
+        first = list(islice(AnalyticGrasps().candidates(seen(session, "it"), scene, robot), 4))
+        assert {grasp.how for grasp in first} == {"top-down"}
+        every = {grasp.how for grasp in AnalyticGrasps().candidates(seen(session, "it"), scene, robot)}
+        assert {"top-down", "angled", "side"} <= every
+
+
+def test_the_grip_is_as_firm_as_the_load_asks_for() -> None:
+    forces = []
+    for mass in (0.05, 0.4):
+        with world(thing("it", "cylinder", (0.025, 0.035), (0.15, 0.0, 0.077), mass=mass)) as session:
+            do(session, "pick", object="it")
+            arm = Manipulator(session.ctx)
+            force = session.sim.grip_on("it")
+            assert force > 0.8 * needed_force(arm, seen(session, "it"), mass)
+            forces.append(force)
+    assert forces[1] > 1.5 * forces[0]
+
+
+def test_a_full_bin_is_filled_without_touching_it() -> None:
+    """Five things in a bin of 14 cm: each finds its own room, and the hand keeps off the walls."""
+    things = [thing(f"cube{k}", "box", (0.017,) * 3, (0.05 + 0.06 * k, -0.15, 0.058)) for k in range(5)]
+    bin_ = thing("bin", "bin", (0.07, 0.07, 0.05), (0.15, 0.15, 0.042), mass=0.3)
+    with world(*things, bin_) as session:
+        before = seen(session, "bin").pose.position
+        for item in things:
+            do(session, "pick", object=item.id)
+            do(session, "place_in", container="bin")
+        assert all(inside(seen(session, item.id), seen(session, "bin")).holds for item in things)
+        assert np.linalg.norm(seen(session, "bin").pose.position - before) < 0.001
+
+
+def test_a_cup_with_something_in_it_is_carried_level() -> None:
+    cup = thing("cup", "cup", (0.028, 0.06), (0.05, -0.25, 0.042))
+    ball = thing("ball", "sphere", (0.012,), (0.05, -0.25, 0.06), mass=0.01)
+    block = thing("block", "box", (0.05, 0.05, 0.02), (0.2, 0.25, 0.061), mass=0.5)
+    with world(cup, ball, block) as session:
+        do(session, "pick", object="cup")
+        arm = Manipulator(session.ctx)
+        arm.use(arm.look(), held="cup")
+        arm.motion.allow("ball")
+        pose = arm.sim.observe().tcp_pose
+        there = Pose(xyz=(0.2, 0.25, pose.xyz[2]), quat_xyzw=pose.quat_xyzw)
+        way = transfer(arm, arm.motion.ik(there, arm.q), level=True)
+        assert tilt(arm, way) <= MOST_TILT
+        do(session, "place_on", target="block")
+        assert on_top(seen(session, "cup"), seen(session, "block")).holds
+        assert inside(seen(session, "ball"), seen(session, "cup")).holds
+
+
+CLUTTER = [name for name in bundled_tasks() if find_task(name).suite == "clutter"]
+
+
+@pytest.mark.parametrize("name", CLUTTER)
+def test_each_clutter_task_succeeds_as_claimed_and_touches_nothing_else(name: str) -> None:
+    (row,) = run_bench([find_task(name)], 1)
+    assert row.success and row.claimed, row.detail
+    assert row.touched == () and row.worst_force_n == 0.0
