@@ -16,6 +16,8 @@ BEAD_BIT = 1 << 29
 
 _SPACING = 1.02
 _WALL_CLEARANCE = 0.0005
+# A bead that falls a hand's breadth must not sink through a thin floor: contacts yield for two physics steps only.
+_STIFF = [0.004, 1.0]
 # Glides stop within about half a second; falling is hardly slowed.
 _DRAG_SECONDS = 0.5
 
@@ -43,6 +45,7 @@ def add_beads(spec: mujoco.MjSpec, item: SceneObject, vessel: SceneObject) -> No
             rgba=item.rgba,
             condim=1,
             priority=1,
+            solref=_STIFF,
             contype=1 | BEAD_BIT,
             conaffinity=1,
         )

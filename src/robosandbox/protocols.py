@@ -186,6 +186,10 @@ class MotionPlanner(Protocol):
         """Return a collision-free trajectory; raises CollisionError."""
         ...
 
+    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: float = 0.5) -> Trajectory:
+        """Return straight TCP lines through poses, without a stop; raises UnreachableError or CollisionError."""
+        ...
+
     def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 0.5) -> Trajectory:
         """Return a straight TCP line, checked all along; raises UnreachableError or CollisionError."""
         ...

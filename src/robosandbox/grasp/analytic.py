@@ -10,6 +10,7 @@ from robosandbox.grasp.antipodal import Antipodal
 from robosandbox.grasp.crowding import has_room, neighbours
 from robosandbox.grasp.hand import UP
 from robosandbox.grasp.rim import rim_tiers
+from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
@@ -43,7 +44,8 @@ class AnalyticGrasps:
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
         hand = Antipodal(solid, geometry, floor=floor, base=robot.base_position)
-        for tiers in (hand.tiers(), rim_tiers(target, geometry, floor)):
+        sides = [sideways(target, geometry, robot.base_position)] if is_filled(target, scene) else []
+        for tiers in (sides, hand.tiers(), rim_tiers(target, geometry, floor)):
             for tier in tiers:
                 if tier and near is None:
                     near = neighbours(target, scene)

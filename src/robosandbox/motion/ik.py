@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import mujoco
 import numpy as np
 
@@ -169,6 +171,27 @@ class DLSMotionPlanner:
             CollisionError: Something is in the way.
         """
         path = self._line_path(q_start, tcp_pose)
+        error = self._collision(path)
+        if error is not None:
+            raise error
+        return self._timed(path, speed)
+
+    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: float = 0.5) -> Trajectory:
+        """Return a trajectory that takes the TCP through poses on straight lines, without a stop, checked all along.
+
+        Args:
+            q_start: Shape (n,).
+            tcp_poses: One or more.
+            speed: Fraction of the robot's velocity limits.
+
+        Raises:
+            UnreachableError: A point of the way is out of reach, or only with another arm posture.
+            CollisionError: Something is in the way.
+        """
+        parts = [np.array([q_start])]
+        for pose in tcp_poses:
+            parts.append(self._line_path(parts[-1][-1], pose)[1:])
+        path = np.concatenate(parts)
         error = self._collision(path)
         if error is not None:
             raise error

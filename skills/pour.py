@@ -1,0 +1,300 @@
+"""Pour: tip what a held container holds into another."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robosandbox.errors import (
+    CollisionError,
+    InvalidArgumentError,
+    Phase,
+    PourError,
+    PourEvidence,
+    SkillError,
+    UnreachableError,
+)
+from robosandbox.perception.relations import bottom, box_room, contents, poured, top
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.drawers import mouth
+from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
+from robosandbox.types import (
+    CONTAINER_KINDS,
+    CONTAINER_WALL,
+    ROUND_CONTAINERS,
+    Array,
+    DetectedObject,
+    Pose,
+    SkillResult,
+    Trajectory,
+)
+
+LEAST_FRACTION = 0.9
+MOST_SPILLED = 0.02
+_LEAN_SPEED = 0.3
+_POUR_SPEED = 0.15
+# As many steps are leant fast: nothing leaves a container that is not filled to its rim.
+_LEANT = 7
+_STEP = np.radians(10.0)
+_TILTS = tuple(np.radians([125.0, 112.0, 100.0]))
+_HEIGHTS = (0.015, 0.03, 0.05, 0.08)
+_SAFE = 0.03
+# What is no more than half full spills at no less than this.
+_LEVEL_WITHIN = np.radians(20.0)
+_LEVEL_SAMPLES = 60
+# Things leave the lip with some speed: the lip stays this share of the opening's radius before its middle.
+_LEAD = 0.3
+_YAWS = tuple(np.radians([0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0]))
+_FINGER_CLEARANCE = 0.02
+_DRAIN_SECONDS = 3.0
+_UP = np.array([0.0, 0.0, 1.0])
+
+
+class Pour(Skill):
+    """Tip what a held container holds into another."""
+
+    name = "pour"
+
+    def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
+        """Carry the held container level to another one and tip out into it what it holds.
+
+        Args:
+            target: Id of the container to pour into.
+
+        Raises:
+            NotHoldingError: The gripper is empty.
+            ObjectNotFoundError: The target is not seen.
+            InvalidArgumentError: What is held, or the target, is no open container.
+            UnreachableError: The arm cannot tip it there.
+            CollisionError: Something is in the way.
+            PourError: Nothing was in it, too little arrived, or too much was spilled.
+        """
+        arm = Manipulator(ctx)
+        held = arm.require_held()
+        vessel = arm.find(target)
+        _check(held, vessel)
+        cargo = contents(arm.start.objects, held)
+        if not cargo:
+            raise PourError(
+                f"{held.id} is empty: there is nothing to pour",
+                phase=Phase.CHECK,
+                evidence=PourEvidence(object=held.id, target=target, count=0, poured=0, spilled=0),
+            )
+        way = _find_way(arm, held, vessel)
+        arm.follow(way.carry, Phase.TRANSFER)
+        arm.follow(way.lean, Phase.POUR)
+        arm.follow(way.tip, Phase.POUR)
+        _drain(arm, held.id)
+        for part, faster in ((way.tip, _LEAN_SPEED / _POUR_SPEED), (way.lean, 1.0)):
+            arm.follow(Trajectory(q=part.q[::-1], dt=part.dt / faster), Phase.RETREAT)
+        after = arm.settle(target, *{name for name, _ in cargo})
+        relation = poured(
+            cargo,
+            after.objects,
+            arm.find(held.id, after),
+            arm.find(target, after),
+            min_fraction=LEAST_FRACTION,
+            max_spilled=MOST_SPILLED,
+        )
+        count = len(cargo)
+        arrived, spilled = (round(relation.detail[name] * count) for name in ("fraction", "spilled"))
+        if not relation.holds or after.held != held.id:
+            lost = "" if after.held == held.id else f" and {held.id} was dropped"
+            raise PourError(
+                f"{arrived} of {count} went from {held.id} into {target}, {spilled} were spilled{lost}; at least "
+                f"{LEAST_FRACTION:.0%} should arrive and at most {MOST_SPILLED:.0%} be spilled; look again",
+                phase=Phase.VERIFY,
+                evidence=PourEvidence(object=held.id, target=target, count=count, poured=arrived, spilled=spilled),
+            )
+        return SkillResult(
+            skill=self.name,
+            detail={"object": held.id, "target": target, "count": count, "poured": arrived, "spilled": spilled},
+            side_effects=(
+                *((f"spilled {spilled} of {count}",) if spilled else ()),
+                *arm.disturbed(held.id, *{name for name, _ in cargo}),
+            ),
+        )
+
+
+def _check(held: DetectedObject, vessel: DetectedObject) -> None:
+    for item, to in ((held, "from"), (vessel, "into")):
+        if item.kind not in CONTAINER_KINDS or (item is held and item.kind == "drawer"):
+            raise InvalidArgumentError(
+                f"{item.id} is a {item.kind}: one pours {to} a bin, bowl or cup", phase=Phase.CHECK
+            )
+    if held.id == vessel.id:
+        raise InvalidArgumentError(f"{held.id} cannot be poured into itself", phase=Phase.CHECK)
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    carry: Trajectory
+    lean: Trajectory
+    tip: Trajectory
+
+
+def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) -> _Way:
+    """Return how to carry the container level to the target and tip it about its lip, which stays over the target.
+
+    Raises:
+        UnreachableError: The arm cannot turn it so.
+        CollisionError: Something is in the way.
+    """
+    arm.ctx.enter(Phase.PLAN)
+    scene = arm.look()
+    arm.use(scene, held=held.id)
+    arm.motion.allow()
+    observation = arm.sim.observe()
+    held = arm.find(held.id, scene)
+    tcp_in_object = held.pose.inverse() @ observation.tcp_pose
+    level = _levelled(held.pose)
+    failures: list[SkillError] = []
+    for height in _HEIGHTS:
+        for direction, yaw in _directions(arm, held, level):
+            poses = [pose @ tcp_in_object for pose in _tipping(held, vessel, level, direction, yaw, height)]
+            try:
+                carry = _carry(arm, held, observation.q, poses[0])
+            except (UnreachableError, CollisionError) as error:
+                failures.append(error)
+                continue
+            for tilt in _TILTS:
+                steps = 1 + round(tilt / _STEP)
+                try:
+                    lean = arm.motion.plan_through(carry.q[-1], poses[1:_LEANT], speed=_LEAN_SPEED)
+                    tip = arm.motion.plan_through(lean.q[-1], poses[_LEANT:steps], speed=_POUR_SPEED)
+                except (UnreachableError, CollisionError) as error:
+                    failures.append(error)
+                    continue
+                return _Way(carry, lean, tip)
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    raise (collisions or failures)[0].at(Phase.PLAN)
+
+
+def _carry(arm: Manipulator, held: DetectedObject, q: Array, goal: Pose) -> Trajectory:
+    """Return a way for the TCP on which what is carried stays level: on straight lines, or else about level.
+
+    Raises:
+        UnreachableError: It is not reached, or not with what is carried level.
+        CollisionError: Something is in the way.
+    """
+    start = arm.motion.forward(q)
+    tops = [top(item) for item in arm.start.objects if item.id != held.id and item.kind != "beads"]
+    clear = max([*tops, arm.start.table_height]) + _SAFE + start.xyz[2] - bottom(held)
+    failure: UnreachableError | CollisionError | None = None
+    for height in sorted({max(start.xyz[2], goal.xyz[2]), max(clear, goal.xyz[2])}, reverse=True):
+        up = Pose(xyz=(*start.xyz[:2], max(height, start.xyz[2])), quat_xyzw=start.quat_xyzw)
+        over = Pose(xyz=(*goal.xyz[:2], up.xyz[2]), quat_xyzw=goal.quat_xyzw)
+        try:
+            return arm.motion.plan_through(q, (up, over, goal), speed=CARRY_SPEED)
+        except (UnreachableError, CollisionError) as error:
+            failure = failure or error
+    assert failure is not None
+    carried = held.pose.rotation.T @ start.rotation
+    try:
+        around = arm.motion.plan_joints(q, arm.motion.ik(goal, q), speed=CARRY_SPEED)
+    except (UnreachableError, CollisionError):
+        raise failure from None
+    for row in around.q[:: max(1, len(around.q) // _LEVEL_SAMPLES)]:
+        axis = arm.motion.forward(row).rotation @ carried.T[:, 2]
+        if axis[2] < np.cos(_LEVEL_WITHIN):
+            raise failure
+    return around
+
+
+def _directions(arm: Manipulator, held: DetectedObject, level: Pose) -> Iterator[tuple[Array, float]]:
+    """Yield ways to tip: a horizontal unit vector (3,) from the container as it is held, and a turn of all about world z.
+
+    Ways that lead over a finger come last, those that turn the hand the least come first.
+    """
+    tcp = arm.sim.observe().tcp_pose
+    closing = tcp.rotation[:, 1]
+    pads = [tcp.position + sign * closing * arm.gripper.width / 2.0 for sign in (1.0, -1.0)]
+    angles = np.arctan2(closing[1], closing[0]) + np.arange(8) * np.pi / 4.0
+    clear: list[tuple[float, Array]] = []
+    over_finger: list[tuple[float, Array]] = []
+    for angle in angles:
+        direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+        lip = level.position + level.rotation @ _lip(held, level, direction)
+        # The hand's palm lies behind the TCP: what falls out there meets it.
+        palm = tcp.position - arm.geometry.palm_depth * tcp.rotation[:, 2]
+        near = min(float(np.linalg.norm(lip - point)) for point in (*pads, palm))
+        (clear if near > _FINGER_CLEARANCE else over_finger).append((-near, direction))
+    for options in (clear, over_finger):
+        options.sort(key=lambda option: round(option[0], 3))
+        for yaw in _YAWS:
+            for _, direction in options:
+                yield direction, yaw
+
+
+def _tipping(
+    held: DetectedObject, vessel: DetectedObject, level: Pose, direction: Array, yaw: float, height: float
+) -> list[Pose]:
+    """Return the container's poses from upright to as far as it may be tipped, its lip staying over one point."""
+    middle, radius, rim = _opening(vessel)
+    turn = _rotation(_UP, yaw)
+    towards = turn @ direction
+    lip = _lip(held, level, direction)
+    pivot = np.array([*(middle - _LEAD * radius * towards[:2]), rim + height])
+    axis = np.cross(_UP, towards)
+    poses = []
+    for angle in np.arange(0.0, max(_TILTS) + _STEP, _STEP):
+        rotation = _rotation(axis, float(angle)) @ turn @ level.rotation
+        there = Pose.from_matrix(pivot - rotation @ lip, rotation)
+        # What hangs below the lip stays over the target's rim as well.
+        hangs = float(pivot[2]) - bottom(replace(held, pose=there))
+        poses.append(raised(there, max(hangs, 0.0)))
+    return poses
+
+
+def _lip(held: DetectedObject, level: Pose, direction: Array) -> Array:
+    """Return the point of the rim over which it pours in a direction, in the container's frame, shape (3,)."""
+    local = level.rotation.T @ direction
+    if held.kind in ROUND_CONTAINERS:
+        radius, height = held.size
+        return np.array([*((radius + CONTAINER_WALL) * local[:2]), height])
+    half, height = np.array(held.size[:2]) + CONTAINER_WALL, held.size[2]
+    reach = float(np.min(half / np.maximum(np.abs(local[:2]), 1e-9)))
+    return np.array([*(reach * local[:2]), height])
+
+
+def _opening(vessel: DetectedObject) -> tuple[Array, float, float]:
+    """Return the middle (2,), the radius and the height of the opening that is poured into, in the world."""
+    if vessel.kind in ROUND_CONTAINERS:
+        return vessel.pose.position[:2], vessel.size[0], vessel.pose.xyz[2] + vessel.size[1]
+    room = mouth(vessel) if vessel.kind == "drawer" else box_room(vessel)
+    middle = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, 0.0])
+    return middle[:2], float(room.half.min()), vessel.pose.xyz[2] + room.rim
+
+
+def _drain(arm: Manipulator, name: str) -> None:
+    """Wait until nothing more leaves the container."""
+    deadline = arm.sim.time + _DRAIN_SECONDS
+    scene = arm.look()
+    left = contents(scene.objects, arm.find(name, scene))
+    still = 0
+    while left and still < 5 and arm.sim.time < deadline:
+        arm.sim.step(0.1)
+        scene = arm.look()
+        now = contents(scene.objects, arm.find(name, scene))
+        still, left = (still + 1 if len(now) == len(left) else 0), now
+
+
+def _levelled(pose: Pose) -> Pose:
+    """Return the pose turned upright."""
+    axis = pose.rotation[:, 2]
+    cross = np.cross(axis, _UP)
+    sine = float(np.linalg.norm(cross))
+    if sine < 1e-6:
+        return pose
+    return Pose.from_matrix(pose.position, _rotation(cross / sine, float(np.arctan2(sine, axis @ _UP))) @ pose.rotation)
+
+
+def _rotation(axis: Array, angle: float) -> Array:
+    """Return the rotation (3, 3) about a unit axis (3,) (Rodrigues' formula)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return rotation
