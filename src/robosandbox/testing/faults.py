@@ -227,6 +227,18 @@ def bolt(name: str) -> Fault:
     return run
 
 
+def lock(name: str) -> Fault:
+    """Fix a drawer's sliding box where it is, for good."""
+
+    def run(world: Meddler) -> Iterator[None]:
+        model = world.sim.model
+        box = list(world.sim.body_names).index(f"{name}/box")
+        model.dof_damping[int(model.body_dofadr[box])] = _BOLT_DAMPING
+        yield
+
+    return run
+
+
 @dataclass(slots=True)
 class MistakenPerception:
     """Ground truth but for one object, seen elsewhere or in another size.
