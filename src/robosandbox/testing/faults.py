@@ -302,7 +302,8 @@ class ContactMeter:
                 kind = "itself"
             elif names[outer] in ("table", "floor"):
                 kind = "table"
-            elif names[outer] in self.intended or names[outer] == held:
+            # A drawer's sliding box is "<id>/box".
+            elif names[outer].partition("/")[0] in self.intended or names[outer] == held:
                 continue
             else:
                 kind = "objects"
