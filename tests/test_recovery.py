@@ -42,7 +42,12 @@ def test_what_cannot_be_helped_is_refused_at_once_with_its_cause(bench: ModuleTy
 
 def test_same_seed_gives_the_same_episode(bench: ModuleType) -> None:
     one, other = (bench.run("crowded", 2, what_if=True) for _ in range(2))
-    assert (one.about, one.errors, one.detail, one.sim_secs) == (other.about, other.errors, other.detail, other.sim_secs)
+    assert (one.about, one.errors, one.detail, one.sim_secs) == (
+        other.about,
+        other.errors,
+        other.detail,
+        other.sim_secs,
+    )
 
 
 def test_faults_are_drawn_with_a_range_of_magnitudes_and_moments() -> None:
