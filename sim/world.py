@@ -37,6 +37,7 @@ class World:
         object_bodies: Body id of every object that has one body to itself or to its cabinet; beads have none.
         parts: Ids of all bodies of every object, shape (k,).
         owners: Body id -> id of the object that it belongs to.
+        robot_geoms: Which geoms are the robot's, shape (geoms,).
         mass_share: What every body has of its object's mass as compiled, shape (bodies,).
         inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
@@ -50,6 +51,7 @@ class World:
     object_bodies: dict[str, int]
     parts: dict[str, NDArray[np.intp]]
     owners: dict[int, str]
+    robot_geoms: NDArray[np.bool_]
     mass_share: Array
     inertia_per_mass: Array
     cameras: dict[str, str]
@@ -83,15 +85,17 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     for item in scene.objects:
         _check_mass(model, parts[item.id], item)
         mass_share[parts[item.id]] = model.body_mass[parts[item.id]] / item.mass
+    robot = robot_model.bind(model, ROBOT_PREFIX)
     return World(
         scene=scene,
         model=model,
-        robot=robot_model.bind(model, ROBOT_PREFIX),
+        robot=robot,
         sidecar=robot_model.sidecar,
         names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
         object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if item.kind != "beads"},
         parts=parts,
         owners={int(body): name for name, bodies in parts.items() for body in bodies},
+        robot_geoms=np.isin(model.geom_bodyid, list(robot.bodies)),
         mass_share=frozen_array(mass_share),
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
         cameras={"scene": "scene", "top": "top", "wrist": ROBOT_PREFIX + WRIST_CAMERA},

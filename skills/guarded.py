@@ -4,12 +4,35 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import Phase
+from robosandbox.errors import Phase, TrackingError, TrackingEvidence
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.types import Trajectory
 
 # Impacts last a tick; pressing lasts.
 _TICKS = 2
+_FREE_TICKS = 3
+_PRESSING = 15.0
+
+
+class MetError(TrackingError):
+    """The arm was stopped by something that it met where it was to touch nothing.
+
+    Attributes:
+        body: The part of the robot.
+        other: What it met.
+    """
+
+    def __init__(self, body: str, other: str, force: float, *, phase: Phase, joint: str) -> None:
+        super().__init__(
+            f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
+            "seen to be, or came into the way; look again",
+            phase=phase,
+            evidence=TrackingEvidence(
+                joint=joint, error=0.0, contacts=(f"{body} on {other}",), contact_force=round(force, 2)
+            ),
+        )
+        self.body = body
+        self.other = other
 
 
 class _Stopped(Exception):
@@ -45,3 +68,31 @@ def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: C
     finally:
         arm.sim.tick_hooks.remove(check)
     return False
+
+
+def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
+    """Follow a trajectory on which nothing is to be touched; where something is, the arm stops and holds.
+
+    Args:
+        arm: Whose arm.
+        trajectory: From where the arm is.
+        phase: For listeners and errors.
+
+    Raises:
+        MetError: It pressed on something for longer than a bump lasts.
+        TrackingError: A joint stayed off its goal.
+    """
+    ticks = 0
+
+    def check() -> None:
+        nonlocal ticks
+        force, body, other = arm.sim.strongest_contact()
+        ticks = ticks + 1 if force > _PRESSING else 0
+        if ticks >= _FREE_TICKS:
+            raise MetError(body, other, force, phase=phase, joint=arm.sim.robot.joints[-1])
+
+    arm.sim.tick_hooks.append(check)
+    try:
+        arm.follow(trajectory, phase)
+    finally:
+        arm.sim.tick_hooks.remove(check)

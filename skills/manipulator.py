@@ -18,7 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.grasp.hand import lean
 from robosandbox.perception.relations import inside, loose, moved
-from robosandbox.protocols import Sim, SkillContext
+from robosandbox.protocols import SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
     CONTAINER_KINDS,
@@ -52,60 +52,11 @@ _RISES = (
     (0.25, 0.0),
 )
 _SPENT = 0.95
-_PRESSING = 15.0
-_PRESSED_TICKS = 3
 _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
 _STILL = 0.0005
 _DISTURBED = 0.005
-
-
-class MetError(TrackingError):
-    """The arm was stopped by something that it met.
-
-    Attributes:
-        body: The part of the robot.
-        other: What it met.
-    """
-
-    def __init__(self, body: str, other: str, force: float, *, phase: Phase, joint: str) -> None:
-        super().__init__(
-            f"{body} met {other} on its way and was stopped at {force:.0f} N: it is not where, or not as large as, it was "
-            "seen to be, or came into the way; look again",
-            phase=phase,
-            evidence=TrackingEvidence(
-                joint=joint, error=0.0, contacts=(f"{body} on {other}",), contact_force=round(force, 2)
-            ),
-        )
-        self.body = body
-        self.other = other
-
-
-class ContactGuard:
-    """A tick hook that stops the arm where it presses on something.
-
-    Args:
-        sim: Whose arm.
-        phase: What it is doing.
-    """
-
-    def __init__(self, sim: Sim, phase: Phase) -> None:
-        self._sim = sim
-        self._phase = phase
-        self._ticks = 0
-
-    def __call__(self) -> None:
-        """Look at the contacts.
-
-        Raises:
-            MetError: One has been strong for longer than a bump is.
-        """
-        force, body, other = self._sim.strongest_contact()
-        self._ticks = self._ticks + 1 if force > _PRESSING else 0
-        if self._ticks < _PRESSED_TICKS:
-            return
-        raise MetError(body, other, force, phase=self._phase, joint=self._sim.robot.joints[-1])
 
 
 class Manipulator:
@@ -237,29 +188,21 @@ class Manipulator:
 
     # Moving.
 
-    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False, guarded: bool = False) -> None:
+    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False) -> None:
         """Execute a trajectory and wait until the arm has arrived.
 
         Args:
             trajectory: From where the arm is.
             phase: For listeners and errors.
             yielding: Accept that contact keeps the arm off its goal, as when pushing.
-            guarded: Stop as soon as the arm presses on something, as where it is to touch nothing on its way.
 
         Raises:
-            TrackingError: A joint stayed off its goal, or the arm was stopped.
+            TrackingError: A joint stayed off its goal.
         """
         self.ctx.enter(phase)
         self.ctx.announce(trajectory)
-        if guarded:
-            guard = ContactGuard(self.sim, phase)
-            self.sim.tick_hooks.append(guard)
-        try:
-            self.sim.execute(trajectory)
-            self._arrive(trajectory.q[-1], phase, yielding)
-        finally:
-            if guarded:
-                self.sim.tick_hooks.remove(guard)
+        self.sim.execute(trajectory)
+        self._arrive(trajectory.q[-1], phase, yielding)
 
     def _arrive(self, goal: Array, phase: Phase, yielding: bool) -> None:
         patience = self.sim.time + _TRIM_AFTER

@@ -20,12 +20,12 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.gripping import ease
+from robosandbox.skills.guarded import MetError, follow_free
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
     HOVER_HEIGHT,
     LIFT_HEIGHT,
     Manipulator,
-    MetError,
 )
 from robosandbox.skills.sensing import (
     LoadMeter,
@@ -79,7 +79,7 @@ class Pick(Skill):
             plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
                 arm.open(plan.aperture, wait=False)
-                arm.follow(plan.approach, Phase.APPROACH, guarded=True)
+                follow_free(arm, plan.approach, Phase.APPROACH)
                 check_open(arm, plan.grasp, plan.aperture)
                 if looks < _LOOKS and changed(scene, arm.look()):
                     looks, scene = looks + 1, arm.settle(object)
@@ -101,7 +101,7 @@ class Pick(Skill):
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
         grasp = plan.grasp
         try:
-            arm.follow(plan.descent, Phase.DESCEND, guarded=True)
+            follow_free(arm, plan.descent, Phase.DESCEND)
         except MetError as met:
             # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
             if met.other != target.id or finger_side(arm.sim, met.body) != 0:

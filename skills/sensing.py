@@ -18,7 +18,7 @@ _NEEDED_CLEARANCE = 0.002
 _LOAD = 5.0
 _UNMOVED = 0.003
 _CHANGED = 0.003
-_EVERY = 5
+_EVERY = 20
 
 
 class LoadMeter:

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from robosandbox.tasks.interval import beta_cdf, beta_interval
+from robosandbox.tasks.interval import beta_cdf, beta_interval, wilson_interval
 
 
 @pytest.mark.parametrize("x", [0.01, 0.2, 0.5, 0.9, 0.999])
@@ -29,3 +29,11 @@ def test_no_failure_ends_at_one_and_no_success_at_zero() -> None:
 def test_counts_that_are_no_rate_are_refused() -> None:
     with pytest.raises(ValueError):
         beta_interval(3, 2)
+
+
+@pytest.mark.parametrize(("successes", "trials"), [(0, 20), (3, 20), (10, 20), (20, 20), (5, 7)])
+def test_wilson_limits_are_the_rates_whose_score_is_z(successes: int, trials: int) -> None:
+    z = 1.959964
+    for limit in wilson_interval(successes, trials, z):
+        deviation = abs(successes / trials - limit)
+        assert deviation == pytest.approx(z * math.sqrt(limit * (1.0 - limit) / trials), abs=1e-9)

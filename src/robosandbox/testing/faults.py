@@ -227,6 +227,18 @@ def bolt(name: str) -> Fault:
     return run
 
 
+def lock(name: str) -> Fault:
+    """Fix a drawer's sliding box where it is, for good."""
+
+    def run(world: Meddler) -> Iterator[None]:
+        model = world.sim.model
+        box = list(world.sim.body_names).index(f"{name}/box")
+        model.dof_damping[int(model.body_dofadr[box])] = _BOLT_DAMPING
+        yield
+
+    return run
+
+
 @dataclass(slots=True)
 class MistakenPerception:
     """Ground truth but for one object, seen elsewhere or in another size.
@@ -290,7 +302,8 @@ class ContactMeter:
                 kind = "itself"
             elif names[outer] in ("table", "floor"):
                 kind = "table"
-            elif names[outer] in self.intended or names[outer] == held:
+            # A drawer's sliding box is "<id>/box".
+            elif names[outer].partition("/")[0] in self.intended or names[outer] == held:
                 continue
             else:
                 kind = "objects"

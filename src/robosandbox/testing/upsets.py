@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robosandbox.agent.episode import SkillStarted
-from robosandbox.errors import ErrorRecord, GraspEvidence, UnreachableEvidence
+from robosandbox.errors import DrawerEvidence, ErrorRecord, GraspEvidence, UnreachableEvidence
 from robosandbox.perception.relations import centre, gap, support
 from robosandbox.protocols import Perception
 from robosandbox.tasks.loader import find_task
@@ -37,6 +37,8 @@ SUBJECTS: dict[str, tuple[str, str | None]] = {
     "push_left": ("red_cube", None),
     "push_forward": ("red_cube", None),
     "stack_three": ("green_cube", "blue_cube"),
+    "open_drawer": ("drawer", None),
+    "put_in_drawer": ("drawer", None),
 }
 _PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
 _HANDLED = (*_PICKS, "put_in_bin", "stack_two")
@@ -247,6 +249,11 @@ def _too_heavy(error: ErrorRecord) -> bool:
         and evidence.pull is not None
         and evidence.pull > 0.0
     )
+
+
+def _locked(error: ErrorRecord) -> bool:
+    evidence = error.evidence
+    return isinstance(evidence, DrawerEvidence) and evidence.reason == "locked" and evidence.force > 0.0
 
 
 def _stuck_fingers(error: ErrorRecord) -> bool:
@@ -478,6 +485,11 @@ def jammed(draw: Draw) -> Upset:
     return Upset(scene=draw.scene, fault=faults.jam(aperture, None), at=at, hopeless=True, about=about)
 
 
+def locked(draw: Draw) -> Upset:
+    """The drawer does not slide."""
+    return Upset(scene=draw.scene, fault=faults.lock(draw.subject), hopeless=True)
+
+
 _LOST = out_of_reach
 RECOVERABLE = (
     Case("nudged", (*_HANDLED, "push_left"), nudged, _LOST),
@@ -498,6 +510,7 @@ HOPELESS = (
     Case("too_wide", _HANDLED, too_wide, _too_wide),
     Case("too_heavy", _HANDLED, too_heavy, _too_heavy),
     Case("far_out", _HANDLED, far_out, out_of_reach),
+    Case("locked", ("open_drawer", "put_in_drawer"), locked, _locked),
     Case("jammed", (*_PICKS, "put_in_bin"), jammed, _stuck_fingers),
 )
 CASES = {case.name: case for case in (*RECOVERABLE, *HOPELESS)}
