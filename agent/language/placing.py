@@ -229,7 +229,9 @@ class Placing(Hands):
         world.put(name, xy)
 
     def _put_free(self, name: str, near: tuple[float, float], ignore: Iterable[str] = ()) -> None:
-        spots = self.world.free_spots(near, self.world.radius(name), ignore)
+        self._put_at_first(name, self.world.free_spots(near, self.world.radius(name), ignore))
+
+    def _put_at_first(self, name: str, spots: Sequence[tuple[float, float]]) -> None:
         if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "There is no free spot on the table.")
         self._take(name)
@@ -261,4 +263,4 @@ class Placing(Hands):
         spots = self.world.free_spots(near, radius, (name,))
         if not spots or math.dist(spots[0], near) > 0.16:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
-        self._put_free(name, near, ignore=(name,))
+        self._put_at_first(name, spots)

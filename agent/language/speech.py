@@ -79,7 +79,7 @@ PREAMBLES = (
     "i hereby order you to, i command you to, i order you to, "
     "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
     "we want you to, we would like you to, "
-    "off you go and, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "off you go and, you would better, you had better, you better, you might want to, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
     "all you have to do is, what i want you to do is, what i need you to do is, "
     "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
     "you got to, kindly do, do please, "

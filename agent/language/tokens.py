@@ -131,6 +131,7 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
+_FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
 _FORBIDDING = frozenset("🚫❌⛔✋🛑")
 _DESCRIBING = frozenset(
@@ -313,11 +314,11 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             length = 0
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
-            # "hang on, ..." corrects what was said before it; at the start it corrects nothing.
-            corrects = kept and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
-            aside = ASIDE_FILLERS.match(tokens, i) if edge and not corrects else 0
-            length = max(END_FILLERS.match(tokens, i) if kept else 0, aside)
+            length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
+            if kept and after < len(tokens) - 1 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i)):
+                # "..., hang on, the blue one": corrects what was said before it.
+                length, after = 0, i
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
         opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i
         if opening > i + max(length, 1):
@@ -325,7 +326,12 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             kept += tokens[i:opening]
             i = opening
             continue
-        if length:
+        forbidding = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in _FORBIDDERS), default=i)
+        if length and forbidding > i + length:
+            # "be careful not to hit the can" loses no word of it.
+            kept += tokens[i:forbidding]
+            i = forbidding
+        elif length:
             i += length
         else:
             if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):
