@@ -342,7 +342,13 @@ class Phrasing(Modifiers):
             # In "push it to the left" nobody names left_box.
             if not all(part in _SIDES for part in parts):
                 found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
-            for k, (_, phrase, many) in self.tag(j, "NOUN"):
+                if not plural and parts[-1].endswith("s") and not parts[-1].endswith("ss"):
+                    # Of seeds_bean and seeds_carrot "the seeds" are both.
+                    found.append((j, replace(ref, names=tuple(parts), plural=True)))
+            for k, (noun, phrase, many) in self.tag(j, "NOUN"):
+                if noun == "one":
+                    found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
+                    continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))

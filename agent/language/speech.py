@@ -90,7 +90,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "i will have, i will take, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -151,7 +151,7 @@ AVOID = (
     "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, "
     "avoid moving, avoid bumping, refrain from touching, refrain from moving, "
     "stop touching, quit touching, ignore, skip, "
-    "forget, "
+    "forget, forget about, never mind, do not bother with, do not worry about, "
     "you must not touch, you must not move, must not touch, must not move, you should not touch, "
     "you should not move, should not touch, "
     "i do not want you to touch, i do not want you to move, "

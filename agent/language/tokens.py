@@ -81,6 +81,7 @@ _CONTRACTIONS = [
         (r"\bda\b", "the"),
         (r"\b(n|an')\b(?= )", "and"),
         (r"\bcuz\b", "because"),
+        (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
 _MARKS = str.maketrans(
@@ -132,6 +133,7 @@ class SceneWords:
 
 
 _FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
+_WAYS = frozenset({"left", "right", "forward", "forwards", "back", "backward", "backwards"})
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
 _FORBIDDING = frozenset("🚫❌⛔✋🛑")
 _DESCRIBING = frozenset(
@@ -312,10 +314,14 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
+        listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
             length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
+            if listed:
+                # "left, right, left"
+                length, after = 0, i
             if kept and after < len(tokens) - 1 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i)):
                 # "..., hang on, the blue one": corrects what was said before it.
                 length, after = 0, i
@@ -327,8 +333,9 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             i = opening
             continue
         forbidding = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in _FORBIDDERS), default=i)
-        if length and forbidding > i + length:
-            # "be careful not to hit the can" loses no word of it.
+        aimed = forbidding == i + length and forbidding < len(tokens) and tokens[forbidding].kind != "mark"
+        if length and (forbidding > i + length or aimed):
+            # "be careful not to hit the can" loses no word of it, nor "never mind the can".
             kept += tokens[i:forbidding]
             i = forbidding
         elif length:
