@@ -332,7 +332,8 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             kept += tokens[i:opening]
             i = opening
             continue
-        forbidding = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in _FORBIDDERS), default=i)
+        here = LEXICON.at(tokens, i) if length else []
+        forbidding = max((end for end, tag, _ in here if tag in _FORBIDDERS), default=i)
         aimed = forbidding == i + length and forbidding < len(tokens) and tokens[forbidding].kind != "mark"
         if length and (forbidding > i + length or aimed):
             # "be careful not to hit the can" loses no word of it, nor "never mind the can".
