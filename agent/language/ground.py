@@ -204,6 +204,12 @@ class Grounder(Orders):
         kind, world = relation.kind, self.world
         if kind == "held":
             found = [name for name in names if name == world.held]
+        elif kind in ("open", "closed"):
+            found = [
+                name
+                for name in names
+                if world.objects[name].kind == "drawer" and (name in world.opened) == (kind == "open")
+            ]
         elif not relation.refs:
             found = [name for name in names if name not in world.parent and name != world.held]
         elif kind in ("on", "in", "under", "from"):

@@ -10,6 +10,12 @@ from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
 SHAPED = {"round": "ball", "spherical": "ball", "cylindrical": "cylinder"}
+STATES = {
+    "open": Relation("open"),
+    "opened": Relation("open"),
+    "closed": Relation("closed"),
+    "shut": Relation("closed"),
+}
 _COLOUR_WORDS = frozenset({"colour", "color"})
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
@@ -77,6 +83,8 @@ class Modifiers(Positions):
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
             for m in self.optional(k, "THE"):
+                if k > i and self.text(m) in STATES:
+                    found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
                 if k > i and self.text(m) in SHAPED and ref.nouns == ("thing",):
                     found.append((m + 1, replace(ref, nouns=(SHAPED[self.text(m)],))))
                 for j, key in self.tag(m, "SUPER"):

@@ -7,7 +7,7 @@ from typing import Any
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
-from robosandbox.agent.language.modifiers import PLACE_RANKS, Modifiers
+from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
@@ -113,6 +113,8 @@ class Nouns(Modifiers):
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
+        if self.text(start) in STATES:
+            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
         if start < len(self.tokens) and self._is_strange(start):
             step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
         for j, nexts in step:

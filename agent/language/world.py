@@ -12,7 +12,15 @@ from numpy.typing import NDArray
 
 from robosandbox.agent.language.match import STANDING
 from robosandbox.perception.relations import bounds
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObservedScene, Pose
+from robosandbox.types import (
+    CONTAINER_KINDS,
+    CONTAINER_WALL,
+    ROUND_CONTAINERS,
+    Array,
+    DetectedObject,
+    ObservedScene,
+    Pose,
+)
 
 TABLE_HALF = 0.5
 MARGIN = 0.02
@@ -108,6 +116,8 @@ class World:
         ):
             # Too tall to close, or wider than it opens.
             return False
+        if self.objects[target].kind in ROUND_CONTAINERS:
+            return self.radius(name) < self.objects[target].size[0]
         return max(x, y) < max(tx, ty) - CONTAINER_WALL and min(x, y) < min(tx, ty) - CONTAINER_WALL
 
     def radius(self, name: str) -> float:
@@ -127,6 +137,10 @@ class World:
         """Return what lies in a container, however deep."""
         found = [child for child, parent in self.parent.items() if parent == ("in", name)]
         return found + [above for child in found for above in self.on_top_of(child)]
+
+    def beads_in(self, name: str) -> list[str]:
+        """Return the beads that a container holds."""
+        return [item for item in self.inside(name) if self.objects[item].kind == "beads"]
 
     def level(self, name: str) -> int:
         """Return how many objects lie below one."""
