@@ -33,7 +33,7 @@ from robosandbox.perception.colour import colour_name
 from robosandbox.protocols import Planner, Skill, SkillContext
 from robosandbox.skills.base import Skill as BaseSkill
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, Scene, SkillCall, SkillResult
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, Scene, SkillCall, SkillResult
 
 CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
 PARAMETERS: dict[str, tuple[str, ...]] = {
@@ -75,6 +75,11 @@ class Outcome:
 
 def observed(scene: Scene, held: str | None = None) -> ObservedScene:
     """Return the scene as ground-truth perception would see it."""
+    places = {item.id: item.pose for item in scene.objects}
+    for item in scene.objects:
+        if item.inside is not None:
+            x, y, z = places[item.inside].xyz
+            places[item.id] = Pose(xyz=(x, y, z + 0.01))
     return ObservedScene(
         time=0.0,
         table_height=scene.table_height,
@@ -87,7 +92,8 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
                 size=item.size,
                 colour=colour_name(item.rgba),
                 rgba=item.rgba,
-                pose=item.pose,
+                pose=places[item.id],
+                opening=item.open if item.kind == "drawer" else None,
             )
             for item in scene.objects
         ),

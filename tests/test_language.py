@@ -159,6 +159,53 @@ def test_ids_that_are_words_of_the_language_break_nothing(names: tuple[str, str]
     assert calls(planner().plan("pick up the red block", strange)) == [f"pick(object={names[0]})"]
 
 
+def test_a_thing_goes_back_to_where_the_sentence_before_took_it_from() -> None:
+    talk = planner(dialogue=True)
+    assert calls(talk.plan("put the red cube in the bin", TABLE)) == [
+        "pick(object=red_cube)",
+        "place_in(container=bin_a)",
+    ]
+    moved = scene(*(replace(o, pose=Pose(xyz=(0.10, -0.30, 0.07))) if o.id == "red_cube" else o for o in TABLE.objects))
+    assert calls(talk.plan("put it back where it was", moved)) == ["pick(object=red_cube)", "place_at(x=0.1, y=0.12)"]
+
+
+def test_what_is_held_from_before_has_no_place_to_go_back_to() -> None:
+    holding = scene(*TABLE.objects, held="red_cube")
+    assert code(planner().plan("put it back", holding)) == "ambiguous"
+
+
+def test_a_far_fetched_reading_does_not_stand_in_for_what_cannot_be_done() -> None:
+    answer = planner().plan("put the red cube on the blue cube and everything else on the table", TABLE)
+    assert code(answer) in ("impossible", "ambiguous")
+
+
+@pytest.mark.parametrize(
+    ("told", "asked"),
+    [
+        ("picked up the can", "pick up the can"),
+        ("robot pushed the can left", "push the can left"),
+        ("no can in the bin", "the can in the bin"),
+        ("wait for me, then pick up the can", "wait, then pick up the can"),
+        ("put all but one of the cubes in the bin", "put all but the red one of the cubes in the bin"),
+        ("push the can left, right, left", "push the can left"),
+    ],
+)
+def test_a_word_that_changes_everything_is_not_dropped(told: str, asked: str) -> None:
+    assert isinstance(planner().plan(asked, TABLE), Plan) or "all but" in asked
+    answer = planner().plan(told, TABLE)
+    directions = [step.arguments["direction"] for step in answer.steps] if isinstance(answer, Plan) else []
+    assert isinstance(answer, Refusal) or directions == ["left", "right", "left"]
+
+
+def test_a_lying_thing_is_as_tall_as_it_lies() -> None:
+    lying = replace(
+        thing("pen", 0.1, 0.0, kind="cylinder"),
+        pose=Pose(xyz=(0.1, 0.0, 0.07), quat_xyzw=(0.0, 0.7071068, 0.0, 0.7071068)),
+    )
+    standing = replace(thing("jar", 0.2, 0.1, kind="cylinder", z=0.08), size=(0.03, 0.04))
+    assert calls(planner().plan("pick up the tallest thing", scene(lying, standing))) == ["pick(object=jar)"]
+
+
 def test_empty_scene_is_refused() -> None:
     for prompt in ("pick up the red cube", "pick it up", "put everything in the bin", "swap them", "stack all of them"):
         assert isinstance(planner().plan(prompt, scene()), Refusal)

@@ -192,6 +192,8 @@ class Arranging(Placing):
         content = [*world.inside(holder), *world.on_top_of(holder)]
         if not content:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in or on {holder}.", (holder,))
+        if world.beads_in(holder):
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Into what should I pour what is in {holder}?", (holder,))
         for name in sorted(content, key=world.level, reverse=True):
             self._put_free(name, world.at[name])
 

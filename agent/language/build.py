@@ -139,6 +139,8 @@ class _Builder(Arranging):
         self._need_empty(f"push {name}", None)
         if self.world.objects[name].kind == "drawer":
             raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} is a drawer; I can open and close it.", (name,))
+        if self.world.objects[name].kind == "beads":
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} are beads; I can pour them into something.", (name,))
         if self.world.on_top_of(name) or name in self.world.parent:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} does not stand free on the table; I cannot push it.", (name,)
@@ -192,39 +194,45 @@ class _Builder(Arranging):
         return direction, distance or (gap if place.kind == "against" else min(PUSH_DISTANCE, max(gap - 0.01, 0.0)))
 
     def _pour(self, command: Command) -> None:
-        names, several = self._objects(command, fits=lambda name: self.world.objects[name].kind in match.VESSELS)
-        place = command.place
-        if names and self.world.objects[names[0]].kind not in match.VESSELS:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{names[0]} holds nothing that could be poured.", names)
-        if several or not isinstance(place, Relation):
-            raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one should I pour from: {listed(names, 'or')}?", names)
-        target = self._targets(place, names)[0]
-        if self.world.objects[target].kind == "drawer":
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a drawer; I do not pour into it.", (target,))
-        self._take(names[0])
-        self._add("pour", target=target)
+        world = self.world
+        seen = any(item.kind == "beads" for item in world.objects.values())
 
-    def _drawer(self, command: Command, skill: str) -> str:
-        meaning = self.ground.one(command.objects[0], lambda name: self.world.objects[name].kind == "drawer")
-        name = meaning.ids[0]
-        if self.world.objects[name].kind != "drawer":
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is no drawer; it neither opens nor closes.", (name,))
-        self._need_empty(f"handle {name}")
-        self._theme((name,))
-        self._add(skill, drawer=name)
-        return name
+        def fits(name: str) -> bool:
+            kind = world.objects[name].kind
+            return kind == "beads" or (kind in match.VESSELS and (not seen or bool(world.beads_in(name))))
+
+        names, _ = self._objects(command, fits=fits)
+        vessels = tuple(dict.fromkeys(self._vessel(name) for name in names))
+        if len(vessels) != 1 or not isinstance(command.place, Relation):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"Which one should I pour from: {listed(vessels, 'or')}?", vessels
+            )
+        self._pour_out(vessels[0], self._targets(command.place, vessels)[0])
+
+    def _drawers(self, command: Command, skill: str) -> tuple[str, ...]:
+        names, _ = self._objects(command, fits=lambda name: self.world.objects[name].kind == "drawer")
+        for name in names:
+            if self.world.objects[name].kind != "drawer":
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{name} is no drawer; it neither opens nor closes.", (name,)
+                )
+            self._need_empty(f"handle {name}")
+            self._add(skill, drawer=name)
+        return names
 
     def _open(self, command: Command) -> None:
-        self.world.opened.add(self._drawer(command, "open_drawer"))
+        self.world.opened.update(self._drawers(command, "open_drawer"))
 
     def _close(self, command: Command) -> None:
-        self.world.opened.discard(self._drawer(command, "close_drawer"))
+        self.world.opened.difference_update(self._drawers(command, "close_drawer"))
 
     def _tap(self, command: Command) -> None:
         names, _ = self._objects(command, fits=lambda name: True)
         for name in names:
             if name == self.world.held:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is in the gripper; I cannot tap it.", (name,))
+            if self.world.objects[name].kind == "beads":
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads, which have no top to touch.", (name,))
             for _ in range(self._repeats(command)):
                 self._add("tap", object=name)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from robosandbox.agent.language.chart import Found, capped, rule
 from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Table
-from robosandbox.agent.language.nouns import Phrasing
+from robosandbox.agent.language.phrases import Phrasing
 from robosandbox.agent.language.wordlist import word_set
 
 MAX_ELEMENTS = 6

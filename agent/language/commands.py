@@ -38,6 +38,11 @@ class Commands(Clauses):
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
+            # "instead of putting the pear in the basket, put it in the tray"
+            for k, left in self._verb_first(j) if self.text(j).endswith("ing") else []:
+                for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k else []:
+                    it = bool(command.objects) and command.objects[0].determiner == "it"
+                    found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
 
     def _preambles(self, i: int, depth: int) -> list[int]:

@@ -204,6 +204,12 @@ class Grounder(Orders):
         kind, world = relation.kind, self.world
         if kind == "held":
             found = [name for name in names if name == world.held]
+        elif kind in ("open", "closed"):
+            found = [
+                name
+                for name in names
+                if world.objects[name].kind == "drawer" and (name in world.opened) == (kind == "open")
+            ]
         elif not relation.refs:
             found = [name for name in names if name not in world.parent and name != world.held]
         elif kind in ("on", "in", "under", "from"):
@@ -221,8 +227,9 @@ class Grounder(Orders):
             if len(found) > 1 and ref.determiner == "the" and not (ref.plural or ref.ranks):
                 # "the cup right of the can" is the one next to it, where one clearly is.
                 found.sort(key=lambda name: self._gap(name, anchor))
+                straight = self._around(kind, found, anchor, narrow=True)
                 near, next_ = (math.dist(self.world.at[name], self.world.at[anchor]) for name in found[:2])
-                found = found[:1] if near < 0.7 * next_ else found
+                found = straight if len(straight) == 1 else found[:1] if near < 0.7 * next_ else found
         if not found and not empty:
             raise RefusedError(
                 RefusalCode.OBJECT_NOT_FOUND,
@@ -244,7 +251,7 @@ class Grounder(Orders):
             return self.world.parent.get(anchor) == ("on", name)
         return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
 
-    def _around(self, kind: str, names: list[str], anchor: str) -> list[str]:
+    def _around(self, kind: str, names: list[str], anchor: str, *, narrow: bool = False) -> list[str]:
         ax, ay = self.world.at[anchor]
         offsets = {name: (self.world.at[name][0] - ax, self.world.at[name][1] - ay) for name in names}
         axes = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "back": (1.0, 0.0)}
@@ -253,8 +260,10 @@ class Grounder(Orders):
             along = {name: dx * ex + dy * ey for name, (dx, dy) in offsets.items()}
             across = {name: abs(dx * ey - dy * ex) for name, (dx, dy) in offsets.items()}
             found = [name for name in names if along[name] > 0.015]
-            cone = [name for name in found if along[name] >= across[name]]
-            return cone or found
+            cone = [name for name in found if along[name] >= (3.0 if narrow else 1.0) * across[name]]
+            return cone if narrow else cone or found
+        if narrow:
+            return []
         gaps = {name: self._gap(name, anchor) for name in names}
         near = sorted((name for name in names if gaps[name] < 0.15), key=lambda name: gaps[name])
         if not near and names:

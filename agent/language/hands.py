@@ -64,6 +64,8 @@ class Hands:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
             )
+        if self.world.objects[name].kind == "beads":
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads; I can pour them into something.", (name,))
         above = self.world.on_top_of(name)
         if above:
             raise RefusedError(

@@ -51,7 +51,8 @@ class Relation:
     """A position relative to things: a modifier of a noun or the place where something goes.
 
     Attributes:
-        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against or held (in the gripper).
+        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
+            closed (of drawers).
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.

@@ -30,15 +30,19 @@ __all__ = [
 
 
 class Phrases:
-    """Phrases by their first word."""
+    """Phrases by their first two words."""
 
     def __init__(self) -> None:
-        self._by_first: dict[str, list[tuple[tuple[str, ...], str, Any]]] = {}
+        self._words: dict[str, list[tuple[str, Any]]] = {}
+        self._phrases: dict[tuple[str, str], list[tuple[tuple[str, ...], str, Any]]] = {}
 
     def add(self, phrase: str, tag: str, value: Any = None) -> None:
         """Add one phrase with its tag and value."""
         parts = tuple(phrase.split())
-        self._by_first.setdefault(parts[0], []).append((parts, tag, value))
+        if len(parts) == 1:
+            self._words.setdefault(parts[0], []).append((tag, value))
+        else:
+            self._phrases.setdefault((parts[0], parts[1]), []).append((parts, tag, value))
 
     def add_all(self, phrases: str | Iterable[str], tag: str, value: Any = None) -> None:
         """Add phrases, given as a list or separated by commas."""
@@ -48,10 +52,13 @@ class Phrases:
     def at(self, tokens: Sequence[Token], i: int) -> list[tuple[int, str, Any]]:
         """Return (end, tag, value) of every phrase that starts at token `i`."""
         token = tokens[i]
-        found = []
-        for parts, tag, value in self._by_first.get(token.text, ()) if token.kind == "word" else ():
+        if token.kind != "word":
+            return []
+        found: list[tuple[int, str, Any]] = [(i + 1, tag, value) for tag, value in self._words.get(token.text, ())]
+        second = tokens[i + 1].text if i + 1 < len(tokens) else ""
+        for parts, tag, value in self._phrases.get((token.text, second), ()):
             end = i + len(parts)
-            if end <= len(tokens) and all(tokens[i + k].text == parts[k] for k in range(1, len(parts))):
+            if end <= len(tokens) and all(tokens[i + k].text == parts[k] for k in range(2, len(parts))):
                 found.append((end, tag, value))
         return found
 
@@ -61,7 +68,8 @@ class Phrases:
 
     def words(self) -> set[str]:
         """Return every word that occurs."""
-        return {word for entries in self._by_first.values() for parts, _, _ in entries for word in parts}
+        longer = {word for entries in self._phrases.values() for parts, _, _ in entries for word in parts}
+        return longer | set(self._words)
 
 
 def _plural(noun: str) -> str:

@@ -17,7 +17,7 @@ NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
 CONTAINERS = CONTAINER_KINDS
 VESSELS = frozenset({"bowl", "cup", "cylinder", "capsule", "mesh"})
 """Kinds that may hold something to pour: cups, and what bottles, mugs and cans are made of here."""
-STANDING = frozenset({"bin", "bowl", "drawer"})
+STANDING = frozenset({"bin", "bowl", "drawer", "beads"})
 """Kinds that stay where they are unless somebody names them."""
 SHAPE_KINDS: dict[str, frozenset[str]] = {
     "cube": frozenset({"box"}),

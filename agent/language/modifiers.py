@@ -9,6 +9,13 @@ from robosandbox.agent.language.intent import Rank, Ref, Relation
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
+SHAPED = {"round": "ball", "spherical": "ball", "cylindrical": "cylinder"}
+STATES = {
+    "open": Relation("open"),
+    "opened": Relation("open"),
+    "closed": Relation("closed"),
+    "shut": Relation("closed"),
+}
 _COLOUR_WORDS = frozenset({"colour", "color"})
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
@@ -76,6 +83,10 @@ class Modifiers(Positions):
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
             for m in self.optional(k, "THE"):
+                if k > i and self.text(m) in STATES:
+                    found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
+                if k > i and self.text(m) in SHAPED and ref.nouns == ("thing",):
+                    found.append((m + 1, replace(ref, nouns=(SHAPED[self.text(m)],))))
                 for j, key in self.tag(m, "SUPER"):
                     superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
                     anchored = self._anchored(j, superlative)
@@ -90,6 +101,9 @@ class Modifiers(Positions):
                     (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
                     for j, kind in self.np(k)
                 ]
+            if self.text(k) in SHAPED:
+                shaped = Ref(text=self.said(k, k + 1), determiner="all", plural=True, nouns=(SHAPED[self.text(k)],))
+                found.append((k + 1, replace(ref, without=(*ref.without, shaped))))
             if self.tag(k, "THE"):
                 # "a ball that is not the tennis ball"
                 found += [(j, replace(ref, without=(*ref.without, other))) for j, other in self.np(k)]

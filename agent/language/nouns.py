@@ -1,211 +1,25 @@
-"""Noun phrases: "the second smallest red block on the tray", every way to read it."""
+"""The inside of a noun phrase: determiner, adjectives, noun or name."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 from typing import Any
 
-from robosandbox.agent.language.chart import Found, distinct, rule
+from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
-from robosandbox.agent.language.modifiers import HELD, PLACE_RANKS, Modifiers
+from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
 
-class Phrasing(Modifiers):
-    """The rules for noun phrases."""
-
-    # Noun phrases.
-
-    @rule
-    def np(self, i: int) -> Found[Ref]:
-        """One noun phrase, with and without what follows the noun."""
-        found: Found[Ref] = []
-        for j, which in self.tag(i, "PRON"):
-            them = which == "them"
-            base = Ref(text=self.said(i, j), determiner="it", plural=them)
-            found.append((j, base))
-            if self.text(j) in ("all", "both"):
-                found.append((j + 1, replace(base, plural=True, count=2 if self.text(j) == "both" else None)))
-        found += self._everything(i)
-        for j, _ in self.tag(i, "SOMETHING"):
-            for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
-                found += self._modified(k, replace(ref, text=self.said(i, k)), 0)
-        for j, base in self._determiners(i):
-            for k, ref in self._head(j, base):
-                for end, full in self._modified(k, ref, 0):
-                    found.append((end, replace(full, text=self.said(i, end))))
-        if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
-            # "whatever is closest to the bin"
-            thing = Ref(text="", determiner="the", nouns=("thing",))
-            for j, ref in self._modifier(i + 2, thing):
-                found.append((j, replace(ref, text=self.said(i, j))))
-        for j, _ in self.tag(i, "HELD_THING"):
-            found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
-        if self.text(i) == "not":
-            for j, _ in self.np(i + 1):
-                if self.text(j) == "but":
-                    found += self.np(j + 1)
-        for j, ref in list(found):
-            k = j + 1 if self.text(j) == "," else j
-            for m, _ in self.tag(k, "INSTEAD"):
-                for end, others in self._either(m):
-                    # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
-                    plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
-                    chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
-                    full = replace(ref, without=(*ref.without, *others)) if chosen else ref
-                    found.append((end, full))
-                    if k > j and self.text(end) == ",":
-                        # "the pink ball, not the green one, goes in the bowl"
-                        found.append((end + 1, full))
-        found += self._apposed(found)
-        known = {end for end, ref in found if not ref.unknown}
-        return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
-
-    def _apposed(self, found: Found[Ref]) -> Found[Ref]:
-        """As in "the ball, the pink one": the second says which."""
-        apposed: Found[Ref] = []
-        for j, ref in found:
-            if ref.determiner == "a" and ref.nouns and self.text(j) == ",":
-                # "a pen, any pen"
-                apposed += [
-                    (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
-                ]
-            which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
-            if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
-                continue
-            for k, better in self.np(j + 1):
-                closer = better.one and not (better.nouns or better.plural or better.other or better.count)
-                if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
-                    merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
-                    merged = replace(merged, relations=(*ref.relations, *better.relations))
-                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) == "," else [])
-        return apposed
-
-    @rule
-    def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
-        """Noun phrases joined by commas and "and"."""
-        found: Found[tuple[Ref, ...]] = []
-        found += self._shared_noun(i)
-        found += self._numbered(i)
-        if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):
-            # "not only the can but the ball as well"
-            for j, first in self.np(i + 2):
-                k = j + 1 if self.text(j) == "," else j
-                found += [(end, (first, other)) for end, other in self.np(k + 1)] if self.text(k) == "but" else []
-        for j, first in self.np(i):
-            found.append((j, (first,)))
-            k = self._joint(j)
-            if k:
-                found += [(end, (first, *others)) for end, others in self.np_list(k) if len(others) < 10]
-        for j, refs in list(found):
-            for k in self._corrected(j):
-                for end, better in self.np_list(k):
-                    if better[0].one and not better[0].nouns:
-                        better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
-                    found.insert(0, (end, (*refs[:-1], *better)))
-        return distinct(found)
-
-    def _either(self, i: int) -> Found[tuple[Ref, ...]]:
-        """As in "the white or the green one", of which neither is meant."""
-        found: Found[tuple[Ref, ...]] = []
-        for j, ref in self.np(i):
-            found.append((j, (ref,)))
-            if self.text(j) in ("or", "nor"):
-                found += [(end, (ref, *others)) for end, others in self._either(j + 1)]
-        return found
-
-    def _corrected(self, j: int) -> list[int]:
-        """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
-        k = j
-        while self.text(k) in (",", ".", ";", "!"):
-            k += 1
-        ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
-        # "..., no picking up the can" forbids; it corrects nothing.
-        ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
-        for _ in range(3):
-            ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
-            further = [n for m in ends for n, _ in self.tag(m, "CORRECTION")]
-            if not further:
-                break
-            ends += further
-        return list(dict.fromkeys(ends))
-
-    def _joint(self, j: int) -> int:
-        """Return where the next item of a list starts, 0 if no list goes on at `j`."""
-        k = j
-        if self.text(k) == "first" and self.text(k + 1) in (",", "then"):
-            k += 1
-        if self.text(k) == ",":
-            k += 1
-        if self.text(k) in ("and", "plus"):
-            k += 1
-        elif self.text(k) == "as" and self.text(k + 1) == "well" and self.text(k + 2) == "as":
-            k += 3
-        elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
-            k += 2
-        if self.text(k) in ("then", "also", "finally") and k > j:
-            k += 1
-        return k if k > j else 0
-
-    def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
-        """As in "the red and blue cubes": colours that share one noun."""
-        found: Found[tuple[Ref, ...]] = []
-        for j, base in self._determiners(i):
-            colours: list[str] = []
-            k = j
-            while True:
-                hits = self.tag(k, "COLOUR")
-                if not hits:
-                    break
-                k, colour = hits[0]
-                colours.append(colour)
-                joint = self._joint(k)
-                joint = self.optional(joint, "THE")[0] if joint else 0
-                if not joint or not self.tag(joint, "COLOUR"):
-                    break
-                k = joint
-            if len(colours) < 2:
-                continue
-            for end, ref in self._noun(k, base):
-                shared = replace(ref, count=None)
-                # "the red and blue cubes": one of each is the plainer reading when there is one of each.
-                refs = tuple(replace(shared, colours=(c,), text=f"{c} {self.said(k, end)}") for c in colours)
-                if base.count in (None, len(colours)):
-                    found.append((end, refs))
-        return found
-
-    def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
-        """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
-        found: Found[tuple[Ref, ...]] = []
-        for j, base in self._determiners(i):
-            for k, noun in self._noun(j, base):
-                refs: list[Ref] = []
-                m = k
-                while m and self._suffix(m) and (noun.names or noun.nouns) and not noun.unknown:
-                    name = self._suffix(m)
-                    text = self.said(j, k) + " " + self.said(m, m + 1)
-                    refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
-                    if len(refs) > 1 and base.count in (None, len(refs)):
-                        found.append((m + 1, tuple(refs)))
-                    m = self._joint(m + 1)
-        return found
+class Nouns(Modifiers):
+    """The rules for determiners, adjectives, nouns and names."""
 
     def _suffix(self, i: int) -> str:
         """Return the letter or number that ends an id, as the id has it; "" for none."""
         part = self._part(i) if i < len(self.tokens) else ""
         return part if part in self.words.parts and (len(part) == 1 or part.isdigit()) else ""
-
-    def _everything(self, i: int) -> Found[Ref]:
-        found: Found[Ref] = []
-        for j, _ in self.tag(i, "EVERYTHING"):
-            base = Ref(text=self.said(i, j), determiner="all", plural=True)
-            for k, ref in self._adjectives(j, base, 0):
-                found += self._modified(k, ref, 0)
-        for j, _ in self.tag(i, "EVERYTHING_ELSE"):
-            found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
-        return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
 
     def _determiners(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []
@@ -299,6 +113,8 @@ class Phrasing(Modifiers):
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
+        if self.text(start) in STATES:
+            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
         if start < len(self.tokens) and self._is_strange(start):
             step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
         for j, nexts in step:
@@ -342,7 +158,13 @@ class Phrasing(Modifiers):
             # In "push it to the left" nobody names left_box.
             if not all(part in _SIDES for part in parts):
                 found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
-            for k, (_, phrase, many) in self.tag(j, "NOUN"):
+                if not plural and parts[-1].endswith("s") and not parts[-1].endswith("ss"):
+                    # Of seeds_bean and seeds_carrot "the seeds" are both.
+                    found.append((j, replace(ref, names=tuple(parts), plural=True)))
+            for k, (noun, phrase, many) in self.tag(j, "NOUN"):
+                if noun == "one":
+                    found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
+                    continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))

@@ -64,6 +64,13 @@ class Placing(Hands):
     def _put_one(self, name: str, place: Place | None, targets: tuple[str, ...], *, stack: bool = False) -> None:
         world = self.world
         radius = world.radius(name)
+        if world.objects[name].kind == "beads":
+            if not (isinstance(place, Relation) and place.kind in ("in", "to")):
+                raise RefusedError(
+                    RefusalCode.UNSUPPORTED, f"{name} are beads; I can pour them into something.", (name,)
+                )
+            self._pour_out(self._vessel(name), targets[0])
+            return
         match place:
             case Relation(kind="between"):
                 (ax, ay), (bx, by) = world.at[targets[0]], world.at[targets[1]]
@@ -118,6 +125,31 @@ class Placing(Hands):
             case _:
                 self._put_free(name, world.at[name], ignore=(name,))
 
+    def _vessel(self, name: str) -> str:
+        """Return what beads would be poured from, or the thing itself."""
+        if self.world.objects[name].kind != "beads":
+            return name
+        holder = self.world.parent.get(name)
+        if holder is None or holder[0] != "in" or self.world.objects[holder[1]].kind not in match.VESSELS:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are in nothing that I could pour from.", (name,))
+        return holder[1]
+
+    def _pour_out(self, vessel: str, target: str) -> None:
+        world = self.world
+        if world.objects[vessel].kind not in match.VESSELS:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{vessel} holds nothing that could be poured.", (vessel,))
+        if target == vessel:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
+        if world.objects[target].kind == "drawer":
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a drawer; I do not pour into it.", (target,))
+        beads = world.beads_in(vessel)
+        if not beads and any(item.kind == "beads" for item in world.objects.values()):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in {vessel} to pour.", (vessel,))
+        self._take(vessel)
+        self._add("pour", target=target)
+        for name in beads:
+            world.parent[name] = ("in", target)
+
     def _put_in(self, name: str, target: str) -> None:
         world = self.world
         kind = world.objects[target].kind
@@ -125,18 +157,12 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
             )
-        if kind == "cup":
-            raise RefusedError(
-                RefusalCode.UNSUPPORTED,
-                f"{target} is a cup: I pour into it; bins, bowls and drawers I fill.",
-                (target,),
-            )
         inner = world.objects[name].kind
         if inner in ("bin", "drawer"):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,)
             )
-        if inner in match.CONTAINERS and not world.fits_in(name, target):
+        if (inner in match.CONTAINERS or kind == "cup") and not world.fits_in(name, target):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} does not fit into {target}.", (name, target))
         if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
             if world.held:
@@ -229,7 +255,9 @@ class Placing(Hands):
         world.put(name, xy)
 
     def _put_free(self, name: str, near: tuple[float, float], ignore: Iterable[str] = ()) -> None:
-        spots = self.world.free_spots(near, self.world.radius(name), ignore)
+        self._put_at_first(name, self.world.free_spots(near, self.world.radius(name), ignore))
+
+    def _put_at_first(self, name: str, spots: Sequence[tuple[float, float]]) -> None:
         if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "There is no free spot on the table.")
         self._take(name)
@@ -261,4 +289,4 @@ class Placing(Hands):
         spots = self.world.free_spots(near, radius, (name,))
         if not spots or math.dist(spots[0], near) > 0.16:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
-        self._put_free(name, near, ignore=(name,))
+        self._put_at_first(name, spots)

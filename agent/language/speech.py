@@ -79,7 +79,7 @@ PREAMBLES = (
     "i hereby order you to, i command you to, i order you to, "
     "we need to, we have to, we want to, we should, let me see you, let me have you, we need you to, "
     "we want you to, we would like you to, "
-    "off you go and, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
+    "off you go and, you would better, you had better, you better, you might want to, you should be, finish up by, end up by, like, to, see that you, so, well, alright then, right then, right, all i want is for you to, all you need to do is, "
     "all you have to do is, what i want you to do is, what i need you to do is, "
     "the next thing to do is, next you should, next thing is to, you are going to, you wanna, you gotta, "
     "you got to, kindly do, do please, "
@@ -90,7 +90,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "i will have, i will take, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -151,7 +151,7 @@ AVOID = (
     "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, "
     "avoid moving, avoid bumping, refrain from touching, refrain from moving, "
     "stop touching, quit touching, ignore, skip, "
-    "forget, "
+    "forget, forget about, never mind, do not bother with, do not worry about, "
     "you must not touch, you must not move, must not touch, must not move, you should not touch, "
     "you should not move, should not touch, "
     "i do not want you to touch, i do not want you to move, "

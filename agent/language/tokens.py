@@ -81,6 +81,7 @@ _CONTRACTIONS = [
         (r"\bda\b", "the"),
         (r"\b(n|an')\b(?= )", "and"),
         (r"\bcuz\b", "because"),
+        (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
 _MARKS = str.maketrans(
@@ -131,6 +132,8 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
 
+_FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
+_WAYS = frozenset({"left", "right", "forward", "forwards", "back", "backward", "backwards"})
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
 _FORBIDDING = frozenset("🚫❌⛔✋🛑")
 _DESCRIBING = frozenset(
@@ -311,13 +314,17 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
+        listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
-            # "hang on, ..." corrects what was said before it; at the start it corrects nothing.
-            corrects = kept and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
-            aside = ASIDE_FILLERS.match(tokens, i) if edge and not corrects else 0
-            length = max(END_FILLERS.match(tokens, i) if kept else 0, aside)
+            length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
             after = i + length
+            if listed:
+                # "left, right, left"
+                length, after = 0, i
+            if kept and after < len(tokens) - 1 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i)):
+                # "..., hang on, the blue one": corrects what was said before it.
+                length, after = 0, i
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
         opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i
         if opening > i + max(length, 1):
@@ -325,7 +332,14 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             kept += tokens[i:opening]
             i = opening
             continue
-        if length:
+        here = LEXICON.at(tokens, i) if length else []
+        forbidding = max((end for end, tag, _ in here if tag in _FORBIDDERS), default=i)
+        aimed = forbidding == i + length and forbidding < len(tokens) and tokens[forbidding].kind != "mark"
+        if length and (forbidding > i + length or aimed):
+            # "be careful not to hit the can" loses no word of it, nor "never mind the can".
+            kept += tokens[i:forbidding]
+            i = forbidding
+        elif length:
             i += length
         else:
             if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):

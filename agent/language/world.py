@@ -7,15 +7,27 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from functools import lru_cache
 
+import numpy as np
+from numpy.typing import NDArray
+
 from robosandbox.agent.language.match import STANDING
 from robosandbox.perception.relations import bounds
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, DetectedObject, ObservedScene, Pose
+from robosandbox.types import (
+    CONTAINER_KINDS,
+    CONTAINER_WALL,
+    ROUND_CONTAINERS,
+    Array,
+    DetectedObject,
+    ObservedScene,
+    Pose,
+)
 
 TABLE_HALF = 0.5
 MARGIN = 0.02
 LIFTED = 0.08
 _OPEN_SHARE = 0.5
 Parent = tuple[str, str]
+_GRID = np.array([(round(0.02 * i, 3), round(0.02 * j, 3)) for i in range(-4, 19) for j in range(-19, 20)])
 
 
 @lru_cache(maxsize=512)
@@ -104,6 +116,8 @@ class World:
         ):
             # Too tall to close, or wider than it opens.
             return False
+        if self.objects[target].kind in ROUND_CONTAINERS:
+            return self.radius(name) < self.objects[target].size[0]
         return max(x, y) < max(tx, ty) - CONTAINER_WALL and min(x, y) < min(tx, ty) - CONTAINER_WALL
 
     def radius(self, name: str) -> float:
@@ -123,6 +137,10 @@ class World:
         """Return what lies in a container, however deep."""
         found = [child for child, parent in self.parent.items() if parent == ("in", name)]
         return found + [above for child in found for above in self.on_top_of(child)]
+
+    def beads_in(self, name: str) -> list[str]:
+        """Return the beads that a container holds."""
+        return [item for item in self.inside(name) if self.objects[item].kind == "beads"]
 
     def level(self, name: str) -> int:
         """Return how many objects lie below one."""
@@ -163,11 +181,16 @@ class World:
 
     # Space on the table.
 
-    def is_free(
-        self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = (), *, before_drawers: bool = False
-    ) -> bool:
-        """Say whether a circle on the table is clear of every object but `ignore`, and of where drawers open."""
+    def is_free(self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> bool:
+        """Say whether a circle on the table is clear of every object but `ignore`."""
+        return bool(self._free(np.array([xy]), radius, ignore)[0])
+
+    def _free(
+        self, points: Array, radius: float, ignore: Iterable[str] = (), *, before_drawers: bool = False
+    ) -> NDArray[np.bool_]:
+        """Say of points (n, 2) which are clear of every object but `ignore`, and of where drawers open."""
         skipped = {*ignore, self.held}
+        free = np.ones(len(points), dtype=np.bool_)
         for name, (x, y) in self.at.items():
             if name in skipped or name in self.parent:
                 continue
@@ -175,10 +198,9 @@ class World:
             if before_drawers and self.objects[name].kind == "drawer":
                 # The drawer opens towards the robot: what stands there would be in its way.
                 x, ex = x - self.objects[name].size[3] / 2, ex + self.objects[name].size[3] / 2
-            dx, dy = max(abs(xy[0] - x) - ex, 0.0), max(abs(xy[1] - y) - ey, 0.0)
-            if math.hypot(dx, dy) < radius + MARGIN:
-                return False
-        return True
+            gap = np.maximum(np.abs(points - (x, y)) - (ex, ey), 0.0)
+            free &= np.hypot(gap[:, 0], gap[:, 1]) >= radius + MARGIN
+        return free
 
     def in_reach(self, xy: tuple[float, float]) -> bool:
         """Say whether a point lies on the table and about where an arm reaches."""
@@ -189,13 +211,8 @@ class World:
         self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()
     ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, the nearest to `near` first."""
-        ignored = tuple(ignore)
-        grid = [(0.02 * i, 0.02 * j) for i in range(-4, 19) for j in range(-19, 20)]
-        grid.sort(key=lambda xy: (round(math.dist(xy, near), 6), xy))
-        spots: list[tuple[float, float]] = []
-        for xy in grid:
-            if self.in_reach(xy) and self.is_free(xy, radius, ignored, before_drawers=True):
-                spots.append((round(xy[0], 3), round(xy[1], 3)))
-                if len(spots) == 4:
-                    break
-        return spots
+        distance = np.round(np.hypot(*(_GRID - near).T), 6)
+        reach = np.hypot(*(_GRID - self.base_xy).T)
+        usable = (self._near <= reach) & (reach <= self._far) & self._free(_GRID, radius, ignore, before_drawers=True)
+        order = np.lexsort((_GRID[:, 1], _GRID[:, 0], distance))
+        return [(float(x), float(y)) for x, y in _GRID[order[usable[order]]][:4]]
