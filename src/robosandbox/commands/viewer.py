@@ -64,7 +64,6 @@ def viewer(
     port: Annotated[int, typer.Option("--port", help="On 127.0.0.1; 0 takes any free one.")] = _DEFAULT_PORT,
 ) -> int:
     """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
-    del package_path  # Its callback has put the folders on the search path.
     if not 0 <= port <= 65535:
         raise InputError(f"--port: {port} is no port; give 0 to 65535")
     remote = connect is not None or zenoh_config is not None or robot_id is not None
