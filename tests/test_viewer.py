@@ -2,6 +2,7 @@
 
 import io
 import shutil
+import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -16,18 +17,26 @@ pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
+from robosandbox.agent.client import connect
 from robosandbox.agent.episode import Intended
+from robosandbox.cli import app
+from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
+from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
+from robosandbox.testing.processes import SimProcess
 from robosandbox.types import GraspSearch, Scene, Trajectory
 from robosandbox.viewer import html
 from robosandbox.viewer.app import Viewer
+from robosandbox.viewer.cell import Frame
+from robosandbox.viewer.connected import ConnectedCell
 from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedCell
 from robosandbox.viewer.layers.grasps import glyph
-from robosandbox.viewer.operator import Doing
+from robosandbox.viewer.operator import Doing, Finished, Went
+from robosandbox.viewer.server import open_server
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
 
 CHROMIUM = next(
@@ -300,15 +309,17 @@ def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(bro
         assert cell.pictures == 1, "nothing moves, so nothing is drawn"
 
 
-def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics() -> None:
-    with serving("pick_cube_franka") as viewer:
+@needs_chromium
+def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer):
         session = viewer.cell.workcell
         assert isinstance(session, Session)
-        time.sleep(0.5)
-        steps, began = session.sim.physics_steps, time.process_time()
-        time.sleep(2.0)
-        assert session.sim.physics_steps == steps
-        assert time.process_time() - began < 0.03 * 2.0
+        wait_until(lambda: viewer.feed.drawn > 0, "the first frame")
+        time.sleep(1.0)
+        steps, drawn, began = session.sim.physics_steps, viewer.feed.drawn, time.process_time()
+        time.sleep(3.0)
+        assert session.sim.physics_steps == steps and viewer.feed.drawn == drawn
+        assert time.process_time() - began < 0.03 * 3.0
 
 
 def test_a_sidecar_that_does_not_fit_is_not_written(tmp_path: Path) -> None:
@@ -349,3 +360,48 @@ def test_paths_and_grasps_are_in_the_event_stream() -> None:
     assert len(intents) >= 4
     chosen = searches[0].candidates[searches[0].chosen]
     assert glyph(chosen).shape == (4, 2, 3)
+
+
+def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
+    with SimProcess("--task", "stack_two") as sim, connect(sim.endpoint) as client:
+        cell = ConnectedCell(RemoteSession(client.robot()))
+        viewer = Viewer(cell, 0)
+        frames: list[Frame] = []
+        news: list[object] = []
+        viewer.control.listeners.append(news.append)
+        cell.start(frames.append)
+        try:
+            wait_until(lambda: bool(frames), "a first frame")
+            viewer.control.run(cell.workcell.task.prompt)
+            wait_until(lambda: any(isinstance(item, Intended) for item in news), "a path")
+            wait_until(lambda: frames[-1].seen.time > frames[0].seen.time + 2.0, "the arm moves")
+            moving = [frame for frame in frames if np.abs(frame.seen.qd).max() > 0.05]
+            viewer.control.stop()
+            wait_until(lambda: any(isinstance(item, Finished) for item in news), "the end")
+            (finished,) = [item for item in news if isinstance(item, Finished)]
+            assert finished.episode.final_reason == "cancelled"
+            assert len(moving) / (moving[-1].seen.time - moving[0].seen.time) >= 20.0
+            wait_until(lambda: viewer.control.doing is Doing.NOTHING, "it is free again")
+            viewer.control.back()
+            wait_until(lambda: any(isinstance(item, Went) for item in news), "the way back")
+        finally:
+            cell.close()
+            viewer.server.stop()
+
+
+def test_the_viewer_says_what_is_wrong_with_its_options(capsys: pytest.CaptureFixture[str]) -> None:
+    for arguments, said in (
+        (["--port", "70000"], "--port: 70000 is no port"),
+        (["--task", "pick_cub_franka"], "did you mean 'pick_cube_franka'"),
+        (["--connect", "tcp/127.0.0.1:1", "--task", "home"], "leave out --task"),
+    ):
+        assert run_app(app, "robo-sandbox", ["viewer", *arguments]) == EXIT_USAGE
+        assert said in capsys.readouterr().err
+
+
+def test_a_taken_port_is_refused() -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        with pytest.raises(InputError, match="cannot be had"):
+            open_server(other.getsockname()[1])

@@ -6,7 +6,8 @@ import signal
 import sys
 import threading
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -21,17 +22,22 @@ from robosandbox.commands.options import (
     PlannerName,
     RobotName,
     Seed,
+    SensorName,
     TaskName,
+    WhatIf,
 )
 from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
+    from robosandbox.recording.settings import RecordSettings
     from robosandbox.tasks.session import Session
     from robosandbox.tasks.task import Task
     from robosandbox.viewer.cell import Cell
 
 _DEFAULT_PORT = 8080
+_PICTURE_SIZE = (360, 480)
 _WAKE_SECONDS = 0.5
 # A thread that plans must not keep frames waiting for 5 ms.
 _SWITCH_SECONDS = 0.001
@@ -46,7 +52,12 @@ def viewer(
     base_url: BaseUrl = None,
     model: Model = None,
     perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     max_replans: MaxReplans = 3,
+    what_if: WhatIf = True,
+    record: Record = None,
+    video: Video = None,
+    video_fps: VideoFps = 20.0,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
@@ -58,23 +69,33 @@ def viewer(
     remote = connect is not None or zenoh_config is not None or robot_id is not None
     if remote and (task is not None or robot is not None or seed != 0):
         raise InputError("--connect: the sim has its task, robot and seed; leave out --task, --robot and --seed")
+    if remote and record is not None:
+        raise InputError(
+            "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
+        )
+    settings = record_settings(record, video, video_fps)
     try:
         from robosandbox.viewer.app import Viewer
     except ModuleNotFoundError as missing:
         raise InputError(f"viewer: needs {missing.name}; pip install 'robosandbox[viewer]'") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
-    stopped = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stopped.set())
-    options = {"base_url": base_url, "model": model}
+    minds = {
+        "planner": planner,
+        "planner_options": {"base_url": base_url, "model": model},
+        "max_replans": max_replans,
+    }
+    worlds = {"perception": perception, "sensor": sensor, "what_if": what_if}
     opened = (
-        _there(connect or [], robot_id, zenoh_config, planner, options, max_replans)
+        _there(connect or [], robot_id, zenoh_config, minds)
         if remote
-        else _here(task, robot, seed, planner, options, perception, max_replans)
+        else _here(task, robot, seed, {**minds, **worlds}, settings)
     )
     with opened as cell:
         shown = Viewer(cell, port)
         shown.start()
+        stopped = threading.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: stopped.set())
         try:
             print(f"viewer at {shown.url}: {cell.workcell.task.name} with {cell.workcell.robot_name}", flush=True)
             while not stopped.wait(_WAKE_SECONDS):
@@ -87,45 +108,33 @@ def viewer(
 
 @contextmanager
 def _here(
-    task: str | None,
-    robot: str | None,
-    seed: int,
-    planner: str,
-    options: dict[str, Any],
-    perception: str,
-    max_replans: int,
+    task: str | None, robot: str | None, seed: int, options: dict[str, Any], settings: RecordSettings | None
 ) -> Iterator[Cell]:
+    """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
+    from robosandbox.recording.settings import open_recorder
     from robosandbox.tasks.session import open_session
     from robosandbox.viewer.embedded import EmbeddedCell
 
-    def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
-        return open_session(
-            task,
-            robot=robot,
-            seed=seed,
-            planner=planner,
-            planner_options=options,
-            perception=perception,
-            max_replans=max_replans,
-            render_size=(360, 480),
-        )
+    with ExitStack() as recorded:
 
-    yield EmbeddedCell(reopen(task, robot, seed), reopen)
+        def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
+            session = open_session(task, robot=robot, seed=seed, render_size=_PICTURE_SIZE, **options)
+            if settings is not None:
+                recorder = open_recorder(settings, session)
+                recorded.close()
+                recorder.follow(session.agent)
+                recorded.callback(recorder.close)
+            return session
+
+        yield EmbeddedCell(reopen(task, robot, seed), reopen)
 
 
 @contextmanager
 def _there(
-    endpoints: list[str],
-    robot_id: str | None,
-    zenoh_config: Any,
-    planner: str,
-    options: dict[str, Any],
-    max_replans: int,
+    endpoints: list[str], robot_id: str | None, zenoh_config: Path | None, options: dict[str, Any]
 ) -> Iterator[Cell]:
     from robosandbox.commands.connecting import remote_session
     from robosandbox.viewer.connected import ConnectedCell
 
-    with remote_session(
-        endpoints, robot_id, zenoh_config, planner=planner, planner_options=options, max_replans=max_replans
-    ) as session:
+    with remote_session(endpoints, robot_id, zenoh_config, **options) as session:
         yield ConnectedCell(session)

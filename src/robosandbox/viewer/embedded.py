@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Callable
 
 from robosandbox.agent.pace import Pace
-from robosandbox.errors import RoboSandboxError
+from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.sim.cameras import Studio, View
 from robosandbox.sim.worker import Worker
 from robosandbox.tasks.session import Session
@@ -16,7 +17,9 @@ from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, O
 from robosandbox.viewer.feed import FRAME_HZ
 from robosandbox.viewer.hands import WorldHands
 
+_log = logging.getLogger(__name__)
 _STOP_SECONDS = 10.0
+_REST_TRIALS = 5
 
 # Returns the session of a task, its name or its file, with a robot in place of its own.
 Open = Callable[[Task | str, str | None], Session]
@@ -123,7 +126,15 @@ class EmbeddedCell:
 
     def settle(self) -> None:
         """Let the arm come to rest; for jobs."""
-        self._session.sim.rest()
+        for _ in range(_REST_TRIALS):
+            try:
+                # A new goal of the context, in which no earlier cancel counts.
+                with self._session.ctx.goal():
+                    self._session.sim.rest()
+                return
+            except SkillError as error:
+                # Another cancel, or a limit that the braking arm still passes.
+                _log.debug("on the way to rest: %s", error)
 
     def close(self) -> None:
         """Stop the arm, the threads and the world."""

@@ -61,11 +61,12 @@ class WorldHands:
         """Let time pass until all objects lie still, for a few seconds at most."""
         sim = self._session.sim
         give_up = sim.time + _FALL_SECONDS
-        while sim.time < give_up:
-            sim.step(_LOOK_SECONDS)
-            speeds = [np.abs(item.linear_velocity).max() for item in sim.truth().objects.values()]
-            if max(speeds, default=0.0) < _STILL:
-                return
+        with self._session.ctx.goal():
+            while sim.time < give_up:
+                sim.step(_LOOK_SECONDS)
+                speeds = [np.abs(item.linear_velocity).max() for item in sim.truth().objects.values()]
+                if max(speeds, default=0.0) < _STILL:
+                    return
 
     def jog(self, change: Pose) -> None:
         """Move the TCP: `change.xyz` in the world, `change`'s rotation about the TCP's own axes.
@@ -97,4 +98,5 @@ class WorldHands:
         if sim.robot.gripper is None:
             raise InputError(f"{sim.robot.name} has no gripper")
         sim.set_gripper(1.0 if closed else 0.0)
-        sim.step(_GRIP_SECONDS)
+        with self._session.ctx.goal():
+            sim.step(_GRIP_SECONDS)

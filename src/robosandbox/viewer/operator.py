@@ -11,7 +11,7 @@ from enum import StrEnum
 from typing import Any
 
 from robosandbox.agent.episode import AgentEvent, Episode
-from robosandbox.errors import InternalError, RoboSandboxError
+from robosandbox.errors import CancelledError, InternalError, RoboSandboxError
 from robosandbox.tasks.judge import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
@@ -188,6 +188,8 @@ class Operator:
 
     def stop(self) -> None:
         """Stop what runs; the arm holds where it is."""
+        if self._doing is Doing.NOTHING:
+            return
         self._stop.set()
         self._work.ctx.cancel()
 
@@ -207,8 +209,19 @@ class Operator:
             episode = carry_out(order)
         if not episode.success:
             self.cell.settle()
-        verdict = work.judge() if episode.prompt == work.task.prompt else None
-        self.tell(Finished(episode, verdict))
+        self.tell(Finished(episode, self._verdict(episode)))
+
+    def _verdict(self, episode: Episode) -> Verdict | None:
+        """Judge the task by its own prompt's outcome; None where that is not known, or was not waited for."""
+        work = self._work
+        if episode.prompt != work.task.prompt:
+            return None
+        try:
+            with work.ctx.goal():
+                verdict: Verdict | None = work.judge()
+        except CancelledError:
+            return None
+        return verdict
 
     def _begin(self, doing: Doing, what: str, job: Callable[[], None], *, quiet: bool = False) -> bool:
         with self._lock:

@@ -48,9 +48,9 @@ class PromptPanel:
         """Take news."""
         match news:
             case operator.Began(doing, what):
-                self._phase = ""
+                self._phase, self._said = "", None
                 if doing in (Doing.RUNNING, Doing.PLANNING):
-                    self._head, self._steps, self._said = what, [], None
+                    self._head, self._steps = what, []
             case operator.Idle():
                 self._phase = ""
             case operator.Answered(_, answer):
