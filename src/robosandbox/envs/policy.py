@@ -52,7 +52,7 @@ def load_policy(name: str, env: ManipulationEnv) -> Policy:
         ) from None
     if not callable(found):
         raise InputError(f"--policy: {name!r}: {module} has no factory {factory!r} that can be called")
-    policy = found(env)
+    policy: Any = found(env)
     if not callable(policy):
         raise InputError(f"--policy: {name!r}: made a {type(policy).__name__}; it must map observations to actions")
     ready: Policy = policy
