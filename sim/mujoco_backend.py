@@ -70,6 +70,7 @@ class MuJoCoBackend:
         self.compilations = 0
         self.epoch = 0
         self.episode = 0
+        self._as_written = Scene()
         self._world: World | None = None
         self._data: mujoco.MjData | None = None
         # An OpenGL context belongs to the thread that draws with it.
@@ -90,6 +91,7 @@ class MuJoCoBackend:
             InputError: A file, name or number of the robot or scene is wrong.
         """
         self.close()
+        self._as_written = scene
         self._compile(scene)
         self.reset()
 
@@ -476,20 +478,28 @@ class MuJoCoBackend:
         self._substeps = round(substeps)
         self._servo_lag = _servo_lag(world.model, world.robot)
 
+    def _as_loaded(self, scene: Scene) -> Scene:
+        """Return a scene with its objects as the loaded scene has them; the scene itself where that has others."""
+        loaded = {item.id: item for item in self._as_written.objects}
+        if any(item.id not in loaded for item in scene.objects):
+            return scene
+        written = scene.model_copy(update={"objects": tuple(loaded[item.id] for item in scene.objects)})
+        return written if _rewritable(written, scene) else scene
+
     def _adopt(self, scene: Scene) -> None:
-        """Take another scene: numbers are written into the model, anything else compiles a new one."""
-        world = self._loaded
-        old = world.scene
-        frame = (old.robot_urdf, old.robot_config, old.table_height)
-        same = frame == (scene.robot_urdf, scene.robot_config, scene.table_height)
-        same = same and len(old.objects) == len(scene.objects)
-        if not (same and all(can_rewrite(a, b) for a, b in zip(old.objects, scene.objects, strict=True))):
+        """Take another scene: numbers are written into the model, anything else compiles a new one.
+
+        What is compiled are the same objects as the scene that was loaded has them, whatever lay there last: a model, to
+        its last digit, must not depend on the scenes before it.
+        """
+        if not _rewritable(self._loaded.scene, scene):
+            as_loaded = self._as_loaded(scene)
             self.close()
-            self._compile(scene)
-            return
+            self._compile(as_loaded)
+        world = self._loaded
         stale = [
             rewrite(world.model, a, b, parts, world.mass_share[parts], world.inertia_per_mass[parts])
-            for a, b in zip(old.objects, scene.objects, strict=True)
+            for a, b in zip(world.scene.objects, scene.objects, strict=True)
             for parts in (world.parts[b.id],)
         ]
         if any(stale):
@@ -551,6 +561,13 @@ class MuJoCoBackend:
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_camlight(self.model, data)
         return data
+
+
+def _rewritable(old: Scene, new: Scene) -> bool:
+    """Return whether a model of one scene becomes one of the other by numbers alone."""
+    if (old.robot_urdf, old.robot_config, old.table_height) != (new.robot_urdf, new.robot_config, new.table_height):
+        return False
+    return len(old.objects) == len(new.objects) and all(map(can_rewrite, old.objects, new.objects))
 
 
 def _servo_lag(model: mujoco.MjModel, robot: Robot) -> Array:

@@ -166,7 +166,8 @@ class StepLog:
             "qd": qvel[:, robot.dof_indices],
             "tcp_pose": np.concatenate([tcp, _product(tcp_quat, self._tcp_quat)], axis=1),
             "action": action,
-            "action_q": (action[:, robot.actuator_ids] - robot.control_offset) / robot.control_scale,
+            "action_q": (action[:, np.asarray(robot.actuator_ids, dtype=int)] - robot.control_offset)
+            / robot.control_scale,
             "objects": objects.reshape(rows, 7 * (len(self._bodies) - 1)),
             "actuator_force": self._forces[:rows],
             "qpos": qpos,
@@ -212,7 +213,9 @@ def _gripper(gripper: Gripper, qpos: Array, force: Array) -> Array:
         middle = np.mean(values, axis=0)
     width = np.maximum(0.0, np.interp(middle, geometry.joint_samples, geometry.aperture_samples))
     closed = (joint - geometry.open_joint) / (geometry.closed_joint - geometry.open_joint)
-    return np.column_stack([joint, width, closed, np.abs(force[:, gripper.actuator_ids]).sum(axis=1)])
+    return np.column_stack(
+        [joint, width, closed, np.abs(force[:, np.asarray(gripper.actuator_ids, dtype=int)]).sum(axis=1)]
+    )
 
 
 def _commanded(gripper: Gripper, action: Array) -> Array:

@@ -36,7 +36,7 @@ def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Calla
     """
     end = look()
     first = criterion.evaluate(start, end)
-    elapsed, hold = 0.0, _longest_hold(criterion)
+    elapsed, hold = 0.0, longest_hold(criterion)
     while first.holds and elapsed < hold - 1e-9:
         wait(min(_SAMPLE_SECONDS, hold - elapsed))
         now = look()
@@ -47,13 +47,14 @@ def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Calla
     return Verdict(first.holds, first.detail)
 
 
-def _longest_hold(check: Check) -> float:
-    return max([check.hold_s, *(_longest_hold(child) for _, child in check.children())])
+def longest_hold(check: Check) -> float:
+    """Return for how many seconds a criterion, or any check in it, must stay true."""
+    return max([check.hold_s, *(longest_hold(child) for _, child in check.children())])
 
 
 def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float) -> Relation:
     """Evaluate what has to hold `elapsed` seconds after the end."""
-    if elapsed > _longest_hold(check) + 1e-6:
+    if elapsed > longest_hold(check) + 1e-6:
         return Relation(True)
     if isinstance(check, AllOf) and elapsed > check.hold_s + 1e-6:
         found = [_still_holds(child, start, now, elapsed) for child in check.checks]

@@ -62,8 +62,9 @@ class Replay:
         self.row = 0
         self._actions = episode["action"]
         self._pushes: Ragged = episode.ragged("push")
-        self._check()
+        # With the episode's scene in place: a layout may leave things out.
         session.restore(episode.meta.checkpoint)
+        self._check()
 
     def step(self) -> None:
         """Let the next recorded tick pass; after the last one the last commands are held."""

@@ -26,6 +26,7 @@ from robosandbox.tasks.bench import BenchSettings, run_bench
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.replay import Replay, open_replay
 from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.success import Lifted
 
 
 def record(session: Session, folder: Path, prompt: str | None = None) -> RecordedEpisode:
@@ -82,7 +83,7 @@ def test_actions_are_the_commands_and_not_the_state(picked: tuple[Session, Recor
 def test_phases_of_the_skill_follow_one_another(picked: tuple[Session, RecordedEpisode]) -> None:
     _, episode = picked
     spans = [(skill, phase) for skill, phase, _, _ in episode.spans() if skill]
-    assert spans == [("pick", "approach"), ("pick", "descend"), ("pick", "grasp"), ("pick", "lift")]
+    assert spans[:4] == [("pick", "approach"), ("pick", "descend"), ("pick", "grasp"), ("pick", "lift")]
     told = [line["event"] for line in episode.events()]
     assert told[:3] == ["started", "planned", "skill_started"] and told[-2:] == ["skill_ended", "ended"]
 
@@ -177,8 +178,8 @@ def test_goals_of_a_sim_process_are_recorded_one_by_one(tmp_path: Path) -> None:
 
 
 def test_bench_keeps_successes_only_where_asked_to(tmp_path: Path) -> None:
-    task = find_task("pick_cube_franka")
-    too_high = task.model_copy(update={"success": task.success.model_copy(update={"min_mm": 5000.0})})
+    criterion = Lifted(kind="lifted", object="red_cube", min_mm=5000.0)
+    too_high = find_task("pick_cube_franka").model_copy(update={"success": criterion})
     for only_success, kept in ((False, 2), (True, 0)):
         settings = BenchSettings(recording=RecordSettings(folder=tmp_path / str(kept), only_success=only_success))
         rows = list(run_bench([too_high], 2, settings=settings))

@@ -103,7 +103,13 @@ def bench(
         sensor=sensor,
         max_replans=max_replans,
         what_if=what_if,
-        recording=record_settings(record, video, video_fps, only_success=only_success),
+        recording=record_settings(
+            # Workers elsewhere have another working directory.
+            record.absolute() if record else None,
+            video,
+            video_fps,
+            only_success=only_success,
+        ),
     )
 
     def show(*lines: str) -> None:

@@ -38,6 +38,10 @@ if TYPE_CHECKING:
 Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
 
+Policy = Annotated[
+    str | None, typer.Option("--policy", help="Run this policy, MODULE:FACTORY, on the task in place of a planner.")
+]
+
 
 def run(
     prompt: Prompt = None,
@@ -59,10 +63,16 @@ def run(
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
+    policy: Policy = None,
+    observation: Annotated[str, typer.Option("--observation", help="What a policy sees: state, pixels.")] = "state",
+    action: Annotated[str, typer.Option("--action", help="What a policy commands: ee, joint.")] = "ee",
+    max_steps: Annotated[int, typer.Option("--max-steps", help="Actions that a policy may take.")] = 400,
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
     _check_said(prompt, task)
+    if policy is not None and prompt is not None:
+        raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
     settings = record_settings(record, video, video_fps)
     from robosandbox.tasks.session import open_session
 
@@ -78,6 +88,19 @@ def run(
         max_replans=max_replans,
         what_if=what_if,
     ) as session:
+        if policy is not None:
+            from robosandbox.commands.policy import run_policy
+
+            with recording(settings, session) as recorder:
+                return run_policy(
+                    session,
+                    policy,
+                    observation=observation,
+                    action=action,
+                    max_steps=max_steps,
+                    recorder=recorder,
+                    json=json,
+                )
         from robosandbox.commands import trying
 
         if confirm:

@@ -44,12 +44,15 @@ class LeRobotExport:
         fps: Frames per simulated second.
         cameras: Whose pictures go in.
         size: (height, width) of the pictures, pixels; both even.
+        with_objects: Whether poses of the objects go in; all episodes must have the same ones.
 
     Raises:
         InputError: The folder exists.
     """
 
-    def __init__(self, target: Path, *, fps: int = 20, cameras: Sequence[str] = (), size: tuple[int, int]) -> None:
+    def __init__(
+        self, target: Path, *, fps: int, cameras: Sequence[str], size: tuple[int, int], with_objects: bool
+    ) -> None:
         if target.exists():
             raise InputError(f"{str(target)!r} exists already; name another folder, or remove it")
         self._target = target
@@ -59,6 +62,7 @@ class LeRobotExport:
         self._fps = fps
         self._cameras = {f"observation.images.{camera}": camera for camera in cameras}
         self._size = size
+        self._with_objects = with_objects
         self._tasks: dict[str, int] = {}
         self._subtasks: dict[str, int] = {"": 0}
         self._episodes: list[dict[str, Any]] = []
@@ -163,14 +167,8 @@ class LeRobotExport:
             "task_index": np.full(count, task),
             "subtask_index": np.array([self._subtasks.setdefault(name, len(self._subtasks)) for name in names]),
         }
-        objects = self._first.meta.objects if self._first else ()
-        if objects and episode.meta.objects == objects:
+        if self._with_objects:
             found["observation.environment_state"] = episode["objects"][at].astype(np.float32)
-        elif objects:
-            raise InputError(
-                f"{episode.name}: has the objects {', '.join(episode.meta.objects) or 'none'}, the first episode "
-                f"{', '.join(objects)}; export them apart"
-            )
         return found
 
     def _write_data(self, columns: dict[str, NDArray[Any]], count: int) -> dict[str, Any]:
@@ -338,7 +336,10 @@ def export_lerobot(
     Raises:
         InputError: The folder exists, or an episode does not fit with the others.
     """
-    export = LeRobotExport(target, fps=fps, cameras=cameras, size=size)
+    # A column has one width: where scenes differ, the objects are left to the pictures.
+    scenes = {episode.meta.objects for episode in episodes}
+    with_objects = len(scenes) == 1 and scenes != {()}
+    export = LeRobotExport(target, fps=fps, cameras=cameras, size=size, with_objects=with_objects)
     try:
         for episode in episodes:
             count = export.add(episode)

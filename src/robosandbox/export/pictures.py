@@ -48,4 +48,4 @@ def _decoded(episode: RecordedEpisode, camera: str) -> Iterator[Picture]:
     path = episode.video(camera)
     with av.open(str(path)) as container:
         for frame in islice(container.decode(video=0), len(episode)):
-            yield frame.to_ndarray(format="rgb24")
+            yield np.asarray(frame.to_ndarray(format="rgb24"), dtype=np.uint8)

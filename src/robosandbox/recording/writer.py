@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import time
 from pathlib import Path
+from typing import Any
 
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -125,6 +126,5 @@ def _write(target: Path, batches: pa.ipc.RecordBatchStreamReader | list[pa.Recor
 
 def _parquet(path: Path, schema: pa.Schema) -> pq.ParquetWriter:
     # Simulated numbers hardly repeat: dictionaries and statistics would cost time and save nothing.
-    return pq.ParquetWriter(
-        path, schema, compression="snappy", use_dictionary=["skill", "phase"], write_statistics=False
-    )
+    options: dict[str, Any] = {"use_dictionary": ["skill", "phase"], "write_statistics": False}
+    return pq.ParquetWriter(path, schema, compression="snappy", **options)

@@ -1,0 +1,110 @@
+"""From actions in -1..1 to commanded joints and gripper."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.motion.dls import DlsSolver
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import Array, Trajectory
+
+ActionKind = Literal["ee", "joint"]
+# What an end-effector action of 1 asks for within a second.
+_METRES_PER_SECOND = 0.4
+_RADIANS_PER_SECOND = 2.0
+# The target runs ahead of an arm that is held up by no more than this.
+_LEAD_METRES = 0.03
+_FULL_TURN = np.pi
+
+
+class Controller:
+    """Carries out actions, one control period each; never faster than the joints' velocity limits.
+
+    Args:
+        sim: The world.
+        kind: `ee`: translation and rotation of the TCP, world axes, and the gripper; `joint`: where each joint is to be
+            between its limits, and the gripper. The gripper, -1 open and 1 closed, comes last; an arm without one has no
+            such number.
+        period: Seconds that an action takes.
+    """
+
+    def __init__(self, sim: MuJoCoBackend, kind: ActionKind, period: float) -> None:
+        self._sim = sim
+        self._kind = kind
+        self._period = period
+        robot = sim.robot
+        self._solver = DlsSolver(sim.model, robot)
+        self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
+        self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
+        self._q: Array = robot.home_q.copy()
+        self._position: Array = np.zeros(3)
+        self._rotation: Array = np.eye(3)
+        self.reset()
+
+    @property
+    def size(self) -> int:
+        """The number of an action's components."""
+        return (6 if self._kind == "ee" else self._sim.robot.n) + (self._sim.robot.gripper is not None)
+
+    def reset(self) -> None:
+        """Begin where the arm stands."""
+        if self._solver.model is not self._sim.model:
+            # A layout with other things in it is another model.
+            self._solver = DlsSolver(self._sim.model, self._sim.robot)
+        self._q = self._sim.observe().q.copy()
+        self._position, self._rotation = self._solver.forward(self._q)
+
+    def apply(self, action: Array) -> None:
+        """Let one period pass with an action, shape (size,), each component in -1..1.
+
+        Raises:
+            SkillError: A limit of the robot or task was passed; the arm holds.
+        """
+        sim, robot = self._sim, self._sim.robot
+        action = np.clip(np.asarray(action, dtype=float), -1.0, 1.0)
+        if robot.gripper is not None:
+            sim.set_gripper(0.5 * (float(action[-1]) + 1.0))
+        goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
+        step = robot.velocity_limits * self._period
+        start, self._q = self._q, np.clip(self._q + np.clip(goal - self._q, -step, step), robot.lower, robot.upper)
+        sim.execute(Trajectory(q=np.stack([start, self._q]), dt=self._period))
+
+    def joint_action(self, q: Array, closed: float = 0.0) -> Array:
+        """Return the action of kind `joint` that asks for a configuration.
+
+        Args:
+            q: Shape (n,).
+            closed: 0 for the open gripper, 1 for the closed one; of no matter to an arm without one.
+        """
+        action = 2.0 * (np.asarray(q, dtype=float) - self._low) / self._span - 1.0
+        return action if self._sim.robot.gripper is None else np.append(action, 2.0 * closed - 1.0)
+
+    @property
+    def _span(self) -> Array:
+        span: Array = self._high - self._low
+        return span
+
+    def _moved(self, action: Array) -> Array:
+        """Return a configuration whose TCP is where the action asks for, or as near as one step comes."""
+        here = self._sim.observe().tcp_pose.position
+        asked = self._position + action[:3] * _METRES_PER_SECOND * self._period
+        self._position = here + np.clip(asked - here, -_LEAD_METRES, _LEAD_METRES)
+        self._rotation = _turn(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation
+        found = self._solver.descend(self._position, self._rotation, self._q)
+        if not found.solved:
+            # What cannot be reached is not aimed at any further.
+            self._position, self._rotation = self._solver.forward(found.q)
+        return found.q
+
+
+def _turn(rotation_vector: Array) -> Array:
+    """Return the rotation matrix (3, 3) about a vector by its length, radians (Rodrigues' formula)."""
+    angle = float(np.linalg.norm(rotation_vector))
+    if angle < 1e-12:
+        return np.eye(3)
+    x, y, z = rotation_vector / angle
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return turned

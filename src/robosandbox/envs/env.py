@@ -1,0 +1,193 @@
+"""A task as a Gymnasium environment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+from numpy.typing import NDArray
+
+from robosandbox.envs.control import ActionKind, Controller
+from robosandbox.errors import InputError, SkillError
+from robosandbox.recording.settings import rows_per_frame
+from robosandbox.tasks.judge import longest_hold
+from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.task import Task
+from robosandbox.types import Array
+
+ObservationKind = Literal["state", "pixels"]
+Observation = dict[str, Any]
+_LAYOUTS = 2**31 - 1
+_DRAWS = 20
+
+
+class ManipulationEnv(gymnasium.Env[Observation, Array]):
+    """A task that a policy is to fulfil, judged on the simulated state as by the bench.
+
+    Observations are dicts. Both kinds have `q` and `qd` (n,), `tcp_pose` (7,) as x, y, z, quaternion x, y, z, w in the
+    world and, with a gripper, `gripper` (1,): 0 open, 1 closed. `state` adds `objects` (k, 7), their poses in the order of
+    the task's scene, zeros for one that this layout leaves out; `pixels` adds `pixels`, an RGB picture (height, width, 3) uint8 per camera.
+
+    The reward is 1 in the step in which the task succeeds, which ends the episode, and 0 before. `info["is_success"]`
+    says the same; what has to hold for a while has held by then.
+
+    `reset(seed=s)` is the layout that the bench calls seed `s`, without a seed one is drawn;
+    `reset(options={"layout": 0})` is the scene as written.
+
+    Args:
+        task: A bundled task's name, a YAML file, a task, or an open session, which stays the caller's.
+        robot: A model file or a bundled robot's name, in place of the task's robot.
+        observation: `state` or `pixels`.
+        action: `ee`: translation (3) and rotation (3) of the TCP in world axes, 1 being 0.4 m/s and 2 rad/s; `joint`:
+            where each joint is to be, -1 and 1 its limits. The gripper comes last, -1 open and 1 closed.
+        control_hz: Actions per simulated second; the control rate divided by a whole number.
+        cameras: Those of `pixels`.
+        render_mode: `rgb_array`, or None.
+        render_size: (height, width) of pictures.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012 - Gymnasium's own form
+
+    def __init__(
+        self,
+        task: Session | Task | Path | str,
+        *,
+        robot: Path | str | None = None,
+        observation: ObservationKind = "state",
+        action: ActionKind = "ee",
+        control_hz: float = 20.0,
+        cameras: Sequence[str] = ("scene", "wrist"),
+        render_mode: str | None = None,
+        render_size: tuple[int, int] = (240, 320),
+    ) -> None:
+        for name, value, known in (
+            ("observation", observation, ("state", "pixels")),
+            ("action", action, ("ee", "joint")),
+        ):
+            if value not in known:
+                raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
+        self._owned = not isinstance(task, Session)
+        self.session = task if isinstance(task, Session) else open_session(task, robot=robot, render_size=render_size)
+        sim = self.session.sim
+        rows_per_frame(control_hz, sim.control_timestep, "control_hz")
+        self.render_mode = render_mode
+        self._cameras = tuple(cameras) if observation == "pixels" else ()
+        for camera in self._cameras:
+            sim.camera_in_model(camera)
+        self._controller = Controller(sim, action, 1.0 / control_hz)
+        self._held_since: float | None = None
+        self.action_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (self._controller.size,), np.float32)
+        named = tuple(item.id for item in self.session.task.scene.objects)
+        self._objects = named if observation == "state" else ()
+        self.observation_space = self._space()
+
+    @property
+    def controller(self) -> Controller:
+        """What carries out actions."""
+        return self._controller
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Start over; `options["layout"]` is the bench's seed.
+
+        Raises:
+            InputError: There is no such layout.
+        """
+        super().reset(seed=seed)
+        layout = (options or {}).get("layout", seed)
+        if layout is not None:
+            self.session.reset(int(layout))
+        else:
+            self._draw()
+        self._controller.reset()
+        self._held_since = None
+        return self._observe(), self._info(False)
+
+    def step(self, action: Array) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        """Carry out one action.
+
+        Returns:
+            Observation, reward, whether the episode has ended, False (a wrapper ends it for its length), and info with
+            `is_success`, `layout` and, where a limit of robot or task ended the episode, `stopped`.
+        """
+        stopped = ""
+        try:
+            self._controller.apply(action)
+        except SkillError as error:
+            stopped = error.message
+        success = self._succeeded()
+        info = self._info(success) | ({"stopped": stopped} if stopped else {})
+        return self._observe(), float(success), success or bool(stopped), False, info
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""
+        if self.render_mode is None:
+            return None
+        return self.session.sim.observe(("scene",)).images["scene"]
+
+    def close(self) -> None:
+        """Free the world."""
+        if self._owned:
+            self.session.close()
+
+    def _draw(self) -> None:
+        for attempt in range(_DRAWS):
+            try:
+                self.session.reset(int(self.np_random.integers(1, _LAYOUTS)))
+                return
+            except InputError:
+                # A layout in which things do not fit; the next one is as good.
+                if attempt == _DRAWS - 1:
+                    raise
+
+    def _succeeded(self) -> bool:
+        """Return whether the task's criterion holds and has held for as long as it asks."""
+        criterion, now = self.session.task.success, self.session.sim.truth()
+        if not criterion.evaluate(self.session.start, now).holds:
+            self._held_since = None
+            return False
+        if self._held_since is None:
+            self._held_since = now.time
+        return now.time - self._held_since >= longest_hold(criterion) - 1e-9
+
+    def _info(self, success: bool) -> dict[str, Any]:
+        return {"is_success": success, "layout": self.session.seed}
+
+    def _observe(self) -> Observation:
+        seen = self.session.sim.observe(self._cameras)
+        found: Observation = {
+            "q": seen.q.astype(np.float32),
+            "qd": seen.qd.astype(np.float32),
+            "tcp_pose": np.array([*seen.tcp_pose.xyz, *seen.tcp_pose.quat_xyzw], dtype=np.float32),
+        }
+        if seen.gripper is not None:
+            found["gripper"] = np.array([seen.gripper.closed], dtype=np.float32)
+        if self._objects:
+            there = self.session.sim.truth().objects
+            poses = [there[item].pose if item in there else None for item in self._objects]
+            rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * 7 for pose in poses]
+            found["objects"] = np.array(rows, dtype=np.float32)
+        if self._cameras:
+            found["pixels"] = {name: seen.images[name] for name in self._cameras}
+        return found
+
+    def _space(self) -> spaces.Dict:
+        sim = self.session.sim
+        count = sim.robot.n
+        shapes: dict[str, tuple[int, ...]] = {"q": (count,), "qd": (count,), "tcp_pose": (7,)}
+        if sim.robot.gripper is not None:
+            shapes["gripper"] = (1,)
+        if self._objects:
+            shapes["objects"] = (len(self._objects), 7)
+        found: dict[str, spaces.Space[Any]] = {
+            name: spaces.Box(-np.inf, np.inf, shape, np.float32) for name, shape in shapes.items()
+        }
+        if self._cameras:
+            picture = spaces.Box(0, 255, (*sim.render_size, 3), np.uint8)
+            found["pixels"] = spaces.Dict(dict.fromkeys(self._cameras, picture))
+        return spaces.Dict(found)
