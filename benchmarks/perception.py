@@ -136,6 +136,8 @@ class Visibility:
         height, width = FRAME_SIZE
         self._renderer = mujoco.Renderer(sim.model, height, width)
         self._renderer.enable_segmentation_rendering()
+        frames = [sim.capture(camera) for camera in CAMERAS]
+        self._lenses = {frame.camera: (frame.intrinsics, frame.pose_camera_in_world) for frame in frames}
 
     def of(self) -> dict[str, float]:
         """Return the largest share of its outline that some camera shows, 0 below the least pixels."""
@@ -156,8 +158,7 @@ class Visibility:
     def _outline(self, camera: str, item: DetectedObject) -> float:
         import cv2
 
-        frame = self._sim.capture(camera)
-        lens, pose = frame.intrinsics, frame.pose_camera_in_world
+        lens, pose = self._lenses[camera]
         rng = np.random.default_rng(0)
         directions = rng.standard_normal((400, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)

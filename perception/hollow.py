@@ -19,13 +19,13 @@ _CLOSED = 0.7
 _RIM = 0.008
 _HOLLOW = 0.016
 _WALL = 0.012
-_LEAST_INSIDE = 12
+_LEAST_INSIDE = 30
 _LEAST_POINTS = 30
 _MOST_PIECES = 4
 _MIDDLE = 0.2
 _LEAST_INNER = 0.012
 _FEW = 5
-_POOREST = 1.2
+_POOREST = 0.9
 _MORE = 0.00005
 _INSIDE = 0.8
 
@@ -179,7 +179,7 @@ def _outer(members: Group, rim: float, scenery: Scenery) -> tuple[Rows, list[Sur
         own = [segment for segment in members.segments if segment.view.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look.robot, look.robot_near))
+        rows.append(tangents(own, look))
         points = np.vstack([segment.points for segment in own])
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:

@@ -46,9 +46,8 @@ def _light(segment: Segment, table: Table, robot: Mask) -> Array | None:
     """Return what a white table would send here, 0..255 per channel, (3,)."""
     view = segment.view
     left, top, right, bottom = segment.box
-    picture = np.s_[max(top - _AROUND, 0) : bottom + _AROUND, max(left - _AROUND, 0) : right + _AROUND]
     # Every other pixel tells the light as well as all do.
-    picture = tuple(slice(part.start, part.stop, 2) for part in picture)
+    picture = np.s_[max(top - _AROUND, 0) : bottom + _AROUND : 2, max(left - _AROUND, 0) : right + _AROUND : 2]
     xyz = view.xyz[:, picture[0], picture[1]]
     bare = view.valid[picture] & ~robot[picture] & (np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise))
     bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
