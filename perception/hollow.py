@@ -66,10 +66,17 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
 
 
 def _belongs(item: Group, hull: Fit) -> bool:
-    """Tell whether a piece lies in a hull's walls or within."""
-    local = np.abs((item.points - hull.centre) @ hull.axes)
+    """Tell whether a piece is of a hull's walls or floor; what stands out of the floor lies in it and is another thing."""
+    local = (item.points - hull.centre) @ hull.axes
     half = hull.sizes if hull.shape == "box" else np.array([hull.sizes[0], hull.sizes[0], hull.sizes[1]])
-    return bool((local < half + _RIM).all(axis=1).mean() > _INSIDE)
+    if (np.abs(local) < half + _RIM).all(axis=1).mean() < _INSIDE:
+        return False
+    if hull.shape == "box":
+        at_wall = (np.abs(local[:, :2]) > half[:2] - _WALL).any(axis=1)
+    else:
+        at_wall = np.hypot(local[:, 0], local[:, 1]) > half[0] - _WALL
+    on_floor = local[:, 2] < -half[2] + _WALL
+    return bool((at_wall | on_floor).mean() > 0.5)
 
 
 def _families(groups: Sequence[Group]) -> list[list[Group]]:

@@ -13,7 +13,7 @@ from robosandbox.perception.fit import Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.scenery import Scenery
-from robosandbox.types import CONTAINER_KINDS, Array, DetectedObject
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, Pose
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0
@@ -32,6 +32,7 @@ _FADING = 0.97
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
+_FALLEN = 0.4
 _PIECE = 0.01
 
 
@@ -109,7 +110,8 @@ class Tracker:
             if track.id in seen:
                 continue
             if track in gone:
-                del self.tracks[track.id]
+                if not self._falls_into_something(track):
+                    del self.tracks[track.id]
             else:
                 track.hidden = True
                 track.confidence *= _FADING
@@ -124,6 +126,27 @@ class Tracker:
                 name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
                 self.tracks[name] = Track(name, thing, confidence=thing.confidence)
 
+    def _falls_into_something(self, track: Track) -> bool:
+        """Take a thing that vanished over a container to lie in it, not very surely; say whether there is one."""
+        x, y, _ = track.thing.fit.centre
+        for other in self.tracks.values():
+            vessel = other.thing
+            if other is track or vessel.kind not in CONTAINER_KINDS:
+                continue
+            local = vessel.fit.axes.T @ (np.array([x, y, vessel.fit.centre[2]]) - vessel.fit.centre)
+            room = vessel.fit.sizes[:2] if vessel.fit.shape == "box" else vessel.fit.sizes[[0, 0]]
+            if (np.abs(local[:2]) > room).any():
+                continue
+            height = vessel.fit.bottom + CONTAINER_WALL + (track.thing.fit.top - track.thing.fit.bottom) / 2.0
+            drop = np.array([0.0, 0.0, height - float(track.thing.fit.centre[2])])
+            pose = Pose.from_matrix(track.thing.pose.position + drop, track.thing.pose.rotation)
+            moved = replace(track.thing.fit, centre=track.thing.fit.centre + drop)
+            track.thing = replace(track.thing, pose=pose, fit=moved)
+            track.hidden = True
+            track.confidence = min(track.confidence, _FALLEN)
+            return True
+        return False
+
     def _declared(self, things: Sequence[Thing]) -> list[tuple[str, Thing]]:
         """Return the things that fit what the task describes and has not been seen yet, with the names."""
         sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
@@ -135,6 +158,10 @@ def _renew(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
     track.hidden = False
+    if old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS:
+        # A container half hidden shows a wall or two; that it is one is known.
+        track.confidence = max(track.confidence * _FADING, thing.confidence)
+        return
     clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
     if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
         if cost_of(old.fit, thing.rows, thing.surfaces) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
