@@ -17,6 +17,9 @@ _DIRECTIONS = 32
 _OUTSIDE = (2.0, 3.0, 5.0, 7.0)
 _OCCLUDES = 0.012
 _BESIDE = 3.0
+_ASIDE = 0.6
+_AWAY = -0.2
+_SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 # A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
 _PIXEL_BIAS = 0.32
 _PIXEL_SIGMA = 0.45
@@ -103,7 +106,21 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
             # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
             piece = look.pieces[rows, columns]
             free &= (piece == 0) | np.isin(piece, own) | (valid & (depth > here + _OCCLUDES))
+    # What is cut off may reach farther than what is left, not only straight across the cut.
+    cut = _NORMALS[~free]
+    if len(cut):
+        free &= (_NORMALS @ cut.T).max(axis=1) < _ASIDE
+    for side, at_border in zip(_SIDES, _borders(extreme, width, height), strict=True):
+        if at_border:
+            free &= _NORMALS @ side < _AWAY
     return free
+
+
+def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:
+    """Return whether the left, right, upper and lower border of the picture cuts the mask."""
+    left, upper = extreme.min(axis=0)
+    right, lower = extreme.max(axis=0)
+    return left <= 2, right >= width - 3, upper <= 2, lower >= height - 3
 
 
 def _depth_at(view: View, pixels: Array) -> Array:

@@ -28,6 +28,7 @@ _REFITTED = 0.5
 _MOST_LOOKS = 6
 _SEEN_THROUGH = 0.03
 _SHARE_THROUGH = 0.6
+_ALL_THROUGH = 0.95
 _FADING = 0.97
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
@@ -238,9 +239,10 @@ def seen_through(thing: Thing, scenery: Scenery) -> bool:
     half = np.array([sizes[0], sizes[min(1, len(sizes) - 1)], sizes[-1]])
     if thing.fit.shape in ("cylinder", "lying"):
         half = np.array([sizes[0], sizes[0], sizes[1]])
-    # One looks into a container, and on its rim.
-    across, heights = ((-0.97, 0.0, 0.97), (0.9,)) if thing.kind in CONTAINER_KINDS else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
-    corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or len(heights) > 1])
+    # One looks into a container, and at no more than two of its walls.
+    walls = thing.kind in CONTAINER_KINDS
+    across, heights = ((-0.97, 0.0, 0.97), (0.3,)) if walls else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
+    corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or not walls])
     points = centre + (corners * half) @ axes.T
     for look in scenery.looks.values():
         pixels, expected = look.view.project(points)
@@ -254,6 +256,6 @@ def seen_through(thing: Thing, scenery: Scenery) -> bool:
             continue
         # The table is as far behind as the thing is high, along the ray.
         behind = measured[clear] - expected[inside][clear] > min(_SEEN_THROUGH, 0.7 * float(half.min()))
-        if behind.mean() > _SHARE_THROUGH:
+        if behind.mean() > (_ALL_THROUGH if walls else _SHARE_THROUGH):
             return True
     return False
