@@ -18,6 +18,10 @@ _OUTSIDE = (2.0, 3.0, 5.0, 7.0)
 _OCCLUDES = 0.012
 _BESIDE = 3.0
 _ASIDE = 0.6
+_BESIDE_REACH = 0.85
+_UNDER = 0.006
+_FEW = 6
+_LONG_CUT = 4
 _AWAY = -0.2
 _SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 # A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
@@ -53,8 +57,13 @@ class Rows:
         )
 
 
-def tangents(segments: Sequence[Segment], look: Look) -> Rows:
+def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = ()) -> Rows:
     """Return the tangent planes of one view's segments together, without those where something nearer cuts them off.
+
+    Args:
+        segments: One thing's pieces in this view.
+        look: The view.
+        kin: Pieces that may be of the same thing, and so do not cut it off.
 
     For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
     Multiple View Geometry, 8.1).
@@ -71,7 +80,7 @@ def tangents(segments: Sequence[Segment], look: Look) -> Rows:
     reach = outline @ _NORMALS.T
     extreme = outline[reach.argmax(axis=0)]
     own = np.array(
-        [number for number, one in enumerate(look.segments, start=1) if any(one is each for each in segments)]
+        [number for number, one in enumerate(look.segments, start=1) if any(one is each for each in (*segments, *kin))]
     )
     free = _free_ends(look, own, extreme, points)
     if not free.any():
@@ -92,24 +101,31 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
     here = _depth_at(view, extreme - 2.0 * _NORMALS)
     usual = float(np.median((points - view.position) @ view.rotation[:, 2]))
     here = np.where(np.abs(here - usual) < 0.15, here, usual)
-    free = np.ones(len(extreme), dtype=bool)
+    low = float(np.percentile(points[:, 2], 3))
+    covered = np.zeros(len(extreme), dtype=bool)
+    beside = np.zeros(len(extreme), dtype=bool)
     for step in _OUTSIDE:
         pixels = np.rint(extreme + step * _NORMALS).astype(int)
         inside = (pixels >= 0).all(axis=1) & (pixels < [width, height]).all(axis=1)
-        if step <= 3.0:
-            free &= inside
+        if step <= _BESIDE:
+            covered |= ~inside
         columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
-        free &= ~(look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02))
+        covered |= look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02)
         depth, valid = view.depth[rows, columns], view.valid[rows, columns]
-        free &= ~(valid & (depth < here - _OCCLUDES))
+        covered |= valid & (depth < here - _OCCLUDES)
         if step <= _BESIDE:
             # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
             piece = look.pieces[rows, columns]
-            free &= (piece == 0) | np.isin(piece, own) | (valid & (depth > here + _OCCLUDES))
-    # What is cut off may reach farther than what is left, not only straight across the cut.
-    cut = _NORMALS[~free]
-    if len(cut):
-        free &= (_NORMALS @ cut.T).max(axis=1) < _ASIDE
+            # What lies lower is stood upon, as the table is.
+            behind = valid & ((depth > here + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER))
+            beside |= (piece > 0) & ~np.isin(piece, own) & ~behind
+    # What is cut off may reach farther than what is left, and not only straight across the cut.
+    free = sure = ~covered & ~beside
+    for cut, reach in ((covered, 0.0 if covered.sum() >= _LONG_CUT else _ASIDE), (beside, _BESIDE_REACH)):
+        if cut.any():
+            free = free & ((_NORMALS @ _NORMALS[cut].T).max(axis=1) < reach)
+    if free.sum() < _FEW:
+        free = sure
     for side, at_border in zip(_SIDES, _borders(extreme, width, height), strict=True):
         if at_border:
             free &= _NORMALS @ side < _AWAY
