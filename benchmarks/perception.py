@@ -24,8 +24,6 @@ from scipy.optimize import linear_sum_assignment
 
 os.environ.setdefault("MUJOCO_GL", "egl")
 
-import mujoco
-
 from robosandbox.perception.colour import COLOURS, colour_name
 from robosandbox.perception.naming import extents
 from robosandbox.perception.recognize import Thing
@@ -33,6 +31,7 @@ from robosandbox.perception.relations import bottom, centre, gap, support
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
 from robosandbox.perception.tracks import Track
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, find_sensor
 from robosandbox.types import DetectedObject, ObjectKind, Pose, Scene, SceneObject
 
@@ -133,19 +132,16 @@ class Visibility:
 
     def __init__(self, sim: MuJoCoBackend) -> None:
         self._sim = sim
-        height, width = FRAME_SIZE
-        self._renderer = mujoco.Renderer(sim.model, height, width)
-        self._renderer.enable_segmentation_rendering()
+        self._renderer = OffscreenRenderer(sim.model, FRAME_SIZE)
+        frames = [sim.capture(camera) for camera in CAMERAS]
+        self._lenses = {frame.camera: (frame.intrinsics, frame.pose_camera_in_world) for frame in frames}
 
     def of(self) -> dict[str, float]:
         """Return the largest share of its outline that some camera shows, 0 below the least pixels."""
-        model, data = self._sim.model, self._sim._live
+        data = self._sim._live
         shares: dict[str, float] = defaultdict(float)
         for camera in CAMERAS:
-            self._renderer.update_scene(data, self._sim.camera_in_model(camera))
-            drawn = self._renderer.render()
-            geoms = np.where(drawn[..., 1] == mujoco.mjtObj.mjOBJ_GEOM.value, drawn[..., 0], -1)
-            bodies = np.where(geoms >= 0, model.geom_bodyid[np.maximum(geoms, 0)], -1)
+            bodies = self._renderer.bodies(data, self._sim.camera_in_model(camera))
             for name, body in self._sim.object_bodies.items():
                 pixels = int((bodies == body).sum())
                 whole = self._outline(camera, self._sim.truth().objects[name].detected())
@@ -156,8 +152,7 @@ class Visibility:
     def _outline(self, camera: str, item: DetectedObject) -> float:
         import cv2
 
-        frame = self._sim.capture(camera)
-        lens, pose = frame.intrinsics, frame.pose_camera_in_world
+        lens, pose = self._lenses[camera]
         rng = np.random.default_rng(0)
         directions = rng.standard_normal((400, 3))
         directions /= np.linalg.norm(directions, axis=1, keepdims=True)

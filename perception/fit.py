@@ -26,7 +26,6 @@ _ITERATIONS = 4
 _SETTLED = 0.0001
 _CLIP = 3.0
 _LEAST_SIZE = 0.003
-_SIZE_PRIOR = (0.025, 0.06)
 _UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -106,7 +105,27 @@ def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
     return np.stack([np.sqrt(np.clip(1.0 - axial**2, 0.0, None)), axial], axis=-1)
 
 
-def fit(shape: Shape, rows: Rows, surfaces: Sequence[Surface], resting: float | None) -> Fit | None:
+@dataclass(frozen=True, slots=True, eq=False)
+class Prior:
+    """What sizes are expected before anything is measured.
+
+    Attributes:
+        sizes: As in `Fit`, (k,).
+        spread: Standard deviation, metres.
+    """
+
+    sizes: Array
+    spread: float
+
+
+def usual(shape: Shape) -> Prior:
+    """Return how large things on a table are as a rule, very loosely."""
+    return Prior(np.full(SIZES[shape], 0.025), 0.06)
+
+
+def fit(
+    shape: Shape, rows: Rows, surfaces: Sequence[Surface], resting: float | None, prior: Prior | None = None
+) -> Fit | None:
     """Return the shape that fits best, or None where the measurements do not determine it.
 
     Args:
@@ -114,22 +133,33 @@ def fit(shape: Shape, rows: Rows, surfaces: Sequence[Surface], resting: float | 
         rows: Tangent planes of all views.
         surfaces: Surface points of all views.
         resting: Height of what it stands on, metres; None for something in the air.
+        prior: What is known of its size.
     """
+    prior = prior or usual(shape)
     points = np.vstack([surface.points for surface in surfaces])
     if len(rows.values) + len(points) < 12:
         return None
-    high = float(np.percentile(points[:, 2], 92))
+    high, highest = (float(value) for value in np.percentile(points[:, 2], [92, 98]))
     known = [rows, Rows(_UP[None], np.array([high]), np.array([1.0 / 0.004]))]
     if resting is not None:
         known.append(Rows(-_UP[None], np.array([-resting]), np.array([1.0 / 0.0008])))
     base = Rows.stack(known)
     # Points say roughly where the shape is, even where no tangent does.
     base = Rows.stack([base, _extents(points, 0.008)])
-    best = _grid(shape, base)
+    best = _grid(shape, base, prior)
     if best is None:
         return None
-    fixed = Rows.stack(known[:1] + known[2:])
-    return _refined(best, fixed, surfaces)
+    # A covered top shows no surface, but the sides end there.
+    known[1] = Rows(_UP[None], np.array([highest]), np.array([1.0 / 0.005]))
+    return _refined(best, Rows.stack(known), surfaces, prior)
+
+
+def cost_of(known: Fit, rows: Rows, surfaces: Sequence[Surface]) -> float:
+    """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
+    every = Rows.stack([rows, *(_on_surface(known, surface) for surface in surfaces)])
+    terms = support_terms(known.shape, known.yaw, every.normals)
+    rest = (every.values - every.normals @ known.centre - terms @ known.sizes) * every.weights
+    return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
 
 
 def _extents(points: Array, sigma: float) -> Rows:
@@ -139,12 +169,12 @@ def _extents(points: Array, sigma: float) -> Rows:
     return Rows(normals, values, np.full(8, 1.0 / sigma))
 
 
-def _grid(shape: Shape, rows: Rows) -> Fit | None:
+def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
     turn = _TURNS[shape]
     yaws = np.arange(0.0, turn, _GRID) if turn else np.zeros(1)
     terms = support_terms(shape, yaws, rows.normals)
     design = np.concatenate([np.broadcast_to(rows.normals, (len(yaws), *rows.normals.shape)), terms], axis=2)
-    solution = _solve(design, rows.values, rows.weights, SIZES[shape])
+    solution = _solve(design, rows.values, rows.weights, prior)
     rest = (np.einsum("gnk,gk->gn", design, solution) - rows.values) * rows.weights
     cost = np.minimum(np.abs(rest), _CLIP) ** 2
     best = int(cost.sum(axis=1).argmin())
@@ -160,20 +190,19 @@ def _grid(shape: Shape, rows: Rows) -> Fit | None:
     )
 
 
-def _solve(design: Array, values: Array, weights: Array, sizes: int) -> Array:
-    """Return weighted least squares solutions (g, k) of designs (g, n, k), sizes held loosely to what is usual."""
+def _solve(design: Array, values: Array, weights: Array, prior: Prior) -> Array:
+    """Return weighted least squares solutions (g, k) of designs (g, n, k), sizes held to the prior."""
     weighted = design * weights[:, None]
     normal = np.einsum("gnk,gnl->gkl", weighted, weighted)
     right = np.einsum("gnk,n->gk", weighted, values * weights)
-    usual, spread = _SIZE_PRIOR
-    for k in range(3, 3 + sizes):
-        normal[:, k, k] += spread**-2
-        right[:, k] += usual * spread**-2
+    for k, size in enumerate(prior.sizes, start=3):
+        normal[:, k, k] += prior.spread**-2
+        right[:, k] += size * prior.spread**-2
     normal[:, range(3), range(3)] += 1e-3
     return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
 
 
-def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface]) -> Fit:
+def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface], prior: Prior) -> Fit:
     """Return the shape refined with surface points, each on the face that it is nearest to."""
     found, turning = start, _TURNS[start.shape] > 0.0
     count = 3 + SIZES[start.shape]
@@ -194,10 +223,9 @@ def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface]) -> Fit:
         weighted = design * weights[:, None]
         normal = weighted.T @ weighted
         right = weighted.T @ (rest * weights)
-        usual, spread = _SIZE_PRIOR
-        for k in range(3, count):
-            normal[k, k] += spread**-2
-            right[k] += (usual - found.sizes[k - 3]) * spread**-2
+        sized = range(3, count)
+        normal[sized, sized] += prior.spread**-2
+        right[sized] += (prior.sizes - found.sizes) * prior.spread**-2
         normal[range(3), range(3)] += 1e-3
         if turning:
             normal[-1, -1] += 1.0

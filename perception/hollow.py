@@ -19,13 +19,14 @@ _CLOSED = 0.7
 _RIM = 0.008
 _HOLLOW = 0.016
 _WALL = 0.012
-_LEAST_INSIDE = 12
+_LEAST_INSIDE = 30
 _LEAST_POINTS = 30
 _MOST_PIECES = 4
 _MIDDLE = 0.2
 _LEAST_INNER = 0.012
 _FEW = 5
-_POOREST = 1.2
+_POOREST = 0.9
+_VAGUE = 0.006
 _MORE = 0.00005
 _INSIDE = 0.8
 
@@ -59,17 +60,26 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
         container
         for count in range(1, len(largest) + 1)
         for chosen in combinations(largest, count)
-        if (container := _as_container(chosen, scenery)) is not None and container[1].cost < _POOREST
+        if (container := _as_container(chosen, family, scenery)) is not None
+        and container[1].cost < _POOREST
+        and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
     ]
     # Of hulls that fit about equally the one that explains more.
     return min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
 
 
 def _belongs(item: Group, hull: Fit) -> bool:
-    """Tell whether a piece lies in a hull's walls or within."""
-    local = np.abs((item.points - hull.centre) @ hull.axes)
+    """Tell whether a piece is of a hull's walls or floor; what stands out of the floor lies in it and is another thing."""
+    local = (item.points - hull.centre) @ hull.axes
     half = hull.sizes if hull.shape == "box" else np.array([hull.sizes[0], hull.sizes[0], hull.sizes[1]])
-    return bool((local < half + _RIM).all(axis=1).mean() > _INSIDE)
+    if (np.abs(local) < half + _RIM).all(axis=1).mean() < _INSIDE:
+        return False
+    if hull.shape == "box":
+        at_wall = (np.abs(local[:, :2]) > half[:2] - _WALL).any(axis=1)
+    else:
+        at_wall = np.hypot(local[:, 0], local[:, 1]) > half[0] - _WALL
+    on_floor = local[:, 2] < -half[2] + _WALL
+    return bool((at_wall | on_floor).mean() > 0.5)
 
 
 def _families(groups: Sequence[Group]) -> list[list[Group]]:
@@ -93,18 +103,18 @@ def _adjoin(a: Group, b: Group) -> bool:
     return bool(near) and any(alike(one, other) for one in a.segments for other in b.segments)
 
 
-def _as_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
-    points = np.vstack([item.points for item in family])
+def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Scenery) -> Container | None:
+    points = np.vstack([item.points for item in chosen])
     if len(points) < _LEAST_POINTS:
         return None
     rim = float(np.percentile(points[:, 2], 96))
     if rim - scenery.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
         return None
-    members = Group(tuple(segment for item in family for segment in item.segments))
+    members = Group(tuple(segment for item in chosen for segment in item.segments))
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
-    rows, surfaces = _outer(members, rim, scenery)
+    rows, surfaces = _outer(members, family, rim, scenery)
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
         found = fit(shape, rows, surfaces, scenery.table.height)
@@ -172,14 +182,14 @@ def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def _outer(members: Group, rim: float, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> tuple[Rows, list[Surface]]:
     """Return the outer hull's tangents, and the points on the rim; those on inner walls say nothing of the hull."""
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
         own = [segment for segment in members.segments if segment.view.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look.robot, look.robot_near))
+        rows.append(tangents(own, look, [segment for item in family for segment in item.segments]))
         points = np.vstack([segment.points for segment in own])
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:

@@ -8,13 +8,22 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from robosandbox.perception.scenery import Look
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.view import Image, Mask, View
+from robosandbox.perception.view import Mask, View
 from robosandbox.types import Array
 
 _DIRECTIONS = 32
 _OUTSIDE = (2.0, 3.0, 5.0, 7.0)
 _OCCLUDES = 0.012
+_BESIDE = 3.0
+_ASIDE = 0.6
+_BESIDE_REACH = 0.85
+_UNDER = 0.006
+_FEW = 6
+_LONG_CUT = 4
+_AWAY = -0.2
+_SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 # A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
 _PIXEL_BIAS = 0.32
 _PIXEL_SIGMA = 0.45
@@ -48,13 +57,18 @@ class Rows:
         )
 
 
-def tangents(segments: Sequence[Segment], robot: Mask, robot_near: Image) -> Rows:
+def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = ()) -> Rows:
     """Return the tangent planes of one view's segments together, without those where something nearer cuts them off.
+
+    Args:
+        segments: One thing's pieces in this view.
+        look: The view.
+        kin: Pieces that may be of the same thing, and so do not cut it off.
 
     For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
     Multiple View Geometry, 8.1).
     """
-    view = segments[0].view
+    view = look.view
     outlines = []
     for segment in segments:
         contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
@@ -65,7 +79,10 @@ def tangents(segments: Sequence[Segment], robot: Mask, robot_near: Image) -> Row
     points = np.vstack([segment.points for segment in segments])
     reach = outline @ _NORMALS.T
     extreme = outline[reach.argmax(axis=0)]
-    free = _free_ends(view, extreme, points, robot, robot_near)
+    own = np.array(
+        [number for number, one in enumerate(look.segments, start=1) if any(one is each for each in (*segments, *kin))]
+    )
+    free = _free_ends(look, own, extreme, points)
     if not free.any():
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     normals, ends = _NORMALS[free], reach.max(axis=0)[free] + _PIXEL_BIAS
@@ -77,23 +94,49 @@ def tangents(segments: Sequence[Segment], robot: Mask, robot_near: Image) -> Row
     return Rows(world, world @ view.position, np.full(len(world), 1.0 / sigma))
 
 
-def _free_ends(view: View, extreme: Array, points: Array, robot: Mask, robot_near: Image) -> Mask:
-    """Return which extreme pixels (k, 2) end against something farther away."""
+def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
+    """Return which extreme pixels (k, 2) end against the table or something clearly farther away."""
+    view = look.view
     height, width = view.depth.shape
     here = _depth_at(view, extreme - 2.0 * _NORMALS)
     usual = float(np.median((points - view.position) @ view.rotation[:, 2]))
     here = np.where(np.abs(here - usual) < 0.15, here, usual)
-    free = np.ones(len(extreme), dtype=bool)
+    low = float(np.percentile(points[:, 2], 3))
+    covered = np.zeros(len(extreme), dtype=bool)
+    beside = np.zeros(len(extreme), dtype=bool)
     for step in _OUTSIDE:
         pixels = np.rint(extreme + step * _NORMALS).astype(int)
         inside = (pixels >= 0).all(axis=1) & (pixels < [width, height]).all(axis=1)
-        if step <= 3.0:
-            free &= inside
+        if step <= _BESIDE:
+            covered |= ~inside
         columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
-        free &= ~(robot[rows, columns] & (robot_near[rows, columns] < here + 0.02))
-        depth = view.depth[rows, columns]
-        free &= ~(view.valid[rows, columns] & (depth < here - _OCCLUDES))
+        covered |= look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02)
+        depth, valid = view.depth[rows, columns], view.valid[rows, columns]
+        covered |= valid & (depth < here - _OCCLUDES)
+        if step <= _BESIDE:
+            # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
+            piece = look.pieces[rows, columns]
+            # What lies lower is stood upon, as the table is.
+            behind = valid & ((depth > here + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER))
+            beside |= (piece > 0) & ~np.isin(piece, own) & ~behind
+    # What is cut off may reach farther than what is left, and not only straight across the cut.
+    free = sure = ~covered & ~beside
+    for cut, reach in ((covered, 0.0 if covered.sum() >= _LONG_CUT else _ASIDE), (beside, _BESIDE_REACH)):
+        if cut.any():
+            free = free & ((_NORMALS @ _NORMALS[cut].T).max(axis=1) < reach)
+    if free.sum() < _FEW:
+        free = sure
+    for side, at_border in zip(_SIDES, _borders(extreme, width, height), strict=True):
+        if at_border:
+            free &= _NORMALS @ side < _AWAY
     return free
+
+
+def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:
+    """Return whether the left, right, upper and lower border of the picture cuts the mask."""
+    left, upper = extreme.min(axis=0)
+    right, lower = extreme.max(axis=0)
+    return left <= 2, right >= width - 3, upper <= 2, lower >= height - 3
 
 
 def _depth_at(view: View, pixels: Array) -> Array:

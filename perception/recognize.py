@@ -42,6 +42,9 @@ class Thing:
         sigma: Standard deviations of x, y, z, metres, and of the heading, radians, (4,).
         group: The pieces that it was seen by.
         fit: Its hull as fitted.
+        rows: The tangent planes that it was fitted to.
+        surfaces: The surface points that it was fitted to.
+        resting: Height of what it stands on, metres; None in the air.
     """
 
     kind: ObjectKind
@@ -52,6 +55,9 @@ class Thing:
     sigma: Array
     group: Group
     fit: Fit
+    rows: Rows
+    surfaces: Sequence[Surface]
+    resting: float | None
 
     @property
     def top(self) -> float:
@@ -63,7 +69,8 @@ def recognize(groups: Sequence[Group], scenery: Scenery) -> list[Thing]:
     """Return what the groups are, the lowest first."""
     containers, rest = find_containers(groups, scenery)
     things = [
-        _thing(kind, found, members, measurements(members, scenery)[0], scenery) for kind, found, members in containers
+        _thing(kind, found, members, *measurements(members, scenery), scenery.table.height, scenery)
+        for kind, found, members in containers
     ]
     for members in sorted(rest, key=lambda item: float(item.bounds[1][2])):
         thing = _solid(members, things, scenery)
@@ -79,7 +86,7 @@ def measurements(members: Group, scenery: Scenery) -> tuple[Rows, list[Surface]]
         own = [segment for segment in members.segments if segment.view.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look.robot, look.robot_near))
+        rows.append(tangents(own, look))
         for segment in own:
             # Neighbouring pixels err together, so that many points say less than their number.
             sigma = max(look.view.noise, _LEAST_SIGMA)
@@ -92,17 +99,31 @@ def measurements(members: Group, scenery: Scenery) -> tuple[Rows, list[Surface]]
 def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing | None:
     rows, surfaces = measurements(members, scenery)
     under = _support(members, things, scenery)
+    resting: float | None = under
     found = _best(rows, surfaces, under)
     if float(members.bounds[0][2]) - under > _AIR:
         floating = _best(rows, surfaces, None)
         if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
-            found = floating
+            found, resting = floating, None
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
-    return _thing("cylinder" if found.shape == "lying" else found.shape, found, members, rows, scenery)
+    return _thing(named(found.shape), found, members, rows, surfaces, resting, scenery)
 
 
-def _thing(kind: ObjectKind, found: Fit, members: Group, rows: Rows, scenery: Scenery) -> Thing:
+def named(shape: Shape) -> ObjectKind:
+    """Return the kind of a solid shape."""
+    return "cylinder" if shape == "lying" else shape
+
+
+def _thing(
+    kind: ObjectKind,
+    found: Fit,
+    members: Group,
+    rows: Rows,
+    surfaces: Sequence[Surface],
+    resting: float | None,
+    scenery: Scenery,
+) -> Thing:
     size, pose = described(kind, found)
     return Thing(
         kind=kind,
@@ -113,6 +134,9 @@ def _thing(kind: ObjectKind, found: Fit, members: Group, rows: Rows, scenery: Sc
         sigma=_sigma(found),
         group=members,
         fit=found,
+        rows=rows,
+        surfaces=surfaces,
+        resting=resting,
     )
 
 

@@ -7,8 +7,7 @@ import logging
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
 from robosandbox.perception.recognize import Thing, recognize
-from robosandbox.perception.scenery import Look, Scenery
-from robosandbox.perception.segments import find_segments
+from robosandbox.perception.scenery import Scenery, take_look
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
@@ -90,11 +89,7 @@ class RgbdPerception:
             sim: Gives the robot's model.
         """
         self.scenery = self._scenery(frames, sim)
-        segments = [
-            segment
-            for look in self.scenery.looks.values()
-            for segment in find_segments(look.view, self.scenery.table, look.robot, look.robot_near)
-        ]
+        segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
         self.things = recognize(group(segments), self.scenery)
         return self.things
 
@@ -109,7 +104,7 @@ class RgbdPerception:
                 continue
             silhouette.place(frame.q, frame.gripper_q)
             robot, near = silhouette.masks(frame)
-            looks[frame.camera] = Look(make_view(frame, table, robot), robot, near)
+            looks[frame.camera] = take_look(make_view(frame, table, robot), table, robot, near)
         self.notes = tuple(notes)
         return Scenery(looks, table)
 
@@ -120,7 +115,7 @@ class RgbdPerception:
             self._hands = Hands(robot.gripper.geometry, limit)
         self._hands.update(seen, self._tracker.tracks.values())
         held = self._hands.hold.id if self._hands.hold else None
-        self._tracker.update(self._loose(held), self.scenery, held)
+        self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]

@@ -5,6 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.perception.segments import Segment, find_segments
 from robosandbox.perception.view import Image, Mask, Table, View
 
 
@@ -16,11 +20,25 @@ class Look:
         view: What it shows.
         robot: Where the robot is, (height, width).
         robot_near: How near its nearest part is there, metres.
+        pieces: Which of `segments` each pixel belongs to, counted from 1; 0 for none.
+        segments: What stands out of the table.
     """
 
     view: View
     robot: Mask
     robot_near: Image
+    pieces: NDArray[np.int16]
+    segments: tuple[Segment, ...]
+
+
+def take_look(view: View, table: Table, robot: Mask, robot_near: Image) -> Look:
+    """Return a view with what stands out of the table in it."""
+    segments = tuple(find_segments(view, table, robot, robot_near))
+    pieces = np.zeros(view.depth.shape, dtype=np.int16)
+    for number, segment in enumerate(segments, start=1):
+        left, top, right, bottom = segment.box
+        pieces[top:bottom, left:right][segment.mask] = number
+    return Look(view, robot, robot_near, pieces, segments)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

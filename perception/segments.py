@@ -75,7 +75,10 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     left, top, right, bottom = box
     crop = np.s_[top:bottom, left:right]
     # What is low is still no table where it has another colour, as the floor of a bin.
-    painted = _painted(view, free & ~raised, crop) & (free[crop] | ~view.valid[crop])
+    # Where depth is missing colour alone decides, but not beside the robot or what lies beyond the table.
+    beyond = cv2.dilate((view.valid[crop] & (height[crop] < -low)).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    blind = ~view.valid[crop] & ~beyond & ~robot[crop]
+    painted = _painted(view, free & ~raised, crop) & (free[crop] | blind)
     standing = raised[crop] | (free[crop] & painted)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
         (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
@@ -240,11 +243,12 @@ def _segment(
 
 
 def _largest(mask: Mask) -> Mask:
-    """Return the mask's largest connected part, its small holes filled."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=4)
+    """Return the mask's largest part; parts with a gap of a pixel or two between them count as one."""
+    closed = cv2.dilate(mask.astype(np.uint8), np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(closed, connectivity=4)
     if count <= 2:
         return mask
-    return np.asarray(labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax()))
+    return np.asarray(mask & (labels == 1 + int(stats[1:, cv2.CC_STAT_AREA].argmax())))
 
 
 def _box_around(mask: Mask, margin: int) -> tuple[int, int, int, int] | None:

@@ -9,21 +9,32 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import colour_name
+from robosandbox.perception.fit import Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.scenery import Scenery
-from robosandbox.types import DetectedObject
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, Pose
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0
 _SIZE_GATE = 0.45
 _STILL = 0.004
+_AS_CLEAR = 0.8
+_EXPLAINED = 0.7
+_AS_WELL = 0.25
+_WORSE = 0.5
+_KNOWN_SIZE = 0.001
+_REFITTED = 0.5
 _MOST_LOOKS = 6
 _SEEN_THROUGH = 0.03
 _SHARE_THROUGH = 0.6
+_ALL_THROUGH = 0.95
 _FADING = 0.97
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
+_AT_HAND = 0.06
+_FALLEN = 0.4
+_PIECE = 0.01
 
 
 @dataclass(slots=True, eq=False)
@@ -72,13 +83,14 @@ class Tracker:
     declared: Sequence[Declared] = ()
     tracks: dict[str, Track] = field(default_factory=dict)
 
-    def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None) -> None:
+    def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None, hand: Array) -> None:
         """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
 
         Args:
             things: What the look shows, without the held one.
             scenery: The look.
             held: Id of what is in the gripper, which moves with it and is left alone.
+            hand: The TCP, (3,); between fingers a thing shows pieces that are no things of their own.
         """
         free = [track for track in self.tracks.values() if track.id != held]
         pairs = _assign(free, things, near=True)
@@ -99,7 +111,8 @@ class Tracker:
             if track.id in seen:
                 continue
             if track in gone:
-                del self.tracks[track.id]
+                if not self._falls_into_something(track):
+                    del self.tracks[track.id]
             else:
                 track.hidden = True
                 track.confidence *= _FADING
@@ -107,9 +120,33 @@ class Tracker:
             self.tracks[name] = Track(name, thing, confidence=thing.confidence)
         for thing in new:
             if thing.confidence >= _STRANGER_CONFIDENCE and not any(thing is known for _, known in back):
+                close = float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND
+                if close or any(_is_part(thing, track.thing) for track in self.tracks.values()):
+                    continue
                 r, g, b = (float(value) for value in thing.rgb)
                 name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
                 self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+
+    def _falls_into_something(self, track: Track) -> bool:
+        """Take a thing that vanished over a container to lie in it, not very surely; say whether there is one."""
+        x, y, _ = track.thing.fit.centre
+        for other in self.tracks.values():
+            vessel = other.thing
+            if other is track or vessel.kind not in CONTAINER_KINDS:
+                continue
+            local = vessel.fit.axes.T @ (np.array([x, y, vessel.fit.centre[2]]) - vessel.fit.centre)
+            room = vessel.fit.sizes[:2] if vessel.fit.shape == "box" else vessel.fit.sizes[[0, 0]]
+            if (np.abs(local[:2]) > room).any():
+                continue
+            height = vessel.fit.bottom + CONTAINER_WALL + (track.thing.fit.top - track.thing.fit.bottom) / 2.0
+            drop = np.array([0.0, 0.0, height - float(track.thing.fit.centre[2])])
+            pose = Pose.from_matrix(track.thing.pose.position + drop, track.thing.pose.rotation)
+            moved = replace(track.thing.fit, centre=track.thing.fit.centre + drop)
+            track.thing = replace(track.thing, pose=pose, fit=moved)
+            track.hidden = True
+            track.confidence = min(track.confidence, _FALLEN)
+            return True
+        return False
 
     def _declared(self, things: Sequence[Thing]) -> list[tuple[str, Thing]]:
         """Return the things that fit what the task describes and has not been seen yet, with the names."""
@@ -121,13 +158,18 @@ class Tracker:
 def _renew(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
-    distance = float(np.linalg.norm(old.fit.centre - thing.fit.centre))
     track.hidden = False
-    if distance > _STILL or old.kind != thing.kind:
-        if old.kind != thing.kind and distance < _STILL and thing.confidence < old.confidence:
-            # A worse look at something that has not moved does not change what it is.
+    if old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS:
+        # A container half hidden shows a wall or two; that it is one is known.
+        track.confidence = max(track.confidence * _FADING, thing.confidence)
+        return
+    clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
+    if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
+        if cost_of(old.fit, thing.rows, thing.surfaces) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
+            # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
+        thing = thing if clearly else _with_known_size(thing, old)
         found = aligned(thing.fit, old.fit)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
@@ -147,6 +189,29 @@ def _renew(track: Track, thing: Thing) -> None:
     size, pose = described(old.kind, better)
     track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
     track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
+
+
+def _is_part(thing: Thing, known: Thing) -> bool:
+    """Tell whether a new thing is but a piece of a known one, cut off by what stands before it."""
+    if colour_difference(thing.rgb, known.rgb) > _COLOUR_GATE:
+        return False
+    half = known.fit.sizes
+    if known.fit.shape != "box":
+        half = np.array([half[0], half[0], half[-1]])
+    local = np.abs((thing.group.points - known.fit.centre) @ known.fit.axes)
+    return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)
+
+
+def _with_known_size(thing: Thing, old: Thing) -> Thing:
+    """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
+    if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS:
+        return thing
+    prior = Prior(old.fit.sizes, _KNOWN_SIZE)
+    found = fit(old.fit.shape, thing.rows, thing.surfaces, thing.resting, prior)
+    if found is None or found.cost > thing.fit.cost + _WORSE:
+        return thing
+    size, pose = described(old.kind, found)
+    return replace(thing, kind=old.kind, fit=found, size=size, pose=pose, confidence=max(thing.confidence, _REFITTED))
 
 
 def _assign(tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
@@ -174,7 +239,10 @@ def seen_through(thing: Thing, scenery: Scenery) -> bool:
     half = np.array([sizes[0], sizes[min(1, len(sizes) - 1)], sizes[-1]])
     if thing.fit.shape in ("cylinder", "lying"):
         half = np.array([sizes[0], sizes[0], sizes[1]])
-    corners = np.array([[x, y, z] for x in (-0.5, 0.0, 0.5) for y in (-0.5, 0.0, 0.5) for z in (-0.3, 0.3)])
+    # One looks into a container, and at no more than two of its walls.
+    walls = thing.kind in CONTAINER_KINDS
+    across, heights = ((-0.97, 0.0, 0.97), (0.3,)) if walls else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
+    corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or not walls])
     points = centre + (corners * half) @ axes.T
     for look in scenery.looks.values():
         pixels, expected = look.view.project(points)
@@ -188,6 +256,6 @@ def seen_through(thing: Thing, scenery: Scenery) -> bool:
             continue
         # The table is as far behind as the thing is high, along the ray.
         behind = measured[clear] - expected[inside][clear] > min(_SEEN_THROUGH, 0.7 * float(half.min()))
-        if behind.mean() > _SHARE_THROUGH:
+        if behind.mean() > (_ALL_THROUGH if walls else _SHARE_THROUGH):
             return True
     return False

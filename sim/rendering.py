@@ -73,6 +73,23 @@ class OffscreenRenderer:
         mujoco.mjr_readPixels(picture, raw, self._rect, self._context)
         return picture[::-1].copy(), self._metres(raw)
 
+    def bodies(self, data: mujoco.MjData, camera: str) -> NDArray[np.int32]:
+        """Return the body that each pixel shows, (height, width), -1 for none: the truth to measure perception by."""
+        flags = (mujoco.mjtRndFlag.mjRND_SEGMENT, mujoco.mjtRndFlag.mjRND_IDCOLOR)
+        for flag in flags:
+            self._scene.flags[flag] = 1
+        try:
+            coded = self.render(data, camera).astype(np.int32)
+        finally:
+            for flag in flags:
+                self._scene.flags[flag] = 0
+        number = coded[..., 0] + 256 * coded[..., 1] + 65536 * coded[..., 2]
+        table = np.full(self._scene.ngeom + 1, -1, dtype=np.int32)
+        for geom in self._scene.geoms[: self._scene.ngeom]:
+            if geom.objtype == mujoco.mjtObj.mjOBJ_GEOM.value and geom.segid >= 0:
+                table[geom.segid + 1] = self._model.geom_bodyid[geom.objid]
+        return np.asarray(table[np.minimum(number, self._scene.ngeom)])
+
     def _metres(self, raw: NDArray[np.float32]) -> NDArray[np.float32]:
         extent = self._model.stat.extent
         near, far = np.float32(self._model.vis.map.znear * extent), np.float32(self._model.vis.map.zfar * extent)

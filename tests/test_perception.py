@@ -1,0 +1,269 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robosandbox.cli import app
+from robosandbox.commands.console import run_app
+from robosandbox.errors import InputError, RenderingError, SensorError
+from robosandbox.perception.fit import SIZES, Surface, fit, support_terms
+from robosandbox.perception.naming import Declared, invented, names_for
+from robosandbox.perception.outline import Rows
+from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.perception.setup import Setup
+from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.view import check_frame
+from robosandbox.protocols import ForkableSim
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
+from robosandbox.tasks.session import open_session
+from robosandbox.types import Pose, RgbdFrame, Scene, SceneObject
+
+
+def frame(rgb=None, depth=None, size=(48, 64)):
+    return RgbdFrame(
+        camera="scene",
+        time=0.0,
+        rgb=np.full((*size, 3), 120, np.uint8) if rgb is None else rgb,
+        depth=np.full(size, 1.0, np.float32) if depth is None else depth,
+        intrinsics=perfect_intrinsics(size, 0.8),
+        pose_camera_in_world=Pose(xyz=(0.0, 0.0, 1.0)),
+        q=np.zeros(7),
+        gripper_q=np.zeros(2),
+    )
+
+
+def test_a_sound_frame_has_no_complaint():
+    assert check_frame(frame()) is None
+
+
+@pytest.mark.parametrize(
+    "broken, said",
+    [
+        (frame(rgb=np.zeros((48, 64, 3), np.uint8)), "too dark"),
+        (frame(rgb=np.full((48, 64, 3), 255, np.uint8)), "over-exposed"),
+        (frame(depth=np.full((48, 64), np.nan, np.float32)), "depth picture is empty"),
+        (frame(depth=np.zeros((48, 64), np.float32)), "depth picture is empty"),
+    ],
+)
+def test_a_frame_that_shows_nothing_is_told_with_its_reason(broken, said):
+    assert said in str(check_frame(broken))
+
+
+@pytest.mark.parametrize(
+    "broken",
+    [
+        frame(rgb=np.zeros((47, 64, 3), np.uint8)),
+        frame(depth=np.zeros((48, 63), np.float32)),
+        frame(depth=np.zeros((48, 64), np.float64)),
+        replace(frame(), intrinsics=replace(frame().intrinsics, fx=float("nan"))),
+    ],
+)
+def test_a_frame_that_does_not_fit_its_intrinsics_is_a_sensor_error(broken):
+    with pytest.raises(SensorError, match="camera 'scene'"):
+        check_frame(broken)
+
+
+def tangent_planes(shape, centre, sizes, yaw, camera):
+    """Planes through the camera that touch the shape: found by turning a plane until it does."""
+    rows = []
+    forward = (centre - camera) / np.linalg.norm(centre - camera)
+    side = np.cross(forward, [0.0, 0.0, 1.0])
+    side /= np.linalg.norm(side)
+    up = np.cross(side, forward)
+    for angle in np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False):
+        across = np.cos(angle) * side + np.sin(angle) * up
+        low, high = 0.0, 0.5
+        for _ in range(60):
+            tilt = (low + high) / 2.0
+            normal = np.cos(tilt) * across - np.sin(tilt) * forward
+            outside = normal @ camera - normal @ centre - support_terms(shape, yaw, normal[None])[0] @ sizes
+            low, high = (tilt, high) if outside < 0.0 else (low, tilt)
+        rows.append(normal)
+    normals = np.array(rows)
+    return Rows(normals, normals @ camera, np.full(len(normals), 1000.0))
+
+
+@pytest.mark.parametrize("shape", list(SIZES))
+def test_a_shape_is_recovered_from_its_tangent_planes(shape):
+    sizes = np.array(
+        {"box": [0.03, 0.02, 0.015], "cylinder": [0.02, 0.03], "lying": [0.02, 0.03], "sphere": [0.025]}[shape]
+    )
+    height = float(support_terms(shape, 0.4, np.array([[0.0, 0.0, 1.0]]))[0] @ sizes)
+    centre = np.array([0.2, -0.1, 0.04 + height])
+    cameras = [np.array([1.0, -0.8, 0.8]), np.array([0.1, 0.1, 1.4])]
+    rows = Rows.stack([tangent_planes(shape, centre, sizes, 0.4, camera) for camera in cameras])
+    rng = np.random.default_rng(0)
+    directions = rng.standard_normal((200, 3))
+    directions[:, 2] = abs(directions[:, 2])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    top = centre + [0.0, 0.0, height]
+    surface = Surface(np.repeat(top[None], 12, axis=0), cameras[1], 500.0)
+    found = fit(shape, rows, [surface], 0.04)
+    assert found is not None
+    assert np.abs(found.centre - centre).max() < 0.0015
+    assert np.abs(np.sort(found.sizes) - np.sort(sizes)).max() < 0.0015
+    assert found.cost < 0.6
+
+
+def test_declared_names_go_to_the_things_that_fit_them_best():
+    declared = [
+        Declared(id="mug", kind="cylinder", size=(0.03, 0.05), rgb=(0.2, 0.3, 0.85)),
+        Declared(id="toy", kind="box", size=(0.02,) * 3, rgb=(0.85, 0.2, 0.2)),
+    ]
+    seen = [
+        ("box", (0.021, 0.02, 0.019), np.array([0.8, 0.22, 0.2])),
+        ("sphere", (0.05,), np.array([0.1, 0.9, 0.1])),
+        ("cylinder", (0.031, 0.049), np.array([0.2, 0.3, 0.8])),
+    ]
+    assert names_for(seen, declared, ()) == ["toy", None, "mug"]
+    assert names_for(seen, declared, {"toy"}) == [None, None, "mug"]
+    assert invented("red", "box", {"red_box_1"}) == "red_box_2"
+
+
+def test_a_description_holds_no_place():
+    item = SceneObject(id="cube", kind="box", size=(0.02,) * 3, pose=Pose(xyz=(0.1, 0.2, 0.06)))
+    setup = Setup.of(Scene(objects=(item,)))
+    assert not setup.scene.objects
+    assert not any("pose" in field or "xyz" in field for field in Declared.__dataclass_fields__)
+
+
+def test_the_same_frame_gets_the_same_noise_and_another_seed_another():
+    sensor = SENSORS["realsense"]
+    one, two = sensor.sense(frame()), sensor.sense(frame())
+    assert np.array_equal(one.depth, two.depth) and np.array_equal(one.rgb, two.rgb)
+    assert not np.array_equal(one.depth, replace(sensor, seed=1).sense(frame()).depth)
+
+
+def test_depth_noise_grows_with_the_square_of_the_distance():
+    sensor = replace(SENSORS["realsense"], missing=0.0, distortion=(0.0,) * 5, depth_step=0.0)
+    spread = [
+        float(np.std(sensor.sense(frame(depth=np.full((480, 640), z, np.float32), size=(480, 640))).depth))
+        for z in (0.7, 1.4)
+    ]
+    assert spread[1] / spread[0] == pytest.approx(4.0, rel=0.1)
+
+
+def test_an_unknown_sensor_is_told_with_those_that_there_are():
+    with pytest.raises(InputError, match="did you mean 'realsense'"):
+        find_sensor("realsens")
+
+
+@pytest.fixture
+def session():
+    with open_session("pick_from_three", perception="rgbd", sensor="realsense") as opened:
+        yield opened
+
+
+@pytest.mark.gl
+def test_cubes_are_seen_within_3_mm_under_their_declared_names(session):
+    scene = session.observe()
+    truth = session.sim.truth().objects
+    assert {item.id for item in scene.objects} == set(truth)
+    for item in scene.objects:
+        assert np.linalg.norm(item.pose.position - np.array(truth[item.id].pose.xyz)) < 0.003
+        assert item.kind == "box" and item.colour == item.id.split("_")[0]
+        assert np.abs(np.array(item.size) - 0.015).max() < 0.0025
+
+
+@pytest.mark.gl
+def test_without_a_task_things_are_called_by_colour_and_shape(session):
+    eyes = RgbdPerception()
+    assert {item.id for item in eyes.perceive(session.sim).objects} == {"red_box_1", "green_box_1", "blue_box_1"}
+
+
+@pytest.mark.gl
+def test_neither_skills_nor_planner_reach_the_simulated_truth(session, monkeypatch):
+    def refuse(self, *args, **kwargs):
+        raise AssertionError("the simulated state was read")
+
+    with monkeypatch.context() as patch:
+        for name in ("truth", "held", "arm_contacts", "snapshot", "fork", "object_bodies"):
+            patch.setattr(MuJoCoBackend, name, property(refuse) if name == "object_bodies" else refuse)
+        episode = session.run()
+    assert episode.success and session.judge().success
+    assert not isinstance(session.ctx.sim, ForkableSim)
+    with pytest.raises(RuntimeError, match="simulated state"):
+        session.ctx.sim.truth()
+
+
+@pytest.mark.gl
+def test_the_world_that_is_planned_in_holds_what_was_seen_and_nothing_else(session):
+    assert not session.ctx.sim.object_bodies
+    seen = session.observe()
+    assert set(session.ctx.sim.object_bodies) == {item.id for item in seen.objects}
+    body = session.ctx.sim.object_bodies["red_cube"]
+    half = session.ctx.sim.model.geom_size[session.ctx.sim.model.body_geomadr[body]]
+    assert tuple(half) == pytest.approx(next(item.size for item in seen.objects if item.id == "red_cube"))
+
+
+@pytest.mark.gl
+def test_what_is_held_moves_with_the_hand_and_keeps_its_name(session):
+    assert session.run().success
+    scene = session.observe()
+    held = scene.find("green_cube")
+    assert scene.held == "green_cube"
+    assert np.linalg.norm(held.pose.position - np.array(session.sim.truth().objects["green_cube"].pose.xyz)) < 0.004
+
+
+@pytest.mark.gl
+def test_a_reset_forgets_what_was_seen_before(session):
+    session.observe()
+    session.reset(3)
+    truth = session.sim.truth().objects
+    for item in session.observe().objects:
+        assert np.linalg.norm(item.pose.position - np.array(truth[item.id].pose.xyz)) < 0.004
+
+
+@pytest.mark.gl
+def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch):
+    whole = session.sim.capture
+    monkeypatch.setattr(
+        session.sim, "capture", lambda name: replace(whole(name), rgb=np.zeros((480, 640, 3), np.uint8))
+    )
+    scene = session.observe()
+    assert scene.objects == () and len(scene.notes) == 3 and "too dark" in scene.notes[0]
+
+
+@pytest.mark.gl
+def test_the_robot_is_masked_without_drawing_it(session):
+    sim = session.sim
+    seen = sim.capture("scene")
+    silhouette = RobotSilhouette(sim.model, sim.robot)
+    silhouette.place(seen.q, seen.gripper_q)
+    sim.sensor = SENSORS["ideal"]
+    mask, _ = silhouette.masks(sim.capture("scene"))
+    renderer = OffscreenRenderer(sim.model, (480, 640))
+    robot = np.isin(renderer.bodies(sim._live, "scene"), list(sim.robot.bodies))
+    renderer.close()
+    assert (mask & robot).sum() > 0.998 * robot.sum()
+    assert mask.sum() < 1.35 * robot.sum()
+
+
+@pytest.mark.gl
+def test_look_prints_draws_and_refuses_to_draw_without_cameras(tmp_path, capsys):
+    picture = tmp_path / "seen.png"
+    assert run_app(app, "robo-sandbox", ["look", "--task", "pick_can", "--picture", str(picture)]) == 0
+    assert capsys.readouterr().out.startswith("can  green cylinder at (0.1")
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    arguments = ["look", "--perception", "ground_truth", "--picture", str(picture)]
+    assert run_app(app, "robo-sandbox", arguments) == 2
+    assert "looks through no camera" in capsys.readouterr().err
+
+
+@pytest.mark.gl
+def test_a_dry_run_is_refused_where_cameras_see(capsys):
+    arguments = ["run", "pick up the red cube", "--perception", "rgbd", "--dry-run"]
+    assert run_app(app, "robo-sandbox", arguments) == 2
+    assert "cannot be copied" in capsys.readouterr().err
+
+
+def test_without_opengl_one_line_says_what_to_install(monkeypatch, capsys):
+    def missing(width, height):
+        raise RenderingError("no OpenGL to render with; install one with `apt-get install libegl1`")
+
+    monkeypatch.setattr("robosandbox.sim.rendering._make_gl_context", missing)
+    assert run_app(app, "robo-sandbox", ["look"]) == 3
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "libegl1" in error
