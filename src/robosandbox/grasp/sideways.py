@@ -45,15 +45,15 @@ def sideways(target: DetectedObject, geometry: GripperGeometry, base: Array) -> 
         width = float(high + low)
         if not geometry.min_aperture + 0.001 < width < geometry.max_aperture - 2.0 * _CLEARANCE:
             continue
-        near = float(support(target, -level[None])[0] + level @ middle)
         aside = geometry.centre(width)
         aside += np.sign(aside) * 0.004 if abs(aside) > 0.004 else 0.0
         turned = abs(float((azimuth - heading + np.pi) % (2.0 * np.pi) - np.pi))
         for angle in _ANGLES:
             approach = np.sin(angle) * level - np.cos(angle) * _UP
             # The palm stays behind what the hand meets first.
-            back = max(0.0, near / np.sin(angle) - geometry.palm_depth + _CLEARANCE)
-            point = middle + (_LEVEL - 0.5) * height * _UP - back * approach
+            point = middle + (_LEVEL - 0.5) * height * _UP
+            near = float(support(target, -approach[None])[0] + approach @ point)
+            point = point - max(0.0, near - geometry.palm_depth + _CLEARANCE) * approach
             for y in (closing, -closing):
                 rotation = np.column_stack([np.cross(y, approach), y, approach])
                 quality = 2.0 - 0.3 * turned - 0.2 * abs(angle - _ANGLES[0])
