@@ -80,14 +80,17 @@ class Contacts:
     def force_on(self, name: str) -> Array:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
         world, data = self._world, self._data
-        total, local = np.zeros(3), np.zeros(6)
-        for index, inner, outer in self._with_robot():
-            if world.owners.get(outer) != name:
-                continue
-            mujoco.mj_contactForce(world.model, data, index, local)
-            # The contact frame's first axis points from its first geom to its second, and so does the force.
-            towards = 1.0 if int(world.model.geom_bodyid[data.contact.geom[index][0]]) == inner else -1.0
-            total += towards * (data.contact.frame[index].reshape(3, 3).T @ local[:3])
+        found = [each for each in self._with_robot() if world.owners.get(each[2]) == name]
+        if not found:
+            return np.zeros(3)
+        indices = [index for index, _, _ in found]
+        forces = np.zeros((len(found), 6))
+        for row, index in zip(forces, indices, strict=True):
+            mujoco.mj_contactForce(world.model, data, index, row)
+        # The contact frame's first axis points from its first geom to its second, and so does the force.
+        towards = np.where(world.robot_geoms[data.contact.geom[indices, 0]], 1.0, -1.0)
+        frames = data.contact.frame[indices].reshape(-1, 3, 3)
+        total: Array = np.einsum("k,kji,kj->i", towards, frames, forces[:, :3])
         return total
 
     def grip_on(self, name: str) -> float:

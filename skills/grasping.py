@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 
 import numpy as np
 
@@ -86,11 +85,12 @@ def plan_grasp(
     hull = None
     if target.kind == "mesh" and target.id in arm.sim.object_bodies:
         hull = mesh_hull(arm.sim.model, arm.sim.object_bodies[target.id])
-    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull)
+    hand = arm.sim.observe().tcp_pose.rotation
+    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull, hand=hand)
     arm.use(scene)
     search = _Search(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
-    for grasp in _nearest_first(arm, fresh):
+    for grasp in fresh:
         plan = search.attempt(grasp)
         if plan is not None:
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
@@ -230,13 +230,6 @@ class _Search:
         if gripper is None or not isinstance(evidence, CollisionEvidence):
             return False
         return evidence.body in {self._arm.sim.body_names[body] for body in gripper.bodies}
-
-
-def _nearest_first(arm: Manipulator, candidates: Iterable[Grasp]) -> Iterator[Grasp]:
-    """Yield grasps, those in a row of about equal quality by how little the hand has to turn."""
-    hand = arm.sim.observe().tcp_pose.rotation
-    for _, group in groupby(candidates, key=lambda grasp: round(grasp.quality, 1)):
-        yield from sorted(group, key=lambda grasp: -float(np.trace(hand.T @ grasp.tcp_pose.rotation)))
 
 
 def _alike(one: Grasp, other: Grasp) -> bool:

@@ -52,6 +52,7 @@ _RISES = (
     (0.25, 0.0),
 )
 _SPENT = 0.95
+_SAME_POSTURE = 0.8
 _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
@@ -316,10 +317,18 @@ def check_rise(arm: Manipulator, q: Array, height: float, held: str) -> None:
     """
     motion, failure = arm.motion, None
     pose = motion.forward(q)
+    top = raised(pose, height)
+    if len(arm.start.objects) == 1:
+        # Nothing can be above. Where the arm gets up there from here without another posture, a line leads there, too.
+        try:
+            if np.abs(motion.ik(top, q, restarts=0) - q).max() < _SAME_POSTURE:
+                return
+        except UnreachableError:
+            pass
     motion.allow("table", held)
     for angle in _LEANS:
         try:
-            motion.plan_line(q, leaning(raised(pose, height), arm.sim.robot.base_position, angle))
+            motion.plan_line(q, leaning(top, arm.sim.robot.base_position, angle))
             return
         except UnreachableError as error:
             failure = failure or error

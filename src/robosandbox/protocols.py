@@ -143,11 +143,18 @@ class Perception(Protocol):
 class GraspPlanner(Protocol):
     """Ways to hold an object, best first, made as they are asked for; feasibility is the motion planner's to say.
 
-    `hull` (k, 3) spans a mesh's convex hull in the object's frame.
+    `hull` (k, 3) spans a mesh's convex hull in the object's frame; `hand` (3, 3) is the TCP's rotation now, so that of
+    grasps about as good the one that turns it least may come first.
     """
 
     def candidates(
-        self, target: DetectedObject, scene: ObservedScene, robot: Robot, *, hull: Array | None = None
+        self,
+        target: DetectedObject,
+        scene: ObservedScene,
+        robot: Robot,
+        *,
+        hull: Array | None = None,
+        hand: Array | None = None,
     ) -> Iterable[Grasp]: ...
 
 

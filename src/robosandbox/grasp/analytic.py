@@ -15,8 +15,6 @@ from robosandbox.grasp.solid import Solid
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
-_ALIKE = 0.1
-
 
 class AnalyticGrasps:
     """Candidates for boxes, cylinders, balls, capsules, meshes (by their convex hull), and open containers.
@@ -26,7 +24,13 @@ class AnalyticGrasps:
     """
 
     def candidates(
-        self, target: DetectedObject, scene: ObservedScene, robot: Robot, *, hull: Array | None = None
+        self,
+        target: DetectedObject,
+        scene: ObservedScene,
+        robot: Robot,
+        *,
+        hull: Array | None = None,
+        hand: Array | None = None,
     ) -> Iterator[Grasp]:
         """Yield grasps, best first, each tier made when it is asked for; none when nothing fits the gripper.
 
@@ -35,6 +39,7 @@ class AnalyticGrasps:
             scene: Where it stands among others.
             robot: Its gripper's measured figures decide width and depth.
             hull: For a mesh: points that span its convex hull, in the object's frame, shape (k, 3).
+            hand: The TCP's rotation now (3, 3): of grasps about as good the one that turns it least comes first.
         """
         if robot.gripper is None:
             return
@@ -43,18 +48,28 @@ class AnalyticGrasps:
         floor = -float(solid.support(-UP[None])[0])
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
-        hand = Antipodal(solid, geometry, floor=floor, base=robot.base_position)
+        across = Antipodal(solid, geometry, floor=floor, base=robot.base_position)
         sides = [sideways(target, geometry, robot.base_position)] if is_filled(target, scene) else []
-        for tiers in (sides, hand.tiers(), rim_tiers(target, geometry, floor)):
+        for tiers in (sides, across.tiers(), rim_tiers(target, geometry, floor)):
             for tier in tiers:
                 if tier and near is None:
                     near = neighbours(target, scene)
-                for grasp in sorted(tier, key=lambda grasp: -grasp.quality):
+                for grasp in _ranked(tier, hand):
                     if has_room(grasp, near or (), geometry):
                         yield grasp
                     else:
                         crowded.append(grasp)
         yield from crowded
+
+
+def _ranked(tier: list[Grasp], hand: Array | None) -> list[Grasp]:
+    if hand is None:
+        return sorted(tier, key=lambda grasp: -grasp.quality)
+
+    def key(grasp: Grasp) -> tuple[float, float]:
+        return -round(grasp.quality, 1), -float((hand * grasp.tcp_pose.rotation).sum())
+
+    return sorted(tier, key=key)
 
 
 def narrowest(target: DetectedObject, hull: Array | None = None) -> float:
