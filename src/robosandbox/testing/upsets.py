@@ -424,7 +424,7 @@ def half_closed(draw: Draw) -> Upset:
 
 def weakened(draw: Draw) -> Upset:
     """An arm servo loses stiffness and force; what is left still carries arm and object."""
-    joint, gain, limit = int(draw.rng.integers(7)), draw.uniform(0.15, 0.6), draw.uniform(0.3, 0.9)
+    joint, gain, limit = int(draw.rng.integers(7)), draw.uniform(0.1, 0.6), draw.uniform(0.2, 0.9)
     at = draw.moment((*_ON_THE_WAY, "descend", "grasp", "lift", "push"))
     about = f"joint {joint + 1} to {gain:.2f}, force to {limit:.2f}"
     return Upset(scene=draw.scene, fault=faults.weaken(joint, gain, limit), at=at, about=about)
