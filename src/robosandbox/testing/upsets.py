@@ -256,6 +256,8 @@ def far_out(draw: Draw) -> Upset:
         x, y = draw.base[:2] + radius * np.array([math.cos(angle), math.sin(angle)])
         if max(abs(x), abs(y)) > 0.56:
             break
+    else:
+        raise ValueError("no room on the floor")
     draw.replace(draw.subject, pose=Pose(xyz=(float(x), float(y), low), quat_xyzw=item.pose.quat_xyzw))
     return Upset(scene=draw.scene, hopeless=True, about=f"{radius:.2f} m away")
 
