@@ -75,7 +75,9 @@ class Pick(Skill):
         looks, least_aperture, felt = 0, 0.0, np.zeros(3)
         scene = arm.start
         while True:
-            seen = _shifted(arm.find(object, scene), felt)
+            seen = arm.find(object, scene)
+            if felt.any():
+                seen = _shifted(seen, felt)
             check_uncovered(seen, scene)
             plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
