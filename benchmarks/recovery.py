@@ -25,8 +25,10 @@ from typing import Any
 from robosandbox.agent.episode import SkillStarted
 from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.session import Session, open_session
+from robosandbox.testing.causes import out_of_reach
+from robosandbox.testing.draw import Upset
 from robosandbox.testing.faults import ContactMeter, Meddler
-from robosandbox.testing.upsets import CASES, Upset, draw_upset, lost, out_of_reach
+from robosandbox.testing.upsets import CASES, draw_upset, lost
 
 
 @dataclass(frozen=True, slots=True)

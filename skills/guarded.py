@@ -10,7 +10,8 @@ from robosandbox.types import Trajectory
 
 # Impacts last a tick; pressing lasts.
 _TICKS = 2
-_FREE_TICKS = 3
+# Looked at every second tick, twice in a row: a bump is over by then.
+_LOOK_EVERY, _PRESSED_LOOKS = 2, 2
 _PRESSING = 15.0
 
 
@@ -82,13 +83,16 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
         MetError: It pressed on something for longer than a bump lasts.
         TrackingError: A joint stayed off its goal.
     """
-    ticks = 0
+    ticks = pressed = 0
 
     def check() -> None:
-        nonlocal ticks
+        nonlocal ticks, pressed
+        ticks += 1
+        if ticks % _LOOK_EVERY:
+            return
         force, body, other = arm.sim.strongest_contact()
-        ticks = ticks + 1 if force > _PRESSING else 0
-        if ticks >= _FREE_TICKS:
+        pressed = pressed + 1 if force > _PRESSING else 0
+        if pressed >= _PRESSED_LOOKS:
             raise MetError(body, other, force, phase=phase, joint=arm.sim.robot.joints[-1])
 
     arm.sim.tick_hooks.append(check)

@@ -15,7 +15,7 @@ from robosandbox.errors import (
     TrackingError,
     UnreachableError,
 )
-from robosandbox.perception.relations import bottom, gap
+from robosandbox.perception.relations import bottom, gap, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
@@ -43,6 +43,7 @@ _CLOSED_ON_NOTHING = 0.5
 _ATTEMPTS = 3
 _LOOKS = 5
 _FINAL = ("immovable", "too_heavy", "gripper_stuck")
+_SLID = 0.001
 _BESIDE = 0.006
 
 
@@ -74,7 +75,9 @@ class Pick(Skill):
         looks, least_aperture, felt = 0, 0.0, np.zeros(3)
         scene = arm.start
         while True:
-            seen = _shifted(arm.find(object, scene), felt)
+            seen = arm.find(object, scene)
+            if felt.any():
+                seen = _shifted(seen, felt)
             check_uncovered(seen, scene)
             plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
@@ -116,7 +119,6 @@ class Pick(Skill):
         if width < empty and scene.held != target.id:
             raise _missed(arm, grasp, width)
         after = _lift(arm, arm.find(target.id, scene), grasp.width)
-        ease(arm, after)
         return SkillResult(
             skill=self.name,
             detail={
@@ -168,10 +170,24 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     finally:
         arm.sim.tick_hooks.remove(load)
     # What slips out is still moving.
+    after = _still_held(arm, target, width, rise, load.pull)
+    ease(arm, after)
+    if moved(after, arm.find(target.id, arm.look())) > _SLID:
+        # Less friction than was reckoned with: as hard as can be, then.
+        arm.close()
+    return _still_held(arm, target, width, rise, load.pull)
+
+
+def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: float, pull: float) -> DetectedObject:
+    """Return where a lifted object is seen when it is still.
+
+    Raises:
+        GraspError: It did not come up, or not all the way.
+    """
     scene = arm.settle(target.id)
     after = arm.find(target.id, scene)
     if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
-        raise lift_error(arm, target, width, load.pull)
+        raise lift_error(arm, target, width, pull)
     return after
 
 

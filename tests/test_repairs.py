@@ -41,10 +41,20 @@ def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
         assert np.array_equal(session.sim.snapshot(), before)
 
 
+def test_search_ends_with_its_budget_of_simulated_seconds() -> None:
+    with open_session(ENCLOSED) as session:
+        session.ctx.what_if_seconds = 0.2
+        skill = next(skill for skill in session.skills if skill.name == "pick")
+        with pytest.raises(CollisionError) as failed:
+            skill(session.ctx, {"object": "red_cube"})
+        assert failed.value.repairs == ()
+
+
 def test_without_what_if_there_are_no_repairs() -> None:
     with open_session(ENCLOSED, what_if=False) as session:
         episode = session.run("pick up the red cube")
-        assert episode.attempts and all(not attempt.error.repairs for attempt in episode.attempts)
+        assert episode.attempts
+        assert all(not attempt.error.repairs for attempt in episode.attempts)
 
 
 def test_what_nothing_can_help_has_no_repairs() -> None:

@@ -1,4 +1,4 @@
-"""Episodes that something upsets: a bundled task's layout, a fault, the moment at which it strikes, all drawn from a seed.
+"""Upsets: what happens to an episode, where and when, all drawn from a seed.
 
 A case is recoverable when the robot can still do the task, and hopeless when it cannot. Which it is follows from figures of
 the world alone (reach of the tool centre point, weight over friction of the pads, widths), never from what the skills do.
@@ -7,191 +7,30 @@ the world alone (reach of the tool centre point, weight over friction of the pad
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from robosandbox.agent.episode import SkillStarted
-from robosandbox.errors import DrawerEvidence, ErrorRecord, GraspEvidence, UnreachableEvidence
-from robosandbox.perception.relations import centre, gap, support
-from robosandbox.protocols import Perception
-from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import Session, open_session
-from robosandbox.tasks.success import AllOf, Check, Undisturbed
+from robosandbox.errors import ErrorRecord
+from robosandbox.perception.relations import centre, support
+from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
-from robosandbox.testing import faults
-from robosandbox.testing.faults import Fault, MistakenPerception
-from robosandbox.types import Array, DetectedObject, Pose, Scene, SceneObject
+from robosandbox.testing import causes, faults
+from robosandbox.testing.draw import DRAWS, Draw, Upset, moved_by, standing_at
+from robosandbox.testing.faults import MistakenPerception
+from robosandbox.types import Pose, SceneObject
 
-# What each task moves, and where to.
-SUBJECTS: dict[str, tuple[str, str | None]] = {
-    "pick_cube_scrambled": ("red_cube", None),
-    "pick_can": ("can", None),
-    "pick_ball": ("yellow_ball", None),
-    "pick_from_three": ("green_cube", None),
-    "put_in_bin": ("red_cube", "grey_bin"),
-    "stack_two": ("red_cube", "blue_cube"),
-    "place_on_block": ("red_cube", "blue_block"),
-    "place_beside": ("red_cube", "blue_block"),
-    "push_left": ("red_cube", None),
-    "push_forward": ("red_cube", None),
-    "stack_three": ("green_cube", "blue_cube"),
-    "open_drawer": ("drawer", None),
-    "put_in_drawer": ("drawer", None),
-}
 _PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
 _HANDLED = (*_PICKS, "put_in_bin", "stack_two")
-# The tool centre point of the Panda comes no further out than this at table height (a million random configurations),
+# The tool centre point of the Panda comes no further out than 0.92 m at table height (200,000 random configurations),
 # and a fingertip reaches a centimetre beyond it.
 FARTHEST = 0.93
-# Within these, from the base, an object can be grasped from above.
-_NEAR, _FAR = 0.3, 0.75
-_EDGE = 0.44
 _ROLL_DECELERATION = 0.14
-_HAND_AWAY = 0.15
-_DRAWS = 500
-_BEFORE_THE_END = 0.1
 
 _ON_THE_WAY = ("perceive", "plan", "approach")
 _BEFORE_CONTACT = ("approach", "descend")
 _CARRYING = ("lift", "transfer")
-
-
-@dataclass(frozen=True, slots=True)
-class Moment:
-    """One control tick of the episode as it would have gone."""
-
-    time: float
-    step: int
-    phase: str
-    tcp: Array
-
-
-@dataclass(slots=True, kw_only=True)
-class Upset:
-    """What is done to an episode.
-
-    Attributes:
-        scene: How it begins.
-        fault: What happens.
-        at: In which simulated second; 0 is before it begins.
-        perception: What the robot sees with.
-        hopeless: Whether the task cannot be done any more.
-        about: The drawn figures, for the row.
-    """
-
-    scene: Scene
-    fault: Fault | None = None
-    at: float = 0.0
-    perception: Perception | None = None
-    hopeless: bool = False
-    about: str = ""
-
-
-class Draw:
-    """The dice of one episode, and the episode as it would have gone.
-
-    Args:
-        case: The case's name.
-        seed: The episode's.
-        tasks: Bundled tasks, of which the seed takes one.
-    """
-
-    def __init__(self, case: str, seed: int, tasks: Sequence[str]) -> None:
-        self.rng = np.random.default_rng([seed, *case.encode()])
-        task = find_task(tasks[seed % len(tasks)])
-        self.subject, self.target = SUBJECTS[task.name]
-        with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
-            scene = session.sim.scene
-            self.base = session.sim.robot.base_position
-        criterion = _without_undisturbed(task.success)
-        self.task = task.model_copy(update={"scene": scene, "success": criterion})
-        self._moments: list[Moment] | None = None
-
-    @property
-    def scene(self) -> Scene:
-        """The scene as drawn so far."""
-        return self.task.scene
-
-    def change(self, scene: Scene) -> None:
-        """Take another scene."""
-        self.task = self.task.model_copy(update={"scene": scene})
-        self._moments = None
-
-    def replace(self, name: str, **fields: object) -> None:
-        """Change fields of one object."""
-        objects = tuple(
-            SceneObject.model_validate({**item.model_dump(), **fields}) if item.id == name else item
-            for item in self.scene.objects
-        )
-        self.change(self.scene.model_copy(update={"objects": objects}))
-
-    def add(self, item: SceneObject) -> None:
-        """Add an object."""
-        self.change(self.scene.model_copy(update={"objects": (*self.scene.objects, item)}))
-
-    def item(self, name: str) -> DetectedObject:
-        """Return an object as it stands at the start."""
-        item = next(item for item in self.scene.objects if item.id == name)
-        return DetectedObject(id=item.id, kind=item.kind, size=item.size, colour="", rgba=item.rgba, pose=item.pose)
-
-    def uniform(self, low: float, high: float) -> float:
-        """Return a number between two."""
-        return float(self.rng.uniform(low, high))
-
-    def direction(self) -> Array:
-        """Return a unit vector (2,)."""
-        angle = self.uniform(0.0, 2.0 * math.pi)
-        return np.array([math.cos(angle), math.sin(angle)])
-
-    def radius(self, xy: Array) -> float:
-        """Return the distance from the robot's base, metres."""
-        return float(np.hypot(*(xy - self.base[:2])))
-
-    def easy(self, xy: Array) -> bool:
-        """Tell whether a place is well within reach and on the table."""
-        return _NEAR < self.radius(xy) < _FAR and bool((np.abs(xy) < _EDGE).all())
-
-    def free(self, item: DetectedObject, but: Iterable[str] = (), least: float = 0.004) -> bool:
-        """Tell whether an object has room there."""
-        others = [self.item(other.id) for other in self.scene.objects if other.id not in (item.id, *but)]
-        return all(gap(item, other) > least for other in others)
-
-    def offset(self, name: str, low: float, high: float) -> Array:
-        """Return by how much (2,) an object may be moved to a free and easy place."""
-        item = self.item(name)
-        for _ in range(_DRAWS):
-            step = self.direction() * self.uniform(low, high)
-            there = _moved(item, step)
-            if self.easy(there.pose.position[:2]) and self.free(there):
-                return step
-        raise ValueError(f"no room for {name}")
-
-    def moment(self, phases: Iterable[str], *, step: int = 0, away_from: Array | None = None) -> float:
-        """Return a moment of the undisturbed episode: in these phases of one skill call, the hand away from a place.
-
-        Phases that come again when the object has been grasped count only the first time, if "grasp" is not among them.
-
-        Raises:
-            ValueError: There is none.
-        """
-        if self._moments is None:
-            self._moments = _timeline(self.task)
-        grasp = [m.time for m in self._moments if m.step == step and m.phase in ("grasp", "push")]
-        last = min(grasp, default=math.inf) if not {"grasp", "lift", "transfer", "push"} & set(phases) else math.inf
-        fit = [
-            moment.time
-            for moment in self._moments[: -round(_BEFORE_THE_END / 0.01)]
-            if moment.step == step
-            and moment.phase in phases
-            and moment.time < last
-            and (away_from is None or float(np.linalg.norm(moment.tcp[:2] - away_from[:2])) > _HAND_AWAY)
-        ]
-        if not fit:
-            raise ValueError(f"no moment in {', '.join(phases)}")
-        return fit[int(self.rng.integers(len(fit)))]
-
 
 Causes = Callable[[ErrorRecord], bool]
 
@@ -211,59 +50,6 @@ class Case:
     tasks: tuple[str, ...]
     draw: Callable[[Draw], Upset] = field(repr=False)
     named: Causes = field(repr=False)
-
-
-def out_of_reach(error: ErrorRecord) -> bool:
-    """It says how close the arm comes."""
-    return isinstance(error.evidence, UnreachableEvidence)
-
-
-def _grasp(*reasons: str) -> Causes:
-    return lambda error: isinstance(error.evidence, GraspEvidence) and error.evidence.reason in reasons
-
-
-def _too_wide(error: ErrorRecord) -> bool:
-    evidence = error.evidence
-    return (
-        isinstance(evidence, GraspEvidence)
-        and evidence.object_width is not None
-        and evidence.object_width > evidence.max_aperture
-    )
-
-
-def _immovable(error: ErrorRecord) -> bool:
-    evidence = error.evidence
-    return (
-        isinstance(evidence, GraspEvidence)
-        and evidence.reason == "immovable"
-        and evidence.pull is not None
-        and evidence.pull > 0.0
-    )
-
-
-def _too_heavy(error: ErrorRecord) -> bool:
-    evidence = error.evidence
-    return (
-        isinstance(evidence, GraspEvidence)
-        and evidence.reason in ("immovable", "too_heavy")
-        and evidence.pull is not None
-        and evidence.pull > 0.0
-    )
-
-
-def _locked(error: ErrorRecord) -> bool:
-    evidence = error.evidence
-    return isinstance(evidence, DrawerEvidence) and evidence.reason == "locked" and evidence.force > 0.0
-
-
-def _stuck_fingers(error: ErrorRecord) -> bool:
-    evidence = error.evidence
-    return (
-        isinstance(evidence, GraspEvidence)
-        and evidence.reason == "gripper_stuck"
-        and evidence.commanded is not None
-        and abs(evidence.commanded - evidence.aperture) > 0.002
-    )
 
 
 # What can be recovered from.
@@ -334,7 +120,7 @@ def occupied(draw: Draw) -> Upset:
         place = np.array([target.pose.xyz[0] + draw.uniform(-0.02, 0.02), y + half + draw.uniform(0.01, 0.06), 0.0])
         pose = Pose(xyz=(*place[:2], draw.scene.table_height + half + 0.001))
         fault = faults.put("blocker", pose)
-        if not draw.free(_at(draw.item("blocker"), pose)):
+        if not draw.free(standing_at(draw.item("blocker"), pose)):
             raise ValueError("no room for the blocker")
     else:
         room = 0.3 * target.size[0]
@@ -359,10 +145,10 @@ def toppled(draw: Draw) -> Upset:
 def rolled_away(draw: Draw) -> Upset:
     """The ball rolls off while the hand comes."""
     item = draw.item(draw.subject)
-    for _ in range(_DRAWS):
+    for _ in range(DRAWS):
         speed = draw.uniform(0.08, 0.3)
         velocity = draw.direction() * speed
-        end = _moved(item, velocity * speed / (2.0 * _ROLL_DECELERATION))
+        end = moved_by(item, velocity * speed / (2.0 * _ROLL_DECELERATION))
         if draw.easy(end.pose.position[:2]) and draw.free(end):
             break
     else:
@@ -374,10 +160,12 @@ def rolled_away(draw: Draw) -> Upset:
 def just_too_far(draw: Draw) -> Upset:
     """The object lies further out than a hand can grasp, but not further than a finger reaches."""
     item = draw.item(draw.subject)
-    for _ in range(_DRAWS):
+    for _ in range(DRAWS):
         radius, angle = draw.uniform(0.81, 0.85), draw.uniform(-0.65, 0.65)
         xy = draw.base[:2] + radius * np.array([math.cos(angle), math.sin(angle)])
-        there = _at(item, Pose(xyz=(float(xy[0]), float(xy[1]), item.pose.xyz[2]), quat_xyzw=item.pose.quat_xyzw))
+        there = standing_at(
+            item, Pose(xyz=(float(xy[0]), float(xy[1]), item.pose.xyz[2]), quat_xyzw=item.pose.quat_xyzw)
+        )
         if (np.abs(xy) < 0.485 - item.size[0]).all() and draw.free(there):
             break
     else:
@@ -424,7 +212,7 @@ def half_closed(draw: Draw) -> Upset:
 
 def weakened(draw: Draw) -> Upset:
     """An arm servo loses stiffness and force; what is left still carries arm and object."""
-    joint, gain, limit = int(draw.rng.integers(7)), draw.uniform(0.15, 0.6), draw.uniform(0.3, 0.9)
+    joint, gain, limit = int(draw.rng.integers(7)), draw.uniform(0.1, 0.6), draw.uniform(0.2, 0.9)
     at = draw.moment((*_ON_THE_WAY, "descend", "grasp", "lift", "push"))
     about = f"joint {joint + 1} to {gain:.2f}, force to {limit:.2f}"
     return Upset(scene=draw.scene, fault=faults.weaken(joint, gain, limit), at=at, about=about)
@@ -463,11 +251,13 @@ def far_out(draw: Draw) -> Upset:
     """The object lies on the floor, further out than any part of the hand comes."""
     item = draw.item(draw.subject)
     low = float(item.pose.xyz[2] - draw.scene.table_height)
-    for _ in range(_DRAWS):
+    for _ in range(DRAWS):
         radius, angle = draw.uniform(FARTHEST + 0.03, 1.5), draw.uniform(-math.pi, math.pi)
         x, y = draw.base[:2] + radius * np.array([math.cos(angle), math.sin(angle)])
         if max(abs(x), abs(y)) > 0.56:
             break
+    else:
+        raise ValueError("no room on the floor")
     draw.replace(draw.subject, pose=Pose(xyz=(float(x), float(y), low), quat_xyzw=item.pose.quat_xyzw))
     return Upset(scene=draw.scene, hopeless=True, about=f"{radius:.2f} m away")
 
@@ -490,7 +280,7 @@ def locked(draw: Draw) -> Upset:
     return Upset(scene=draw.scene, fault=faults.lock(draw.subject), hopeless=True)
 
 
-_LOST = out_of_reach
+_LOST = causes.out_of_reach
 RECOVERABLE = (
     Case("nudged", (*_HANDLED, "push_left"), nudged, _LOST),
     Case("slipped", _HANDLED, slipped, _LOST),
@@ -506,12 +296,12 @@ RECOVERABLE = (
     Case("weakened", (*_HANDLED, "push_left"), weakened, _LOST),
 )
 HOPELESS = (
-    Case("bolted", _HANDLED, bolted, _immovable),
-    Case("too_wide", _HANDLED, too_wide, _too_wide),
-    Case("too_heavy", _HANDLED, too_heavy, _too_heavy),
-    Case("far_out", _HANDLED, far_out, out_of_reach),
-    Case("locked", ("open_drawer", "put_in_drawer"), locked, _locked),
-    Case("jammed", (*_PICKS, "put_in_bin"), jammed, _stuck_fingers),
+    Case("bolted", _HANDLED, bolted, causes.immovable),
+    Case("too_wide", _HANDLED, too_wide, causes.too_wide),
+    Case("too_heavy", _HANDLED, too_heavy, causes.too_heavy),
+    Case("far_out", _HANDLED, far_out, causes.out_of_reach),
+    Case("locked", ("open_drawer", "put_in_drawer"), locked, causes.locked),
+    Case("jammed", (*_PICKS, "put_in_bin"), jammed, causes.stuck_fingers),
 )
 CASES = {case.name: case for case in (*RECOVERABLE, *HOPELESS)}
 
@@ -542,51 +332,9 @@ def lost(session: Session, subject: str) -> bool:
     return nearest > FARTHEST
 
 
-def _timeline(task: Task) -> list[Moment]:
-    """Run the task as if nothing happened, and return its control ticks.
-
-    Raises:
-        ValueError: It fails all by itself.
-    """
-    moments: list[Moment] = []
-    step = -1
-
-    def count(event: object) -> None:
-        nonlocal step
-        step += isinstance(event, SkillStarted)
-
-    with open_session(task, what_if=False, max_replans=0) as session:
-        sim, ctx = session.sim, session.ctx
-        session.agent.listeners.append(count)
-        sim.tick_hooks.append(
-            lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.observe().tcp_pose.position))
-        )
-        episode = session.run()
-    if not episode.success:
-        raise ValueError(f"fails undisturbed: {episode.final_detail}")
-    return moments
-
-
 def _park(draw: Draw, name: str, half: float) -> None:
     """Add a block in a corner of the table, out of everybody's way."""
     for x, y in ((-0.3, 0.42), (-0.3, -0.42), (-0.4, 0.42), (-0.4, -0.42)):
         pose = Pose(xyz=(x, y, draw.scene.table_height + half + 0.001))
         draw.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))
         return
-
-
-def _at(item: DetectedObject, pose: Pose) -> DetectedObject:
-    return DetectedObject(id=item.id, kind=item.kind, size=item.size, colour="", rgba=item.rgba, pose=pose)
-
-
-def _moved(item: DetectedObject, step: Array) -> DetectedObject:
-    x, y, z = item.pose.xyz
-    return _at(item, Pose(xyz=(x + float(step[0]), y + float(step[1]), z), quat_xyzw=item.pose.quat_xyzw))
-
-
-def _without_undisturbed(check: Check) -> Check:
-    """Leave out that other things stay where they are: faults move them, and a blocker has to be moved."""
-    if not isinstance(check, AllOf):
-        return check
-    kept = tuple(_without_undisturbed(child) for child in check.checks if not isinstance(child, Undisturbed))
-    return check.model_copy(update={"checks": kept})
