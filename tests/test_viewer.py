@@ -405,3 +405,24 @@ def test_a_taken_port_is_refused() -> None:
         other.listen()
         with pytest.raises(InputError, match="cannot be had"):
             open_server(other.getsockname()[1])
+
+
+def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
+    pytest.importorskip("pyarrow", reason="needs the extra `record`")
+    from robosandbox.recording.episode import RecordedEpisode
+    from robosandbox.recording.recorder import Recorder
+    from robosandbox.viewer.film import film_of
+
+    with open_session("home") as session:
+        recorder = Recorder(tmp_path, session)
+        recorder.follow(session.agent)
+        assert session.run().success
+        ended = session.sim.observe()
+        recorder.close()
+        assert recorder.last is not None
+        film = film_of(RecordedEpisode.load(recorder.last), session)
+        last = film.frame(len(film.seconds) - 1)
+        assert np.allclose(last.seen.q, ended.q) and last.seen.time == pytest.approx(ended.time)
+        assert film.row(-1.0) == 0 and film.row(film.seconds[-1]) == len(film.seconds) - 1
+        assert film.row(film.seconds[3] + 0.001) == 3
+        assert film.said(len(film.seconds) // 2).startswith("home: ")
