@@ -28,13 +28,16 @@ from robosandbox.commands.options import (
 )
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
+from robosandbox.commands.runs import load as load_episode
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
+    from robosandbox.recording.episode import RecordedEpisode
     from robosandbox.recording.settings import RecordSettings
     from robosandbox.tasks.session import Session
     from robosandbox.tasks.task import Task
     from robosandbox.viewer.cell import Cell
+    from robosandbox.viewer.film import Film
 
 _DEFAULT_PORT = 8080
 _PICTURE_SIZE = (360, 480)
@@ -58,6 +61,9 @@ def viewer(
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
+    replay: Annotated[
+        Path | None, typer.Option("--replay", help="A recorded episode's folder, to be shown state by state.")
+    ] = None,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
@@ -74,6 +80,11 @@ def viewer(
             "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
         )
     settings = record_settings(record, video, video_fps)
+    if replay is not None and (remote or task is not None or robot is not None or seed != 0):
+        raise InputError(
+            "--replay: the episode has its task, robot and seed; leave out --task, --robot, --seed and --connect"
+        )
+    episode = load_episode(replay) if replay is not None else None
     try:
         from robosandbox.viewer.app import Viewer
     except ModuleNotFoundError as missing:
@@ -88,10 +99,10 @@ def viewer(
     opened = (
         _there(connect or [], robot_id, zenoh_config, minds)
         if remote
-        else _here(task, robot, seed, {**minds, **worlds}, settings)
+        else _here(task, robot, seed, {**minds, **worlds}, settings, episode)
     )
-    with opened as cell:
-        shown = Viewer(cell, port)
+    with opened as (cell, film):
+        shown = Viewer(cell, port, film)
         shown.start()
         stopped = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -108,12 +119,22 @@ def viewer(
 
 @contextmanager
 def _here(
-    task: str | None, robot: str | None, seed: int, options: dict[str, Any], settings: RecordSettings | None
-) -> Iterator[Cell]:
+    task: str | None,
+    robot: str | None,
+    seed: int,
+    options: dict[str, Any],
+    settings: RecordSettings | None,
+    episode: RecordedEpisode | None,
+) -> Iterator[tuple[Cell, Film | None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
     from robosandbox.recording.settings import open_recorder
     from robosandbox.tasks.session import open_session
+    from robosandbox.tasks.task import Task
+    from robosandbox.validation import validate
     from robosandbox.viewer.embedded import EmbeddedCell
+
+    if episode is not None:
+        from robosandbox.viewer.film import film_of
 
     with ExitStack() as recorded:
 
@@ -126,15 +147,20 @@ def _here(
                 recorded.callback(recorder.close)
             return session
 
-        yield EmbeddedCell(reopen(task, robot, seed), reopen)
+        if episode is None:
+            session = reopen(task, robot, seed)
+        else:
+            session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
+            session.restore(episode.meta.checkpoint)
+        yield EmbeddedCell(session, reopen), None if episode is None else film_of(episode, session)
 
 
 @contextmanager
 def _there(
     endpoints: list[str], robot_id: str | None, zenoh_config: Path | None, options: dict[str, Any]
-) -> Iterator[Cell]:
+) -> Iterator[tuple[Cell, Film | None]]:
     from robosandbox.commands.connecting import remote_session
     from robosandbox.viewer.connected import ConnectedCell
 
     with remote_session(endpoints, robot_id, zenoh_config, **options) as session:
-        yield ConnectedCell(session)
+        yield ConnectedCell(session), None

@@ -12,6 +12,7 @@ from robosandbox.viewer import operator
 from robosandbox.viewer.cell import Blueprint, Cell, Frame
 from robosandbox.viewer.dragging import Dragging
 from robosandbox.viewer.feed import Feed
+from robosandbox.viewer.film import Film
 from robosandbox.viewer.layers.contacts import ContactForces
 from robosandbox.viewer.layers.evidence import FailureEvidence
 from robosandbox.viewer.layers.grasps import GraspCandidates
@@ -27,6 +28,7 @@ from robosandbox.viewer.panels.layers import LayersPanel
 from robosandbox.viewer.panels.prompt import PromptPanel
 from robosandbox.viewer.panels.readings import ReadingsPanel
 from robosandbox.viewer.panels.repairs import RepairsPanel
+from robosandbox.viewer.panels.replay import ReplayPanel
 from robosandbox.viewer.panels.sidecar import SidecarPanel
 from robosandbox.viewer.panels.world import WorldPanel
 from robosandbox.viewer.server import HOST, open_server
@@ -53,6 +55,7 @@ class Viewer:
     Args:
         cell: The world.
         port: 0 takes any free one.
+        film: A recorded episode of the cell's task, to be shown state by state.
 
     Attributes:
         cell: The world.
@@ -64,7 +67,7 @@ class Viewer:
         InputError: The port is taken.
     """
 
-    def __init__(self, cell: Cell, port: int) -> None:
+    def __init__(self, cell: Cell, port: int, film: Film | None = None) -> None:
         self.cell = cell
         self.server = open_server(port)
         self.control = Operator(cell)
@@ -72,7 +75,8 @@ class Viewer:
         self._layers = [layer(self.server) for layer in _LAYERS]
         self._dragging = Dragging(cell, self.control)
         self.feed = Feed(self._draw, lambda: bool(self.server.get_clients()))
-        self._lay_out()
+        self._replay: ReplayPanel | None = None
+        self._lay_out(film)
         self._adopt(cell.blueprint)
         self.control.listeners += [self._hear, *(panel.hear for panel in self._hearing)]
         self.server.on_client_connect(lambda _: self.feed.wake())
@@ -86,18 +90,25 @@ class Viewer:
         """Begin to serve."""
         self.feed.start()
         self.cell.start(self.feed.put)
+        if self._replay is not None:
+            self._replay.rewind()
 
     def stop(self) -> None:
         """Stop the arm and the server."""
+        if self._replay is not None:
+            self._replay.stop()
         self.cell.close()
         self.feed.stop()
         self.server.stop()
 
-    def _lay_out(self) -> None:
+    def _lay_out(self, film: Film | None) -> None:
         server, control, cell = self.server, self.control, self.cell
         prompt = PromptPanel(server, control)
         repairs = RepairsPanel(server, control)
         tabs = server.gui.add_tab_group()
+        if film is not None:
+            with tabs.add_tab("Replay"):
+                self._replay = ReplayPanel(server, film, self.feed.put)
         with tabs.add_tab("Robot"):
             self._readings = ReadingsPanel(server)
         with tabs.add_tab("Show"):
@@ -110,7 +121,8 @@ class Viewer:
             self._sidecar = SidecarPanel(server, cell, control)
         with tabs.add_tab("World"):
             world = WorldPanel(server, cell, control)
-        self._hearing = (prompt, repairs, self._cameras, self._sidecar, world)
+        replay = (self._replay,) if self._replay is not None else ()
+        self._hearing = (prompt, repairs, self._cameras, self._sidecar, world, *replay)
 
     def _hear(self, news: News) -> None:
         """Hand news to the layers, over another world if there is one."""

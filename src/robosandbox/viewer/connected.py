@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -17,10 +18,10 @@ from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, GripperState, Observation, Pose, Scene, frozen_array
 from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.viewer.feed import FRAME_HZ
 from robosandbox.wire import State, decode
 
 _log = logging.getLogger(__name__)
-_BUSY_SECONDS = 0.04
 _IDLE_SECONDS = 1.0
 _MOVING = 1e-3
 _STILL = 1e-5
@@ -194,12 +195,13 @@ class ConnectedCell:
                 if self._stopping:
                     return
                 self._wanted = False
+            due = time.monotonic() + 1.0 / FRAME_HZ
             try:
                 self._send()
             except RoboSandboxError as error:
                 _log.info("no frame: %s", error)
             with self._changed:
-                self._changed.wait_for(lambda: self._stopping, _BUSY_SECONDS)
+                self._changed.wait_for(lambda: self._stopping, max(0.0, due - time.monotonic()))
 
     def _send(self) -> None:
         blueprint, state = self._blueprint, self._state or self._robot.state()

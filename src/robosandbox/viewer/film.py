@@ -1,0 +1,62 @@
+"""A recorded episode as frames: the states that were written down, without physics."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.tasks.session import Session
+from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
+from robosandbox.viewer.cell import Frame
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Film:
+    """States in the order in which they were.
+
+    Attributes:
+        name: Of the episode.
+        seconds: Since its begin, shape (rows,).
+        frame: Returns a row as a frame.
+        said: Returns what went on at a row, in words.
+    """
+
+    name: str
+    seconds: Array
+    frame: Callable[[int], Frame]
+    said: Callable[[int], str]
+
+    def row(self, seconds: float) -> int:
+        """Return the row that was current at a time."""
+        return int(np.clip(np.searchsorted(self.seconds, seconds + 1e-9) - 1, 0, len(self.seconds) - 1))
+
+
+def film_of(episode: RecordedEpisode, session: Session) -> Film:
+    """Return an episode as a film for a world of its task."""
+    model = session.sim.model
+    q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
+    gripper, times = episode.get("gripper"), episode["time"]
+    skills, phases = episode["skill"], episode["phase"]
+
+    def frame(row: int) -> Frame:
+        x, y, z, i, j, k, w = tcp[row].tolist()
+        fingers = None
+        if gripper is not None:
+            joint, width, closed, force = gripper[row].tolist()
+            fingers = GripperState(joint=joint, width=width, closed=closed, force=force)
+        seen = Observation(
+            time=float(times[row]),
+            q=frozen_array(q[row]),
+            qd=frozen_array(qd[row]),
+            tcp_pose=Pose(xyz=(x, y, z), quat_xyzw=(i, j, k, w)),
+            gripper=fingers,
+        )
+        return Frame(model=model, seen=seen, held=None, qpos=frozen_array(qpos[row]))
+
+    def said(row: int) -> str:
+        return f"{skills[row]}: {phases[row]}" if skills[row] else "between skills"
+
+    return Film(name=episode.name, seconds=episode.seconds, frame=frame, said=said)
