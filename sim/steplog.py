@@ -47,7 +47,7 @@ class StepColumns:
 class StepLog:
     """Takes down the state of one world after each control tick.
 
-    Taking a row copies numbers only; what can be worked out for many rows at once is left to `take`.
+    Taking a row copies numbers only; what can be worked out from them is left to `take`.
 
     Args:
         world: What is simulated.
@@ -70,12 +70,11 @@ class StepLog:
         self._model = model
         self._capacity = capacity
         # Views of the live data: making one costs as much as copying it.
-        self._xpos, self._xquat, self._force, self._push = data.xpos, data.xquat, data.actuator_force, data.xfrc_applied
+        self._force, self._push = data.actuator_force, data.xfrc_applied
         self._no_push = bytes(data.xfrc_applied.nbytes)
         self._states = np.zeros((capacity, mujoco.mj_stateSize(model, _STATE)))
         self._bodies = np.array([model.site_bodyid[robot.tcp_site], *world.object_bodies.values()])
-        self._positions = np.zeros((capacity, len(self._bodies), 3))
-        self._quats = np.zeros((capacity, len(self._bodies), 4))
+        self._posed = mujoco.MjData(model)
         self._forces = np.zeros((capacity, model.nu))
         self._skills: list[str] = []
         self._phases: list[str] = []
@@ -83,7 +82,7 @@ class StepLog:
         self._contact_counts: list[int] = []
         self._contact_geoms = np.zeros((capacity * _CONTACTS_PER_ROW, 2), dtype=np.int32)
         self._addresses = np.zeros(capacity * _CONTACTS_PER_ROW, dtype=np.int32)
-        self._constraint_forces: list[Array] = []
+        self._normals = np.zeros(capacity * _CONTACTS_PER_ROW)
         self._pushes: list[tuple[int, Array]] = []
         self._tcp_offset = model.site_pos[robot.tcp_site].copy()
         self._tcp_quat = _site_to_tcp(world)
@@ -96,11 +95,7 @@ class StepLog:
     def add(self) -> None:
         """Take down the state as it is now."""
         row, data, model = self.rows, self._data, self._model
-        mujoco.mj_kinematics(model, data)
         mujoco.mj_getState(model, data, self._states[row], _STATE)
-        # Told to clip, numpy writes into `out` without a copy in between.
-        self._xpos.take(self._bodies, 0, self._positions[row], "clip")
-        self._xquat.take(self._bodies, 0, self._quats[row], "clip")
         self._forces[row] = self._force
         self._skills.append(self.skill)
         self._phases.append(self.phase)
@@ -123,17 +118,20 @@ class StepLog:
         """Forget all rows."""
         self.rows = self._contacts = 0
         self._skills, self._phases = [], []
-        self._contact_counts, self._constraint_forces, self._pushes = [], [], []
+        self._contact_counts, self._pushes = [], []
 
     def _add_contacts(self, count: int) -> None:
         begin, end = self._contacts, self._contacts + count
         while end > len(self._addresses):
             self._contact_geoms = np.concatenate([self._contact_geoms, np.zeros_like(self._contact_geoms)])
             self._addresses = np.concatenate([self._addresses, np.zeros_like(self._addresses)])
+            self._normals = np.concatenate([self._normals, np.zeros_like(self._normals)])
         contacts = self._data.contact
         self._contact_geoms[begin:end] = contacts.geom
-        self._addresses[begin:end] = contacts.efc_address
-        self._constraint_forces.append(self._data.efc_force.copy())
+        self._addresses[begin:end] = addresses = contacts.efc_address
+        if self._data.nefc:
+            # Told to clip, numpy writes into `out` without a copy in between; address -1 is dealt with later.
+            self._data.efc_force.take(addresses, 0, self._normals[begin:end], "clip")
         self._contacts = end
 
     def _normal_forces(self) -> NDArray[np.float32]:
@@ -142,13 +140,8 @@ class StepLog:
         With elliptic cones, which every world has, a contact's first constraint row is its normal force. A contact
         without a row (address -1) presses on nothing.
         """
-        addresses = self._addresses[: self._contacts]
-        starts = np.cumsum([0, *(len(forces) for forces in self._constraint_forces)])[:-1]
-        rows = addresses + np.repeat(starts, [count for count in self._contact_counts if count])
-        pressing = addresses >= 0
-        forces = np.zeros(len(addresses), dtype=np.float32)
-        forces[pressing] = np.concatenate([*self._constraint_forces, np.zeros(0)])[rows[pressing]]
-        return forces
+        pressing = self._addresses[: self._contacts] >= 0
+        return np.where(pressing, self._normals[: self._contacts], 0.0).astype(np.float32)
 
     def _fixed(self, rows: int) -> dict[str, NDArray[np.floating[Any]]]:
         model, robot = self._world.model, self._world.robot
@@ -156,7 +149,7 @@ class StepLog:
         qpos = state[:, 1 : 1 + model.nq]
         qvel = state[:, 1 + model.nq : 1 + model.nq + model.nv]
         action = state[:, state.shape[1] - model.nu :]
-        positions, quats = self._positions[:rows], self._quats[:rows][..., [1, 2, 3, 0]]
+        positions, quats = self._poses(qpos)
         tcp_quat = quats[:, 0]
         tcp = positions[:, 0] + _turned(tcp_quat, self._tcp_offset)
         objects = np.concatenate([positions[:, 1:], quats[:, 1:]], axis=2)
@@ -181,6 +174,22 @@ class StepLog:
             for name, values in fixed.items()
             if values.shape[1]
         }
+
+    def _poses(self, qpos: Array) -> tuple[Array, Array]:
+        """Return positions (rows, bodies, 3) and quaternions xyzw (rows, bodies, 4) of the TCP's body and the objects.
+
+        Row after row in one go, and on data that nobody else uses, this takes half the time that it would tick by tick.
+        """
+        data = self._posed
+        positions = np.empty((len(qpos), len(self._bodies), 3))
+        quats = np.empty((len(qpos), len(self._bodies), 4))
+        for row, values in enumerate(qpos):
+            data.qpos[:] = values
+            mujoco.mj_kinematics(self._model, data)
+            # Told to clip, numpy writes into `out` without a copy in between.
+            data.xpos.take(self._bodies, 0, positions[row], "clip")
+            data.xquat.take(self._bodies, 0, quats[row], "clip")
+        return positions, quats[..., [1, 2, 3, 0]]
 
     def _ragged(self, rows: int) -> dict[str, Ragged]:
         count = self._contacts

@@ -76,8 +76,8 @@ def test_actions_are_the_commands_and_not_the_state(picked: tuple[Session, Recor
     moving = np.abs(episode["qd"]).max(axis=1) > 0.1
     assert np.abs(episode["action_q"] - episode["q"])[moving].max() > 1e-3
     closed = episode["action_gripper"]
-    # Open on the way there, closed from the moment of the grasp on, and the fingers stop at the cube.
-    assert closed[1] < 0.5 and closed[-1] == pytest.approx(1.0, abs=1e-6) and episode["gripper"][-1, 2] < 0.9
+    # Open on the way there; from the grasp on the fingers press against the cube and stay behind what is commanded.
+    assert closed[1] < 0.5 and closed[-1] > episode["gripper"][-1, 2] + 0.005
 
 
 def test_phases_of_the_skill_follow_one_another(picked: tuple[Session, RecordedEpisode]) -> None:
