@@ -23,6 +23,8 @@ _COARSE = 8
 _LEAST_TABLE = 200
 _OTHER_COLOUR = 36.0
 _LEAST_PIXELS = 14
+_WIDE = 120
+_LEAST_FLOOR = 0.0025
 _BAND = 4
 _REACH = 14
 _POINTS = 220
@@ -84,6 +86,9 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
         (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
     )
     small = np.bincount(labels[raised[crop]], minlength=count) < _LEAST_PIXELS
+    # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
+    mean = np.bincount(labels.ravel(), weights=height[crop].ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
+    small &= (stats[:, cv2.CC_STAT_AREA] < _WIDE) | (mean < _LEAST_FLOOR)
     small[0] = False
     labels[small[labels]] = 0
     masks = _grown(labels, standing, painted, view, crop)
