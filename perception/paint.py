@@ -8,7 +8,7 @@ from robosandbox.perception.fit import Fit, Surface, surface_normals
 from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.view import Mask, Table
-from robosandbox.types import Array
+from robosandbox.types import CONTAINER_WALL, Array
 
 _AROUND = 40
 _ON_TABLE = 0.006
@@ -18,7 +18,7 @@ _LEAST = 8
 _SIDE_LIGHT = 0.62
 
 
-def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery) -> Array:
+def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hollow: bool = False) -> Array:
     """Return the colour (3,), channels 0..1, that a thing would have in plain light.
 
     The table's colour is known, so that pixels of the table near the thing tell the light; only surfaces that face up as
@@ -31,6 +31,10 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery) -> Arr
             continue
         normals = surface_normals(found, Surface(segment.points, segment.view.position, 1.0))
         up = normals[:, 2] > _FACING_UP
+        if hollow:
+            # Of a container rim and floor face up; what lies between them are walls.
+            height = segment.points[:, 2]
+            up = (height > found.top - _ON_TABLE) | (height < found.bottom + CONTAINER_WALL + _ON_TABLE)
         if up.sum() >= _LEAST:
             readings.append(np.median(segment.colours[up], axis=0) / light)
             weights.append(float(up.sum()))

@@ -129,7 +129,7 @@ def _thing(
         kind=kind,
         size=size,
         pose=pose,
-        rgb=paint_of(members.segments, found, scenery),
+        rgb=paint_of(members.segments, found, scenery, hollow=kind in CONTAINER_KINDS),
         confidence=_confidence(found, rows),
         sigma=_sigma(found),
         group=members,

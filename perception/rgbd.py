@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+from pathlib import Path
 
+from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
 from robosandbox.perception.recognize import Thing, recognize
@@ -31,6 +33,7 @@ class RgbdPerception:
     Args:
         setup: What is known before the first look.
         cameras: Which to look through.
+        calibration: A file that `robo-sandbox calibrate` wrote.
 
     Attributes:
         scenery: The last look's views.
@@ -38,9 +41,16 @@ class RgbdPerception:
         notes: Why the last look may have missed something.
     """
 
-    def __init__(self, *, setup: Setup = Setup(), cameras: tuple[str, ...] = CAMERAS) -> None:  # noqa: B008  frozen
+    def __init__(
+        self,
+        *,
+        setup: Setup = Setup(),  # noqa: B008  frozen
+        cameras: tuple[str, ...] = CAMERAS,
+        calibration: Path | None = None,
+    ) -> None:
         self._setup = setup
         self._cameras = cameras
+        self._calibration = Calibration.load(calibration) if calibration else None
         self._silhouette: tuple[object, RobotSilhouette] | None = None
         self._tracker = Tracker(setup.declared)
         self._hands = Hands(None, 0.0)
@@ -97,6 +107,8 @@ class RgbdPerception:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
         looks, notes = {}, []
+        if self._calibration is not None:
+            frames = [self._calibration.apply(frame) for frame in frames]
         for frame in frames:
             problem = check_frame(frame)
             if problem is not None:

@@ -19,10 +19,15 @@ _HEADROOM = 1.2
 _DEPTH_JUMP = 0.018
 _CHROMA_JUMP = 0.07
 _CHROMA_NOISE = 10.0
+_SHARE_NOISE = 5.0
+_BLACK = 110.0
+_BLACK_STEP = 3.2
 _COARSE = 8
 _LEAST_TABLE = 200
 _OTHER_COLOUR = 36.0
 _LEAST_PIXELS = 14
+_WIDE = 120
+_LEAST_FLOOR = 0.0025
 _BAND = 4
 _REACH = 14
 _POINTS = 220
@@ -84,6 +89,9 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
         (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
     )
     small = np.bincount(labels[raised[crop]], minlength=count) < _LEAST_PIXELS
+    # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
+    mean = np.bincount(labels.ravel(), weights=height[crop].ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
+    small &= (stats[:, cv2.CC_STAT_AREA] < _WIDE) | (mean < _LEAST_FLOOR)
     small[0] = False
     labels[small[labels]] = 0
     masks = _grown(labels, standing, painted, view, crop)
@@ -142,7 +150,11 @@ def _jumps(view: View, crop: tuple[slice, slice]) -> Mask:
     rgb = cv2.blur(view.rgb[crop], (3, 3)).astype(np.float32)
     total = np.maximum(rgb.sum(axis=2), 1.0)
     # The darker, the less a share says.
-    step = np.float32(_CHROMA_JUMP) + np.float32(_CHROMA_NOISE) / cv2.erode(total, kernel)
+    step = np.float32(_CHROMA_JUMP) + np.float32(_SHARE_NOISE) / cv2.erode(total, kernel)
+    sharp = cv2.transform(view.rgb[crop].astype(np.float32), np.ones((1, 3), np.float32))
+    dark, light = np.maximum(cv2.erode(sharp, kernel), 12.0), cv2.dilate(sharp, kernel)
+    # Black has no colour to tell from others; no shade makes a face of another thing so dark.
+    jumps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
     for channel in (0, 1):
         share = rgb[..., channel] / total
         jumps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step

@@ -38,7 +38,7 @@ class SensedSim:
     def __init__(self, sim: Sim, scene: Scene) -> None:
         self._sim = sim
         self._frame = scene.model_copy(update={"objects": ()})
-        self._robot_model = load_robot(scene.robot_urdf, scene.robot_config)
+        self._robot_model = load_robot(scene.robot_urdf, scene.robot_config, table_height=scene.table_height)
         self._believed: dict[str, DetectedObject] = {}
         self._epoch = 0
         self._world: World = build_world(self._frame, self._robot_model)

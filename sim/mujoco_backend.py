@@ -16,6 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.sim.board import Board
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
 from robosandbox.sim.rendering import OffscreenRenderer
@@ -45,6 +46,7 @@ class MuJoCoBackend:
         render_size: (height, width) of camera pictures, pixels.
         control_timestep: Seconds between commands to the servos; a whole multiple of the physics time step.
         sensor: What `capture` sees through.
+        board: Laid on the table of what is loaded, to calibrate cameras with.
 
     Attributes:
         tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
@@ -60,10 +62,12 @@ class MuJoCoBackend:
         control_timestep: float = 0.01,
         *,
         sensor: Sensor = SENSORS["ideal"],
+        board: Board | None = None,
     ) -> None:
         self.render_size = render_size
         self.control_timestep = control_timestep
         self.sensor = sensor
+        self._board = board
         self.tick_hooks: list[Callable[[], None]] = []
         self.jump_hooks: list[Callable[[], None]] = []
         self.physics_steps = 0
@@ -460,7 +464,9 @@ class MuJoCoBackend:
 
     def _compile(self, scene: Scene) -> None:
         config = Path(scene.robot_config) if scene.robot_config else None
-        self._world = world = build_world(scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height))
+        self._world = world = build_world(
+            scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height), board=self._board
+        )
         self._data = mujoco.MjData(world.model)
         self.compilations += 1
         self.epoch += 1

@@ -13,6 +13,7 @@ from robosandbox.robots.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.sim.board import Board
 from robosandbox.sim.objects import BOX, PREFIX, add_objects
 from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
@@ -57,8 +58,13 @@ class World:
     cameras: dict[str, str]
 
 
-def build_world(scene: Scene, robot_model: RobotModel) -> World:
+def build_world(scene: Scene, robot_model: RobotModel, *, board: Board | None = None) -> World:
     """Compile a scene.
+
+    Args:
+        scene: What is in it.
+        robot_model: Its robot.
+        board: Laid on the table, to calibrate cameras with.
 
     Raises:
         InputError: An object cannot be made, or the scene does not compile.
@@ -67,6 +73,8 @@ def build_world(scene: Scene, robot_model: RobotModel) -> World:
     spec.modelname = "robosandbox"
     _set_options(spec)
     _add_room(spec, scene.table_height)
+    if board is not None:
+        board.lay(spec, scene.table_height)
     base = robot_model.base_pose
     x, y, z, w = base.quat_xyzw
     frame = spec.worldbody.add_frame(pos=base.xyz, quat=[w, x, y, z])

@@ -6,6 +6,7 @@ import pytest
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
+from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
 from robosandbox.perception.fit import SIZES, Surface, fit, support_terms
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
@@ -14,6 +15,7 @@ from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
 from robosandbox.perception.view import check_frame
 from robosandbox.protocols import ForkableSim
+from robosandbox.sim.board import Board
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
@@ -267,3 +269,31 @@ def test_without_opengl_one_line_says_what_to_install(monkeypatch, capsys):
     assert run_app(app, "robo-sandbox", ["look"]) == 3
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and "libegl1" in error
+
+
+@pytest.mark.gl
+def test_calibrating_takes_a_camera_to_where_it_is():
+    board = Board(centre=(0.2, -0.22))
+    sensor = replace(SENSORS["realsense"], calibration_position=0.008, calibration_rotation=0.008)
+    with MuJoCoBackend(sensor=sensor, board=board) as sim:
+        sim.load(Scene())
+        taken = sim.capture("scene")
+        found = find_camera(taken, board, 0.04)
+        sim.sensor = SENSORS["ideal"]
+        true = sim.capture("scene").pose_camera_in_world
+    assert np.linalg.norm(taken.pose_camera_in_world.position - true.position) > 0.008
+    assert found.tags == 12 and found.pose is not None
+    assert np.linalg.norm(found.pose.position - true.position) < 0.002
+    applied = calibration_of({"scene": found}).apply(taken).pose_camera_in_world
+    assert np.linalg.norm(applied.position - true.position) < 0.002
+
+
+@pytest.mark.gl
+def test_calibrate_writes_what_look_reads(tmp_path, capsys):
+    file = tmp_path / "cameras.yaml"
+    assert run_app(app, "robo-sandbox", ["calibrate", "-o", str(file)]) == 0
+    assert "by 12 tags" in capsys.readouterr().out
+    assert set(Calibration.load(file).cameras) == {"scene", "top"}
+    assert run_app(app, "robo-sandbox", ["look", "--task", "pick_can", "--calibration", str(file)]) == 0
+    assert run_app(app, "robo-sandbox", ["calibrate", "--at", "0.2", "0.9"]) == 2
+    assert "off the table" in capsys.readouterr().err

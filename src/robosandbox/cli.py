@@ -6,7 +6,7 @@ import sys
 
 import typer
 
-from robosandbox.commands import bench, export, look, mcp, repl, robot, run, runs, sim, tasks, viewer
+from robosandbox.commands import bench, calibrate, export, look, mcp, repl, robot, run, runs, sim, tasks, viewer
 from robosandbox.commands.console import run_app
 
 app = typer.Typer(
@@ -15,6 +15,7 @@ app = typer.Typer(
 )
 app.command("run")(run.run)
 app.command("plan")(run.plan)
+app.command("calibrate")(calibrate.calibrate)
 app.command("look")(look.look)
 app.command("repl")(repl.repl)
 app.command("sim")(sim.sim)

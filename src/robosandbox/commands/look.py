@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.commands.options import Json, RobotName, Seed, SensorName, TaskName
+from robosandbox.commands.options import CalibrationFile, Json, RobotName, Seed, SensorName, TaskName
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
@@ -23,6 +23,7 @@ def look(
     package_path: PackagePath = None,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
     sensor: SensorName = "realsense",
+    calibration: CalibrationFile = None,
     seed: Seed = 0,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw what the cameras see into this PNG.")] = None,
     json: Json = False,
@@ -32,7 +33,10 @@ def look(
 
     if seed < 0:
         raise InputError(f"--seed: {seed} is negative; give 0 or more")
-    with open_session(task, robot=robot, perception=perception, sensor=sensor, seed=seed) as session:
+    options = {"calibration": calibration}
+    with open_session(
+        task, robot=robot, perception=perception, perception_options=options, sensor=sensor, seed=seed
+    ) as session:
         scene = session.observe()
         if picture is not None:
             _draw(session.ctx.perception, perception, picture)

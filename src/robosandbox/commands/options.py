@@ -28,6 +28,9 @@ Cassette = Annotated[
 Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
 PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
 SensorName = Annotated[str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")]
+CalibrationFile = Annotated[
+    Path | None, typer.Option("--calibration", help="Where the cameras are, as `robo-sandbox calibrate` found.")
+]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)]
 OwnSeed = Annotated[
     int | None, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)

@@ -11,6 +11,7 @@ from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.commands.options import (
     BaseUrl,
+    CalibrationFile,
     Camera,
     Cassette,
     Json,
@@ -55,6 +56,7 @@ def run(
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     sensor: SensorName = "ideal",
+    calibration: CalibrationFile = None,
     seed: Seed = 0,
     max_replans: MaxReplans = 3,
     what_if: WhatIf = True,
@@ -83,6 +85,7 @@ def run(
         planner_options={"base_url": base_url, "model": model, "cassette": cassette},
         camera=camera,
         perception=perception,
+        perception_options={"calibration": calibration},
         sensor=sensor,
         seed=seed,
         max_replans=max_replans,

@@ -1,0 +1,141 @@
+"""Where cameras really are: found from tags at known places, kept in a file, applied to every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import cv2
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from robosandbox.errors import InputError
+from robosandbox.perception.view import Table, make_view
+from robosandbox.sim.board import Board
+from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
+from robosandbox.validation import load_yaml_model
+
+_LEAST_TAGS = 3
+
+
+class Calibration(StrictModel):
+    """What `robo-sandbox calibrate` writes.
+
+    Attributes:
+        cameras: By camera: its true frame in the one that it was taken to have.
+    """
+
+    cameras: dict[str, Pose]
+
+    def apply(self, frame: RgbdFrame) -> RgbdFrame:
+        """Return the frame with its camera where it really is."""
+        correction = self.cameras.get(frame.camera)
+        return (
+            frame
+            if correction is None
+            else replace(frame, pose_camera_in_world=frame.pose_camera_in_world @ correction)
+        )
+
+    def save(self, path: Path) -> None:
+        """Write the file.
+
+        Raises:
+            InputError: It cannot be written.
+        """
+        try:
+            path.write_text(yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False), encoding="utf-8")
+        except OSError as error:
+            raise InputError(f"--output: {path}: {error.strerror}") from None
+
+    @classmethod
+    def load(cls, path: Path) -> Calibration:
+        """Read a file.
+
+        Raises:
+            InputError: There is none, or it is no calibration.
+        """
+        return load_yaml_model(path, cls)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """A camera's pose as the tags say.
+
+    Attributes:
+        camera: Its name.
+        tags: How many it saw.
+        pose: Of its optical frame in the world; None with too few tags.
+        error_mm: Root mean square distance on the board of the tags' corners from where that pose puts them.
+        shift_mm: How far it is from where it was taken to be.
+        turn_deg: How far it is turned from that.
+        correction: For `Calibration`.
+    """
+
+    camera: str
+    tags: int
+    pose: Pose | None = None
+    error_mm: float = 0.0
+    shift_mm: float = 0.0
+    turn_deg: float = 0.0
+    correction: Pose | None = None
+
+
+def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], NDArray[np.int32]]:
+    """Return the corners of each tag (4, 2), pixels, and the tags' numbers (n,); Olson's AprilTags of family 36h11.
+
+    Args:
+        picture: RGB, (height, width, 3).
+        board: Whose tags.
+    """
+    parameters = cv2.aruco.DetectorParameters()
+    parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
+    parameters.cornerRefinementWinSize = 3
+    detector = cv2.aruco.ArucoDetector(board.grid.getDictionary(), parameters)
+    corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+    if numbers is None:
+        return [], np.zeros(0, dtype=np.int32)
+    return [corner.reshape(4, 2) for corner in corners], numbers.reshape(-1)
+
+
+def find_camera(frame: RgbdFrame, board: Board, table_height: float) -> Finding:
+    """Return where the camera of a frame is, from the table and the board that it sees.
+
+    A flat board alone tells tilt and distance badly. Those come from the depth of the table, height and two tilts; what is
+    left, two shifts and a turn in the plane, from where rays through the tags' corners meet the board (Umeyama, 1991).
+    """
+    corners, numbers = find_tags(frame.rgb, board)
+    if len(numbers) < _LEAST_TAGS:
+        return Finding(camera=frame.camera, tags=len(numbers))
+    flat, pixels = board.grid.matchImagePoints([corner[None] for corner in corners], numbers[:, None])
+    known = board.in_world(flat.reshape(-1, 3).astype(np.float64), table_height)
+    lens, taken = frame.intrinsics, frame.pose_camera_in_world
+    view = make_view(frame, Table(table_height), np.zeros(frame.depth.shape, dtype=bool))
+    straight = cv2.undistortPoints(pixels.reshape(-1, 1, 2), view.matrix, np.array(lens.distortion)).reshape(-1, 2)
+    rays = np.column_stack([straight, np.ones(len(straight))]) @ view.rotation.T
+    met = view.position + rays * ((known[:, 2] - view.position[2]) / rays[:, 2])[:, None]
+    a, b = met[:, :2] - met[:, :2].mean(axis=0), known[:, :2] - known[:, :2].mean(axis=0)
+    turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
+    c, s = np.cos(turn), np.sin(turn)
+    about_z = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    shift = np.append(known[:, :2].mean(axis=0) - about_z[:2, :2] @ met[:, :2].mean(axis=0), 0.0)
+    left = known[:, :2] - (met @ about_z.T + shift)[:, :2]
+    spread = float(np.sqrt((left**2).sum(axis=1).mean()))
+    pose = Pose.from_matrix(about_z @ view.position + shift, about_z @ view.rotation)
+    correction = taken.inverse() @ pose
+    cosine = (float(np.trace(correction.rotation)) - 1.0) / 2.0
+    return Finding(
+        camera=frame.camera,
+        tags=len(numbers),
+        pose=pose,
+        error_mm=1e3 * spread,
+        shift_mm=1e3 * float(np.linalg.norm(correction.position)),
+        turn_deg=float(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))),
+        correction=correction,
+    )
+
+
+def calibration_of(findings: Mapping[str, Finding]) -> Calibration:
+    """Return what the findings say of the cameras that saw enough."""
+    return Calibration(cameras={name: item.correction for name, item in findings.items() if item.correction})
