@@ -11,7 +11,7 @@ from robosandbox.robots.imported import compile_spec
 from robosandbox.robots.infer import Inference, collision_test
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.placement import find_workspace
-from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.sidecar import GripperRoles, Sidecar
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -95,6 +95,16 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
         if not checks[-1].ok:
             return checks
     if roles.primary_joint != measured.primary_joint:
+        if _has(model, mujoco.mjtObj.mjOBJ_JOINT, roles.primary_joint) and _fit_the_other(model, roles, measured):
+            return [
+                Check(
+                    "primary_joint",
+                    False,
+                    f"open_qpos {roles.open_qpos:g} and closed_qpos {roles.closed_qpos:g} are values of "
+                    f"{measured.primary_joint!r}, not of {roles.primary_joint!r}",
+                    "gripper.primary_joint",
+                )
+            ]
         return checks
     low, high = sorted((measured.open_qpos, measured.closed_qpos))
     slack = 0.1 * (high - low)
@@ -131,6 +141,20 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
     else:
         checks.append(Check("open_closed", True, f"apart at {roles.open_qpos:g}, together at {roles.closed_qpos:g}"))
     return checks
+
+
+def _fit_the_other(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> bool:
+    """Tell whether open and closed lie outside the named joint's limits, and inside what the measured one goes through."""
+    joint = model.joint(roles.primary_joint).id
+    if not model.jnt_limited[joint]:
+        return False
+    slack = 0.1 * abs(measured.open_qpos - measured.closed_qpos)
+
+    def inside(ends: Array) -> bool:
+        low, high = np.sort(ends)
+        return all(low - slack <= value <= high + slack for value in (roles.open_qpos, roles.closed_qpos))
+
+    return inside(np.array([measured.open_qpos, measured.closed_qpos])) and not inside(model.jnt_range[joint])
 
 
 def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
@@ -239,19 +263,15 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
     itself = collision_test(found.model, kinematics, None)(q)
     if itself is not None:
         return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
-    ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
-    if kinematics.is_singular(q, found.workspace.far):
-        return Check(
-            "home",
-            False,
-            f"singular: the tool cannot move one way ({ratio:.3f} m/rad per metre); bend the elbow",
-            "arm.home_qpos",
-        )
+    singular = kinematics.singularity(q, found.workspace.far)
+    if singular is not None:
+        return Check("home", False, f"singular: {singular}; bend the elbow", "arm.home_qpos")
     position, _ = kinematics.forward(q)
     if position[2] < table - 0.002 and not sunk:
         return Check(
             "home", False, f"has the tool {1000 * (table - position[2]):.0f} mm under the table", "arm.home_qpos"
         )
+    ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
     return Check("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
 
 

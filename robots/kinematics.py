@@ -17,6 +17,7 @@ _LIBRARY = 1500
 _SINGULAR = 0.03
 _STRETCHED = 0.1
 _FORCE = 0.5
+_EXACT = 0.01
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,14 +89,41 @@ class Kinematics:
             q: Shape (n,).
             length: How far it reaches, metres; what makes metres comparable to radians.
         """
+        if self.conditioning(q) < _SINGULAR * length:
+            return True
+        lost, _, _ = self._lost(q, length)
+        return bool(lost.size and np.linalg.norm(lost[:3], 2) > _FORCE)
+
+    def singularity(self, q: Array, length: float) -> str | None:
+        """Say in which way the arm is surely singular at `q` (n,), or None.
+
+        A narrower question than `is_singular`: a start pose with a wrist that is nearly straight is no good choice, and no
+        fault either. Stretched out, an arm holds a force along the line from its first joint to its tool without a motor.
+
+        Args:
+            q: Shape (n,).
+            length: How far it reaches, metres.
+        """
+        ratio = self.conditioning(q) / max(length, 1e-6)
+        if ratio < _SINGULAR:
+            return f"the tool cannot move one way ({ratio:.3f} m/rad per metre)"
+        lost, values, line = self._lost(q, length)
+        if lost.size and float(np.linalg.norm(line @ lost[:3])) > _FORCE:
+            return "it is stretched out and cannot move along its own line"
+        exact = lost[:, values < _EXACT]
+        if exact.size and float(np.linalg.norm(exact[:3], 2)) > _FORCE:
+            return "axes of its joints line up and a direction is lost"
+        return None
+
+    def _lost(self, q: Array, length: float) -> tuple[Array, Array, Array]:
+        """Return the wrenches nearly lost at `q` (6, k), their singular values (k,) and the line from root to tool (3,)."""
         position, _ = self.forward(q)
         linear, angular = self.jacobian(position)
-        if float(np.linalg.svd(linear, compute_uv=False)[-1]) < _SINGULAR * length:
-            return True
         u, s, _ = np.linalg.svd(np.vstack([linear / max(length, 1e-6), angular]), full_matrices=False)
         # Lost directions come together, as in an arm whose elbow and wrist are straight at once: any mixture is lost.
-        lost = u[:3, : min(6, self.n)][:, s[: min(6, self.n)] < _STRETCHED]
-        return bool(lost.size and np.linalg.norm(lost, 2) > _FORCE)
+        weak = np.flatnonzero(s[: min(6, self.n)] < _STRETCHED)
+        line = position - self.data.xanchor[self.model.dof_jntid[self.dofs[0]]]
+        return u[:, weak], s[weak], line / max(float(np.linalg.norm(line)), 1e-9)
 
     def centring(self, q: Array) -> float:
         """Return how far the joint nearest to a limit is from it: 0 at the limit, 1 in the middle."""
@@ -148,7 +176,7 @@ class Kinematics:
             position, rotation = self.forward(q)
             error = point - position
             axis = rotation[:, 2]
-            turn = np.cross(axis, approach)
+            turn = _cross(axis, approach)
             off = float(np.arctan2(np.linalg.norm(turn), axis @ approach))
             if off > 1e-9 and np.linalg.norm(turn) < 1e-6:
                 turn = rotation[:, 0] * off
@@ -174,3 +202,10 @@ class Kinematics:
             largest = float(np.abs(step).max())
             q = np.clip(q + step * min(1.0, 0.5 / max(largest, 1e-9)), self.lower, self.upper)
         return None
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors, and this is the inner loop."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.robots.imported import ImportedModel
+from robosandbox.robots.imported import ImportedModel, copy_options
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.validation import did_you_mean
@@ -30,6 +30,7 @@ def mount(
     """
     gripper = import_model(model, package_paths)
     spec = arm.spec
+    copy_options(gripper.spec, spec)
     x, y, z, w = attachment.quat_xyzw
     if attachment.to_site is not None:
         site = spec.site(attachment.to_site)

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import mujoco
+import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.chain import actuator_joints
@@ -54,11 +55,28 @@ def apply_roles(sidecar: Sidecar, imported: ImportedModel) -> Sidecar:
                 )
         else:
             named = tuple(_adopt(imported, [name for name in moved if name not in named], name) for name in named)
+            named += _mirrors(compile_spec(spec, path.name), [j for j in roles.joints if j not in arm.joints], named)
         every = (*roles.joints, *_linked_joints(model, roles.joints, arm.joints))
         update["gripper"] = roles.model_copy(update={"joints": every, "actuator": None, "actuators": named})
     completed = sidecar.model_copy(update=update)
     _check_actuator_names(completed, spec, path)
     return completed
+
+
+def _mirrors(model: mujoco.MjModel, joints: list[str], named: tuple[str, ...]) -> tuple[str, ...]:
+    """Return what drives those of a gripper's joints that the named actuators do not move: a second finger's servo."""
+    drives = {str(model.actuator(a).name): actuator_joints(model, a) for a in range(model.nu)}
+    moved = {j for name in named for j in drives.get(name, ())}
+    coupled = {frozenset(pair) for pair in _couplings(model)}
+    left = [model.joint(name).id for name in joints]
+    left = [j for j in left if j not in moved and not any(frozenset((j, other)) in coupled for other in moved)]
+    return tuple(name for name, driven in drives.items() if name not in named and set(driven) & set(left))
+
+
+def _couplings(model: mujoco.MjModel) -> list[tuple[int, int]]:
+    """Return pairs of joints that an equality ties."""
+    tied = np.flatnonzero(model.eq_type == mujoco.mjtEq.mjEQ_JOINT.value)
+    return [(int(model.eq_obj1id[e]), int(model.eq_obj2id[e])) for e in tied]
 
 
 def _linked_joints(model: mujoco.MjModel, listed: tuple[str, ...], arm: tuple[str, ...]) -> list[str]:
