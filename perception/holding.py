@@ -16,6 +16,7 @@ _SOMETHING = 0.0015
 _WITHIN = 0.02
 _FITS = 0.012
 _OPENED = 0.003
+_CLOSED = 0.6
 _PRESSING = 0.25
 
 
@@ -82,8 +83,10 @@ class Hands:
         return state.force > _PRESSING * self._force_limit if np.isfinite(self._force_limit) else state.force > 1e-3
 
     def _still_holds(self, state: GripperState) -> bool:
-        assert self.hold is not None
-        return self._grips(state) and state.width < self.hold.width + _OPENED
+        """Tell whether the fingers are as far apart as when they closed; how hard they press is the skill's choice."""
+        assert self.hold is not None and self._geometry is not None
+        empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
+        return empty < state.width < self.hold.width + _OPENED
 
 
 def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:

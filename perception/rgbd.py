@@ -68,7 +68,7 @@ class RgbdPerception:
 
     def view(self, sim: Sim) -> Sim:
         """Return the sim without its truth: its model holds what was seen."""
-        self._sensed = SensedSim(sim, self._setup.scene)
+        self._sensed = SensedSim(sim, self._setup.scene, [item.id for item in self._setup.declared])
         return self._sensed
 
     def perceive(self, sim: Sim) -> ObservedScene:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 
 import mujoco
 
@@ -33,10 +33,12 @@ class SensedSim:
     Args:
         sim: The real one.
         scene: Names the robot and the table; its objects are not read.
+        named: What the task calls its objects.
     """
 
-    def __init__(self, sim: Sim, scene: Scene) -> None:
+    def __init__(self, sim: Sim, scene: Scene, named: Collection[str] = ()) -> None:
         self._sim = sim
+        self._named = frozenset(named)
         self._frame = scene.model_copy(update={"objects": ()})
         self._robot_model = load_robot(scene.robot_urdf, scene.robot_config, table_height=scene.table_height)
         self._believed: dict[str, DetectedObject] = {}
@@ -111,7 +113,7 @@ class SensedSim:
         return self._sim.grip_on(object_id)
 
     def _require_named(self, object_id: str) -> None:
-        if object_id not in self._sim.object_bodies:
+        if object_id not in self._named:
             raise UnsupportedError(f"no force is felt of {object_id!r}, which the task does not name")
 
     # What the robot itself knows and does.
