@@ -96,7 +96,9 @@ def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], ND
     corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     if numbers is None:
         return [], np.zeros(0, dtype=np.int32)
-    return [corner.reshape(4, 2) for corner in corners], numbers.reshape(-1)
+    return [np.asarray(corner, dtype=np.float32).reshape(4, 2) for corner in corners], np.asarray(
+        numbers, dtype=np.int32
+    ).reshape(-1)
 
 
 def find_camera(frame: RgbdFrame, board: Board, table_height: float) -> Finding:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -116,7 +117,8 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
         return np.zeros_like(bare[crop])
     seen = view.rgb[::_COARSE, ::_COARSE][rows, columns].astype(np.float64)
     design = _quadratic(rows * (_COARSE / height), columns * (_COARSE / width))
-    keep = slice(None)
+    keep: Any = slice(None)
+    shade, off = np.zeros((6, 3)), np.zeros(len(rows))
     for _ in range(2):
         kept = design[keep]
         shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
@@ -172,10 +174,7 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tupl
     near = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
     reach = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
     other = ~(near | (reach & (standing | painted)))
-    _, inner = cv2.distanceTransformWithLabels((~sure).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
-    _, outer = cv2.distanceTransformWithLabels(
-        (~other).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-    )
+    inner, outer = _nearest(sure), _nearest(other)
     band = ~other & ~sure
     rgb = view.rgb[crop].astype(np.float64)
     rows, columns = np.nonzero(band)
@@ -207,6 +206,14 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tupl
 def _chroma(rgb: Array) -> Array:
     """Return the shares of red and green (n, 2) of colours (n, 3): colour without brightness."""
     return np.asarray(rgb[:, :2] / np.maximum(rgb.sum(axis=1, keepdims=True), 1.0))
+
+
+def _nearest(mask: Mask) -> Labels:
+    """Return for every pixel the number of the set pixel nearest to it, as `_positions` tells where it is."""
+    _, numbers = cv2.distanceTransformWithLabels(
+        (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    return np.asarray(numbers, dtype=np.int32)
 
 
 def _positions(numbers: Labels, zeros: Mask) -> NDArray[np.int64]:

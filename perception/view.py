@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from robosandbox.errors import SensorError
 from robosandbox.types import Array, Intrinsics, RgbdFrame
@@ -119,6 +120,16 @@ def check_frame(frame: RgbdFrame) -> str | None:
     return None
 
 
+def as_image(array: ArrayLike) -> Image:
+    """Return what OpenCV made as the type that it is."""
+    return np.asarray(array, dtype=np.float32)
+
+
+def as_picture(array: ArrayLike) -> NDArray[np.uint8]:
+    """Return what OpenCV made as the type that it is."""
+    return np.asarray(array, dtype=np.uint8)
+
+
 def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     """Return the frame with its points in the world.
 
@@ -131,12 +142,13 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     rgb, depth = frame.rgb, frame.depth
     if any(lens.distortion):
         places, shares = _straightening(lens)
-        rgb = cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        depth = cv2.remap(depth, _nearest(lens), None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT)
+        rgb = as_picture(cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        nothing: Any = None
+        depth = as_image(cv2.remap(depth, _nearest(lens), nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
     finite = np.isfinite(depth)
     if not finite.all():
         depth = np.where(finite, depth, np.float32(0.0))
-    depth = cv2.medianBlur(np.ascontiguousarray(depth), 3)
+    depth = as_image(cv2.medianBlur(np.ascontiguousarray(depth), 3))
     valid: Mask = (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     pose = frame.pose_camera_in_world
@@ -217,14 +229,14 @@ def _straightening(lens: Intrinsics) -> tuple[NDArray[np.int16], NDArray[np.uint
     """Return where in the raw picture each straightened pixel lies, as whole pixels and what is left over."""
     columns, rows = _sources(lens)
     places, shares = cv2.convertMaps(columns, rows, cv2.CV_16SC2)
-    return places, shares
+    return np.asarray(places, dtype=np.int16), np.asarray(shares, dtype=np.uint16)
 
 
 @lru_cache(maxsize=8)
 def _nearest(lens: Intrinsics) -> NDArray[np.int16]:
     """Return the raw pixel nearest to each straightened one."""
     places, _ = cv2.convertMaps(*_sources(lens), cv2.CV_16SC2, nninterpolation=True)
-    return np.asarray(places)
+    return np.asarray(places, dtype=np.int16)
 
 
 def _sources(lens: Intrinsics) -> tuple[Image, Image]:
@@ -232,4 +244,4 @@ def _sources(lens: Intrinsics) -> tuple[Image, Image]:
     columns, rows = cv2.initUndistortRectifyMap(
         matrix, np.array(lens.distortion), None, matrix, (lens.width, lens.height), cv2.CV_32FC1
     )
-    return columns, rows
+    return as_image(columns), as_image(rows)

@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,8 +172,10 @@ def _distort(
     import cv2
 
     straight = _undistorted(frame.intrinsics, distortion)
-    rgb = cv2.remap(frame.rgb, straight, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    depth = cv2.remap(frame.depth, straight, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    # Both maps are in one array; the stubs know no other way than two.
+    nothing: Any = None
+    rgb = cv2.remap(frame.rgb, straight, nothing, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    depth = cv2.remap(frame.depth, straight, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
     return rgb.astype(np.uint8), depth.astype(np.float32)
 
 
@@ -184,8 +187,8 @@ def _undistorted(lens: Intrinsics, distortion: tuple[float, float, float, float,
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     columns, rows = np.meshgrid(np.arange(lens.width, dtype=np.float32), np.arange(lens.height, dtype=np.float32))
     pixels = np.stack([columns, rows], axis=-1).reshape(-1, 1, 2)
-    straight: NDArray[np.float32] = cv2.undistortPoints(pixels, matrix, np.array(distortion), P=matrix)
-    return straight.reshape(lens.height, lens.width, 2)
+    straight = cv2.undistortPoints(pixels, matrix, np.array(distortion), P=matrix)
+    return np.asarray(straight, dtype=np.float32).reshape(lens.height, lens.width, 2)
 
 
 def _rotation(vector: Array) -> Array:

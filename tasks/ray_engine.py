@@ -37,7 +37,7 @@ class RayEngine:
             # Read when Ray is imported: with it off, nodes meet on the loopback address and on no other.
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
         try:
-            import ray
+            import ray  # pyright: ignore[reportMissingImports]
         except ImportError:
             raise InputError("--engine: ray is not installed; pip install 'robosandbox[scale]'") from None
         self._ray = ray

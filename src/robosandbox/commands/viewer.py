@@ -133,9 +133,6 @@ def _here(
     from robosandbox.validation import validate
     from robosandbox.viewer.embedded import EmbeddedCell
 
-    if episode is not None:
-        from robosandbox.viewer.film import film_of
-
     with ExitStack() as recorded:
 
         def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
@@ -148,11 +145,13 @@ def _here(
             return session
 
         if episode is None:
-            session = reopen(task, robot, seed)
+            yield EmbeddedCell(reopen(task, robot, seed), reopen), None
         else:
+            from robosandbox.viewer.film import film_of
+
             session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
             session.restore(episode.meta.checkpoint)
-        yield EmbeddedCell(session, reopen), None if episode is None else film_of(episode, session)
+            yield EmbeddedCell(session, reopen), film_of(episode, session)
 
 
 @contextmanager

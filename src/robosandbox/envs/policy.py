@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from robosandbox.envs.env import ManipulationEnv
 from robosandbox.errors import InputError
@@ -55,8 +55,7 @@ def load_policy(name: str, env: ManipulationEnv) -> Policy:
     policy: Any = found(env)
     if not callable(policy):
         raise InputError(f"--policy: {name!r}: made a {type(policy).__name__}; it must map observations to actions")
-    ready: Policy = policy
-    return ready
+    return cast(Policy, policy)
 
 
 def run_policy(env: ManipulationEnv, policy: Policy, observation: dict[str, Any], max_steps: int) -> PolicyRun:

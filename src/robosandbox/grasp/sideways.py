@@ -65,5 +65,5 @@ def sideways(target: DetectedObject, geometry: GripperGeometry, base: Array) -> 
 def _headings(target: DetectedObject) -> Array:
     """Return the directions from which it can be held squarely, radians about world z."""
     if target.kind == "bin":
-        return np.asarray(target.pose.yaw + np.arange(4) * np.pi / 2.0)
-    return np.asarray(np.arange(_ROUND_DIRECTIONS) * 2.0 * np.pi / _ROUND_DIRECTIONS)
+        return np.asarray(target.pose.yaw + np.arange(4) * np.pi / 2.0, dtype=np.float64)
+    return np.asarray(np.arange(_ROUND_DIRECTIONS) * 2.0 * np.pi / _ROUND_DIRECTIONS, dtype=np.float64)

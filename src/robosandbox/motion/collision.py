@@ -143,7 +143,7 @@ class CollisionChecker:
             return None, _SIGHT
         geoms = data.contact.geom
         pairs = model.geom_bodyid[geoms]
-        own = self._robot_body[pairs].all(axis=1)
+        own = np.asarray(self._robot_body[pairs].all(axis=1), dtype=np.bool_)
         distance = self._sharpened(geoms, data.contact.dist, own)
         # Parts of the robot may come as close as they like; only touching counts.
         depth = np.where(own, -distance, self.clearance - distance)

@@ -212,11 +212,13 @@ class DLSMotionPlanner:
             turned = rotation @ _rotation(axis, fraction * angle) if angle > 1e-6 else goal_rotation
             # Going on as before is the best guess for the next waypoint; near a singularity staying is.
             guesses = [path[k - 1]] if k == 1 else [2.0 * path[k - 1] - path[k - 2], path[k - 1]]
-            for guess in guesses:
-                solution = solver.descend(waypoint, turned, guess)
+            first, *others = guesses
+            solution = solver.descend(waypoint, turned, first)
+            for guess in others:
                 if solution.solved and np.abs(solution.q - path[k - 1]).max() <= _LINE_JUMP:
                     break
-            else:
+                solution = solver.descend(waypoint, turned, guess)
+            if not solution.solved or np.abs(solution.q - path[k - 1]).max() > _LINE_JUMP:
                 raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
             path[k] = solution.q
         return path

@@ -16,7 +16,7 @@ def local_cluster() -> Iterator[str]:
     """Yield the address of two nodes of one core each on this machine."""
     # Before Ray is imported: nodes then listen on the loopback address only.
     os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
-    from ray.cluster_utils import Cluster
+    from ray.cluster_utils import Cluster  # pyright: ignore[reportMissingImports]
 
     head: dict[str, Any] = {"num_cpus": 1, "node_ip_address": "127.0.0.1", "include_dashboard": False}
     cluster = Cluster(initialize_head=True, head_node_args=head)

@@ -83,7 +83,8 @@ def gripper_shape(blueprint: Blueprint, stage: Stage) -> trimesh.Trimesh | None:
             T_tcp_body = T_tcp_world @ Pose.from_matrix(data.xpos[body], data.xmat[body].reshape(3, 3))
             points = np.asarray(shape.vertices) @ T_tcp_body.rotation.T + T_tcp_body.position
             parts.append(trimesh.Trimesh(points, shape.faces, process=False))
-    return trimesh.util.concatenate(parts) if parts else None
+    joined = trimesh.util.concatenate(parts) if parts else None
+    return joined if isinstance(joined, trimesh.Trimesh) else None
 
 
 def add_gripper(
