@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from typing import Any
+
 import cv2
 import numpy as np
 import yaml
@@ -96,9 +98,8 @@ def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], ND
     corners, numbers, _ = detector.detectMarkers(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     if numbers is None:
         return [], np.zeros(0, dtype=np.int32)
-    return [np.asarray(corner, dtype=np.float32).reshape(4, 2) for corner in corners], np.asarray(
-        numbers, dtype=np.int32
-    ).reshape(-1)
+    found: Any = corners
+    return [corner.reshape(4, 2) for corner in found], np.asarray(numbers, dtype=np.int32).reshape(-1)
 
 
 def find_camera(frame: RgbdFrame, board: Board, table_height: float) -> Finding:
