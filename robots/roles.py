@@ -68,8 +68,11 @@ def _mirrors(model: mujoco.MjModel, joints: list[str], named: tuple[str, ...]) -
     drives = {str(model.actuator(a).name): actuator_joints(model, a) for a in range(model.nu)}
     moved = {j for name in named for j in drives.get(name, ())}
     coupled = {frozenset(pair) for pair in _couplings(model)}
-    left = [model.joint(name).id for name in joints]
-    left = [j for j in left if j not in moved and not any(frozenset((j, other)) in coupled for other in moved)]
+    own = [model.joint(name).id for name in joints]
+    if not moved & set(own):
+        # What is named drives something else: that is to be told, not mended.
+        return ()
+    left = [j for j in own if j not in moved and not any(frozenset((j, other)) in coupled for other in moved)]
     return tuple(name for name, driven in drives.items() if name not in named and set(driven) & set(left))
 
 
