@@ -15,7 +15,6 @@ from robosandbox.skills.drawers import (
     find_drawer,
     grip_point,
     hand_rotations,
-    most_telling,
     moved_by,
     opening_of,
     outwards,
@@ -23,7 +22,7 @@ from robosandbox.skills.drawers import (
     stuck,
     withdraw,
 )
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
 
@@ -90,9 +89,8 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
         end = moved_by(start, (opening_of(drawer) + _STAND_OFF + _PRESS) * inwards)
         try:
             arm.motion.allow()
-            hover = arm.motion.ik(raised(start, HOVER_HEIGHT), q)
-            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
-            descent = arm.motion.plan_line(hover, start, speed=CARRY_SPEED)
+            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=CARRY_SPEED)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
             arm.motion.allow(box_of(drawer))
             arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
         except (UnreachableError, CollisionError) as error:

@@ -23,7 +23,7 @@ from robosandbox.errors import (
 from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bounds, box_room, contents, top
 from robosandbox.shapes import DrawerShape
 from robosandbox.skills.guarded import follow_until
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, withdrawn
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
 
 SLIDE_SPEED = 0.12
@@ -172,11 +172,11 @@ def _find_way(arm: Manipulator, drawer: DetectedObject, aside: float, travel: fl
         tcp = Pose.from_matrix(point - aside * rotation[:, 1], rotation)
         for height in _HOVERS:
             try:
-                hover = arm.motion.ik(withdrawn(tcp, height), q)
-                arm.motion.allow()
-                approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
                 arm.motion.allow(box_of(drawer))
-                descent = arm.motion.plan_line(hover, tcp, speed=CARRY_SPEED)
+                descent = arm.line_to(tcp, withdrawn(tcp, height), speed=CARRY_SPEED)
+                arm.motion.allow()
+                approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+                arm.motion.allow(box_of(drawer))
                 end = moved_by(tcp, travel * away)
                 pull = arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
                 arm.motion.ik(withdrawn(end, _HOVERS[-1]), pull.q[-1])
@@ -185,12 +185,6 @@ def _find_way(arm: Manipulator, drawer: DetectedObject, aside: float, travel: fl
                 continue
             return _Way(approach, descent)
     raise most_telling(failures)
-
-
-def most_telling(failures: list[SkillError]) -> SkillError:
-    """Return the failure that came closest to working: the first collision, else the first of all."""
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
-    return (collisions or failures)[0].at(Phase.PLAN)
 
 
 def slide(arm: Manipulator, drawer: DetectedObject, free: float, travel: float, direction: Array) -> float:

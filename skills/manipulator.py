@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from robosandbox.errors import (
     AlreadyHoldingError,
+    CollisionError,
     HoldingEvidence,
     NotHoldingError,
     ObjectNotFoundError,
     ObjectNotFoundEvidence,
     Phase,
+    SkillError,
     TrackingError,
     TrackingEvidence,
     UnreachableError,
@@ -241,6 +245,23 @@ class Manipulator:
             ),
         )
 
+    def line_to(self, target: Pose, hover: Pose, *, speed: float) -> Trajectory:
+        """Return a straight way of the TCP from one pose to another, in the posture nearest to the arm's, or the target's.
+
+        Raises:
+            UnreachableError: One of them is out of reach, or the line between them in both postures.
+            CollisionError: Something is in the way.
+        """
+        motion, q = self.motion, self.q
+        try:
+            return motion.plan_line(motion.ik(hover, q), target, speed=speed)
+        except UnreachableError as error:
+            failure = error
+        try:
+            return motion.plan_line(motion.ik(hover, motion.ik(target, q)), target, speed=speed)
+        except UnreachableError:
+            raise failure from None
+
     def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far.
 
@@ -306,6 +327,12 @@ class Manipulator:
             if all(a and b and _still(a.pose, b.pose) for a, b in pairs) or self.sim.time >= deadline:
                 return now
             before = now
+
+
+def most_telling(failures: Sequence[SkillError]) -> SkillError:
+    """Return the failure to plan that came closest to working: the first collision, else the first of all."""
+    collisions = [error for error in failures if isinstance(error, CollisionError)]
+    return (collisions or failures)[0].at(Phase.PLAN)
 
 
 def check_rise(arm: Manipulator, q: Array, height: float, held: str) -> None:

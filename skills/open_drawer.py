@@ -15,14 +15,13 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import (
     find_drawer,
     let_go,
-    most_telling,
     opening_of,
     outwards,
     slide,
     stuck,
     take_grip,
 )
-from robosandbox.skills.manipulator import Manipulator
+from robosandbox.skills.manipulator import Manipulator, most_telling
 from robosandbox.types import DetectedObject, SkillResult
 
 OPEN_SHARE = 0.75

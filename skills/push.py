@@ -18,7 +18,7 @@ from robosandbox.errors import (
 from robosandbox.perception.relations import centre, displacement, support
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
 
 _STROKES = 4
@@ -106,9 +106,8 @@ def _stroke(
         start, end = _line(arm, target, axis, distance, rotation, half_depth, scene.table_height)
         try:
             arm.motion.allow()
-            hover = arm.motion.ik(raised(start, HOVER_HEIGHT), q)
-            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
-            descent = arm.motion.plan_line(hover, start, speed=CARRY_SPEED)
+            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=CARRY_SPEED)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
             arm.motion.allow(target.id)
             push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
         except (UnreachableError, CollisionError) as error:
@@ -121,8 +120,7 @@ def _stroke(
         arm.motion.allow(target.id)
         arm.rise(HOVER_HEIGHT, Phase.RETREAT)
         return
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
-    raise (collisions or failures)[0].at(Phase.PLAN)
+    raise most_telling(failures)
 
 
 def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:

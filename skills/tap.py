@@ -19,7 +19,15 @@ from robosandbox.perception.relations import centre, moved, on_top, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.guarded import follow_until
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, leaning, raised
+from robosandbox.skills.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    Manipulator,
+    leaning,
+    most_telling,
+    raised,
+)
 from robosandbox.types import CONTAINER_WALL, ROUND_CONTAINERS, Array, DetectedObject, Pose, SkillResult, Trajectory
 
 _FELT = 0.5
@@ -98,9 +106,8 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
     for tcp in _poses(arm, target, hand):
         try:
             arm.motion.allow()
-            hover = arm.motion.ik(raised(tcp, HOVER_HEIGHT), q)
-            approach = arm.motion.plan_joints(q, hover, speed=FREE_SPEED)
-            descent = arm.motion.plan_line(hover, raised(tcp, _NEAR), speed=CARRY_SPEED)
+            descent = arm.line_to(raised(tcp, _NEAR), raised(tcp, HOVER_HEIGHT), speed=CARRY_SPEED)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
             arm.motion.allow(target.id)
             touch = _deepest(arm, descent.q[-1], tcp)
         except (UnreachableError, CollisionError) as error:
@@ -109,8 +116,7 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
         arm.follow(approach, Phase.APPROACH)
         arm.follow(descent, Phase.DESCEND)
         return _feel(arm, target, touch)
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
-    raise (collisions or failures)[0].at(Phase.PLAN)
+    raise most_telling(failures)
 
 
 def _deepest(arm: Manipulator, q: Array, tcp: Pose) -> Trajectory:

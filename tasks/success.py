@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
@@ -49,9 +50,9 @@ class Check(StrictModel):
         """Return the checks inside this one, each with its field."""
         yield from ()
 
+    @abstractmethod
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Tell whether it is true of this moment, given how the episode began."""
-        raise NotImplementedError
 
 
 class Lifted(Check):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -31,7 +32,7 @@ class Meaning:
     several: bool = False
 
 
-class Orders:
+class Orders(ABC):
     """Picks from candidates by an order."""
 
     def __init__(self, world: World, discourse: Discourse, chosen: Mapping[str, str] | None = None) -> None:
@@ -46,9 +47,9 @@ class Orders:
         self.discourse = discourse
         self.chosen = chosen or {}
 
+    @abstractmethod
     def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
         """Return the one object that a description means; `Grounder` knows how."""
-        raise NotImplementedError
 
     def _ranked(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
         if len(names) == 1 and (not rank.strict or rank.index == 1) and not rank.anchor:

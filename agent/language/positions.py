@@ -2,23 +2,23 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 from robosandbox.agent.language.chart import Chart, Found, rule
 from robosandbox.agent.language.intent import Ref, Region, Relation
 from robosandbox.agent.language.wordlist import word_set
 
 
-class Positions(Chart):
+class Positions(Chart, ABC):
     """The rules for positions relative to things and for parts of the table."""
 
-    @rule
+    @abstractmethod
     def np(self, i: int) -> Found[Ref]:
         """One noun phrase; `Phrasing` knows how."""
-        raise NotImplementedError
 
-    @rule
+    @abstractmethod
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"; `Phrasing` knows how."""
-        raise NotImplementedError
 
     @rule
     def relation(self, i: int) -> Found[Relation]:

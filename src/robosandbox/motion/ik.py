@@ -218,8 +218,11 @@ class DLSMotionPlanner:
                 if solution.solved and np.abs(solution.q - path[k - 1]).max() <= _LINE_JUMP:
                     break
                 solution = solver.descend(waypoint, turned, guess)
-            if not solution.solved or np.abs(solution.q - path[k - 1]).max() > _LINE_JUMP:
+            if not solution.solved:
                 raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
+            jump = np.abs(solution.q - path[k - 1])
+            if jump.max() > _LINE_JUMP:
+                raise self._in_another_posture(Pose.from_matrix(waypoint, turned), solution, jump)
             path[k] = solution.q
         return path
 
@@ -263,6 +266,16 @@ class DLSMotionPlanner:
                 body=touch.body, other=touch.other, depth=touch.depth, waypoint=index, waypoints=len(path)
             ),
         )
+
+    def _in_another_posture(self, target: Pose, found: Solution, jump: Array) -> UnreachableError:
+        x, y, z = target.xyz
+        joint = int(jump.argmax())
+        error = self._unreachable(target, found)
+        error.message = (
+            f"the straight way is reached at ({x:.3f}, {y:.3f}, {z:.3f}) in another posture of the arm only: "
+            f"{self._kinematics.robot.joints[joint]} would jump by {np.degrees(jump[joint]):.0f} deg; come from elsewhere"
+        )
+        return error
 
     def _unreachable(self, target: Pose, best: Solution) -> UnreachableError:
         robot = self._kinematics.robot
