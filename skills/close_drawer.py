@@ -22,6 +22,7 @@ from robosandbox.skills.drawers import (
     stuck,
     withdraw,
 )
+from robosandbox.skills.guarded import follow_free
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
@@ -96,8 +97,8 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
-        arm.follow(approach, Phase.APPROACH)
-        arm.follow(descent, Phase.DESCEND)
+        follow_free(arm, approach, Phase.APPROACH)
+        follow_free(arm, descent, Phase.DESCEND)
         force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards)
         withdraw(arm, drawer)
         return force

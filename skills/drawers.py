@@ -22,7 +22,7 @@ from robosandbox.errors import (
 )
 from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bounds, box_room, contents, top
 from robosandbox.shapes import DrawerShape
-from robosandbox.skills.guarded import follow_until
+from robosandbox.skills.guarded import follow_free, follow_until
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
 
@@ -156,8 +156,8 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
     arm.motion.open_to(aperture)
     way = _find_way(arm, drawer, geometry.centre(width), travel)
     arm.open(aperture, wait=False)
-    arm.follow(way.approach, Phase.APPROACH)
-    arm.follow(way.descent, Phase.DESCEND)
+    follow_free(arm, way.approach, Phase.APPROACH)
+    follow_free(arm, way.descent, Phase.DESCEND)
     arm.ctx.enter(Phase.GRASP)
     closed = arm.close()
     if closed < geometry.min_aperture + _CLOSED_ON_NOTHING * (width - geometry.min_aperture):

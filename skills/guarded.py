@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import Phase, TrackingError, TrackingEvidence
-from robosandbox.skills.manipulator import Manipulator
+from robosandbox.errors import CollisionError, Phase, SkillError, TrackingError, TrackingEvidence, UnreachableError
+from robosandbox.skills.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import Trajectory
 
 # Impacts last a tick; pressing lasts.
@@ -100,3 +100,13 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
         arm.follow(trajectory, phase)
     finally:
         arm.sim.tick_hooks.remove(check)
+
+
+def back_off(arm: Manipulator, error: SkillError) -> None:
+    """Rise out of what was met, or fail with `error`, so that the next try starts from free space."""
+    arm.use(arm.look())
+    arm.motion.allow(*(item.id for item in arm.start.objects))
+    try:
+        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
+    except (UnreachableError, CollisionError):
+        raise error from None

@@ -11,19 +11,16 @@ from robosandbox.errors import (
     GraspError,
     GraspEvidence,
     Phase,
-    SkillError,
     TrackingError,
-    UnreachableError,
 )
 from robosandbox.perception.relations import bottom, gap, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.gripping import ease
-from robosandbox.skills.guarded import MetError, follow_free
+from robosandbox.skills.guarded import MetError, back_off, follow_free
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
-    HOVER_HEIGHT,
     LIFT_HEIGHT,
     Manipulator,
 )
@@ -90,7 +87,8 @@ class Pick(Skill):
                 return self._execute(arm, target, plan)
             except (GraspError, TrackingError) as error:
                 if isinstance(error.evidence, GraspEvidence) and error.evidence.reason in _FINAL:
-                    _back_off(arm, error)
+                    arm.open()
+                    back_off(arm, error)
                     raise
                 if isinstance(error, MetError) and error.other == object:
                     felt = felt + _towards(arm, plan, error.body)
@@ -98,7 +96,8 @@ class Pick(Skill):
                 excluded.append(in_frame(plan.grasp, seen))
                 if len(excluded) >= _ATTEMPTS:
                     raise
-                _back_off(arm, error)
+                arm.open()
+                back_off(arm, error)
                 scene = arm.look()
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
@@ -189,17 +188,6 @@ def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: fl
     if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
         raise lift_error(arm, target, width, pull)
     return after
-
-
-def _back_off(arm: Manipulator, error: SkillError) -> None:
-    """Let go and rise, so that the next grasp starts from free space."""
-    arm.open()
-    arm.use(arm.look())
-    arm.motion.allow(*(item.id for item in arm.start.objects))
-    try:
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT)
-    except (UnreachableError, CollisionError):
-        raise error from None
 
 
 def _shifted(target: DetectedObject, shift: Array) -> DetectedObject:

@@ -18,6 +18,7 @@ from robosandbox.errors import (
 from robosandbox.perception.relations import centre, displacement, support
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
+from robosandbox.skills.guarded import MetError, back_off, follow_free
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
 
@@ -56,6 +57,7 @@ class Push(Skill):
             UnreachableError: The stroke leaves the robot's reach.
             CollisionError: Something is in the way.
             PushError: The object went elsewhere or not far enough.
+            TrackingError: The hand met something on its way behind the object, each time.
         """
         arm = Manipulator(ctx)
         start = arm.find(object)
@@ -64,7 +66,7 @@ class Push(Skill):
             arm.open(0.0, wait=False)
         allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
         missed, before = 0, -np.inf
-        for _ in range(_STROKES):
+        for stroke in range(_STROKES):
             scene = arm.look()
             target = arm.find(object, scene)
             along = displacement(start, target, direction).detail["along_mm"] / 1000.0
@@ -73,7 +75,12 @@ class Push(Skill):
             # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
             missed += along - before < _PROGRESS
             before = along
-            _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along, missed)
+            try:
+                _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along, missed)
+            except MetError as met:
+                back_off(arm, met)
+                if stroke == _STROKES - 1:
+                    raise
         after = arm.find(object, arm.settle(object))
         relation = displacement(start, after, direction, distance - allowance)
         gone = relation.detail["along_mm"] / 1000.0
@@ -113,8 +120,8 @@ def _stroke(
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
-        arm.follow(approach, Phase.APPROACH)
-        arm.follow(descent, Phase.DESCEND)
+        follow_free(arm, approach, Phase.APPROACH)
+        follow_free(arm, descent, Phase.DESCEND)
         arm.follow(push, Phase.PUSH, yielding=True)
         arm.use(arm.look())
         arm.motion.allow(target.id)

@@ -18,7 +18,7 @@ from robosandbox.errors import (
 from robosandbox.perception.relations import centre, moved, on_top, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.guarded import follow_until
+from robosandbox.skills.guarded import follow_free, follow_until
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -113,8 +113,8 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
             continue
-        arm.follow(approach, Phase.APPROACH)
-        arm.follow(descent, Phase.DESCEND)
+        follow_free(arm, approach, Phase.APPROACH)
+        follow_free(arm, descent, Phase.DESCEND)
         return _feel(arm, target, touch)
     raise most_telling(failures)
 

@@ -18,6 +18,7 @@ from robosandbox.types import Array, ObservedScene, Pose, Trajectory
 _LINE_STEP = 0.01
 _JOINT_STEP = 0.06
 _LINE_JUMP = 0.35
+_FINEST = 0.1
 _AT_LIMIT = 1e-3
 _VIA_HEIGHT = 0.12
 _SMOOTHINGS = 3
@@ -203,28 +204,32 @@ class DLSMotionPlanner:
         goal_position, goal_rotation = tcp_pose.position, tcp_pose.rotation
         axis, angle = _axis_angle(rotation.T @ goal_rotation)
         length = max(float(np.linalg.norm(goal_position - position)), 0.2 * angle)
-        count = int(np.clip(np.ceil(length / _LINE_STEP), 2, self.n_waypoints - 1))
-        path = np.empty((count + 1, solver.robot.n))
-        path[0] = q_start
-        for k in range(1, count + 1):
-            fraction = k / count
-            waypoint = position + fraction * (goal_position - position)
-            turned = rotation @ _rotation(axis, fraction * angle) if angle > 1e-6 else goal_rotation
+        stride = 1.0 / int(np.clip(np.ceil(length / _LINE_STEP), 2, self.n_waypoints - 1))
+        path, step, done, before = [q_start], stride, 0.0, 0.0
+        while done < 1.0:
+            ahead = done + step if done + step < 1.0 - 1e-9 else 1.0
+            waypoint = position + ahead * (goal_position - position)
+            turned = rotation @ _rotation(axis, ahead * angle) if angle > 1e-6 else goal_rotation
             # Going on as before is the best guess for the next waypoint; near a singularity staying is.
-            guesses = [path[k - 1]] if k == 1 else [2.0 * path[k - 1] - path[k - 2], path[k - 1]]
-            first, *others = guesses
-            solution = solver.descend(waypoint, turned, first)
-            for guess in others:
-                if solution.solved and np.abs(solution.q - path[k - 1]).max() <= _LINE_JUMP:
-                    break
+            guesses = [path[-1]]
+            if len(path) > 1:
+                guesses.insert(0, path[-1] + (ahead - done) / (done - before) * (path[-1] - path[-2]))
+            for guess in guesses:
                 solution = solver.descend(waypoint, turned, guess)
-            if not solution.solved:
-                raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
-            jump = np.abs(solution.q - path[k - 1])
-            if jump.max() > _LINE_JUMP:
-                raise self._in_another_posture(Pose.from_matrix(waypoint, turned), solution, jump)
-            path[k] = solution.q
-        return path
+                jump = np.abs(solution.q - path[-1])
+                if solution.solved and jump.max() <= _LINE_JUMP:
+                    break
+            else:
+                if not solution.solved:
+                    raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
+                # Near a singularity joints turn far in little way; in a jump to another posture no step is small enough.
+                if step < _FINEST * stride:
+                    raise self._in_another_posture(Pose.from_matrix(waypoint, turned), solution, jump)
+                step *= 0.5
+                continue
+            path.append(solution.q)
+            before, done, step = done, ahead, min(stride, 2.0 * step)
+        return np.array(path)
 
     def _joint_path(self, knots: Array) -> Array:
         distance = float(np.abs(np.diff(knots, axis=0)).max(axis=1).sum())
