@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -11,9 +11,11 @@ from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
 from robosandbox.agent.language.world import World
 from robosandbox.errors import (
     CollisionEvidence,
+    DrawerEvidence,
     ErrorCode,
     GraspEvidence,
     PlacementEvidence,
+    PourEvidence,
     PushEvidence,
     SkillError,
 )
@@ -41,13 +43,17 @@ class Candidates:
     def all(self) -> Iterator[tuple[Calls, str]]:
         """Yield calls, the likeliest first, and why they may help."""
         match self._call.skill:
-            case "pick":
+            case "pick" | "tap":
                 yield from self._before_grasp(str(self._call.arguments["object"]))
             case "stack":
                 yield from self._before_grasp(str(self._call.arguments["object"]))
                 yield from self._nearer(str(self._call.arguments["target"]))
             case "push":
                 yield from self._push()
+            case "open_drawer" | "close_drawer":
+                yield from self._drawer(str(self._call.arguments["drawer"]))
+            case "pour":
+                yield from self._pour(str(self._call.arguments["target"]))
             case name if name in _PLACES:
                 yield from self._place()
         if self._error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING) and self._call.skill != "home":
@@ -70,7 +76,7 @@ class Candidates:
         match self._error.code:
             case ErrorCode.UNREACHABLE:
                 yield from self._nearer(name)
-            case ErrorCode.COLLISION | ErrorCode.GRASP | ErrorCode.TRACKING:
+            case ErrorCode.COLLISION | ErrorCode.GRASP | ErrorCode.TRACKING | ErrorCode.TAP:
                 evidence = self._error.evidence
                 reason = evidence.reason if isinstance(evidence, GraspEvidence) else None
                 if reason in ("immovable", "gripper_stuck"):
@@ -144,16 +150,62 @@ class Candidates:
                 yield (pick, self._call), "it is fetched and placed again"
             return
         if isinstance(evidence, PlacementEvidence):
-            movable = [name for name in evidence.blocking if name in self._world.at and self._world.movable(name)]
-            for name in movable[:2]:
+            for name in self._movable(evidence.blocking)[:2]:
                 yield from self._cleared(held, name)
-        target = self._call.arguments.get("target")
-        if self._error.code is ErrorCode.UNREACHABLE and target is not None and self._world.movable(str(target)):
-            down = self._set_down(held)
-            pick = SkillCall(skill="pick", arguments={"object": held})
-            for calls, why in self._nearer(str(target)):
-                if down:
-                    yield (down, calls[0], pick, self._call), why
+        arguments = self._call.arguments
+        if (target := arguments.get("target", arguments.get("container"))) is not None:
+            yield from self._target_nearer(held, str(target))
+
+    def _pour(self, target: str) -> Iterator[tuple[Calls, str]]:
+        held, evidence = self._scene.held, self._error.evidence
+        if held is None:
+            return
+        if isinstance(evidence, PourEvidence) and evidence.poured + evidence.spilled < evidence.count:
+            yield (self._call,), "what is left is poured"
+        for name in self._blockers(held, target):
+            yield from self._cleared(held, name)
+        yield from self._target_nearer(held, target)
+
+    def _drawer(self, drawer: str) -> Iterator[tuple[Calls, str]]:
+        held, evidence = self._scene.held, self._error.evidence
+        if held:
+            if down := self._set_down(held):
+                yield (down, self._call), f"{held} is put down first"
+            return
+        if isinstance(evidence, DrawerEvidence) and evidence.reason == "slipped":
+            yield (self._call,), "another try from where it stands now"
+        back = "close_drawer" if self._call.skill == "open_drawer" else "open_drawer"
+        for name in self._blockers(drawer):
+            if aside := carried_aside(self._world, name, drawer):
+                yield (*aside, self._call), f"{name} is in the way and is put aside first"
+                if isinstance(evidence, DrawerEvidence):
+                    # What the drawer presses on is free once the drawer has gone back.
+                    freed = (SkillCall(skill=back, arguments={"drawer": drawer}), *aside, self._call)
+                    yield freed, f"{name} jams {drawer} and is put aside first"
+
+    def _blockers(self, *ours: str) -> list[str]:
+        """Return what the evidence says is in the way, but for these objects."""
+        evidence = self._error.evidence
+        names: tuple[str, ...] = ()
+        if isinstance(evidence, CollisionEvidence):
+            names = (evidence.other, evidence.body)
+        elif isinstance(evidence, DrawerEvidence):
+            names = evidence.blocking
+        return [name for name in self._movable(names) if name not in ours]
+
+    def _movable(self, names: Iterable[str]) -> list[str]:
+        return [name for name in names if name in self._world.at and self._world.movable(name)]
+
+    def _target_nearer(self, held: str, target: str) -> Iterator[tuple[Calls, str]]:
+        """Put down what is held, push what it was meant for into reach, and fetch it again."""
+        item = self._scene.find(target)
+        if self._error.code is not ErrorCode.UNREACHABLE or item is None or item.kind == "drawer":
+            return
+        down = self._set_down(held)
+        pick = SkillCall(skill="pick", arguments={"object": held})
+        for calls, why in self._nearer(target):
+            if down:
+                yield (down, calls[0], pick, self._call), why
 
     def _cleared(self, held: str, name: str) -> Iterator[tuple[Calls, str]]:
         down = self._set_down(held)

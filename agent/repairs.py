@@ -24,6 +24,9 @@ _CURABLE = frozenset(
         ErrorCode.ALREADY_HOLDING,
         ErrorCode.PLACEMENT,
         ErrorCode.PUSH,
+        ErrorCode.TAP,
+        ErrorCode.DRAWER,
+        ErrorCode.POUR,
     }
 )
 

@@ -20,13 +20,14 @@ from robosandbox.errors import (
     SkillError,
     UnreachableError,
 )
-from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bounds, box_room, contents, top
+from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bottom, bounds, box_room, contents, gap, top
 from robosandbox.shapes import DrawerShape
 from robosandbox.skills.guarded import follow_free, follow_until
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
 
 SLIDE_SPEED = 0.12
+_AGAINST = 0.005
 # A drawer that runs takes a few newtons; one that resists more than this is stuck, and more might break it or drag its cabinet along.
 MOST_FORCE = 20.0
 LOCKED_WITHIN = 0.003
@@ -268,7 +269,7 @@ def stuck(arm: Manipulator, drawer: DetectedObject, before: DetectedObject, want
     """
     opening, gone = opening_of(drawer), abs(opening_of(drawer) - opening_of(before))
     verb = "pulled" if wanted > opening else "pushed"
-    blocking = _in_the_way(arm, drawer) if verb == "pushed" else ()
+    blocking = _in_the_way(arm, drawer, inside=verb == "pushed")
     reason: Literal["locked", "blocked", "slipped"] = "slipped"
     if force > _RESISTED:
         reason = "blocked" if blocking or gone > LOCKED_WITHIN else "locked"
@@ -288,13 +289,18 @@ def stuck(arm: Manipulator, drawer: DetectedObject, before: DetectedObject, want
     )
 
 
-def _in_the_way(arm: Manipulator, drawer: DetectedObject) -> tuple[str, ...]:
-    """Return what lies in the drawer and stands out over its rim."""
+def _in_the_way(arm: Manipulator, drawer: DetectedObject, *, inside: bool) -> tuple[str, ...]:
+    """Return what keeps a drawer from sliding: what lies in it and stands out over its rim, or what stands against it."""
     shape = DrawerShape.of(drawer.size)
     rim = drawer.pose.xyz[2] + shape.rim
     scene = arm.look()
-    inside = {name for name, _ in contents(scene.objects, drawer)}
-    return tuple(item.id for item in scene.objects if item.id in inside and top(item) > rim)
+    within = {name for name, _ in contents(scene.objects, drawer)}
+    others = [item for item in scene.objects if item.id != drawer.id]
+    if inside:
+        return tuple(item.id for item in others if item.id in within and top(item) > rim)
+    return tuple(
+        item.id for item in others if item.id not in within and bottom(item) < rim and gap(drawer, item) < _AGAINST
+    )
 
 
 def _missed(

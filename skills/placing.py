@@ -18,7 +18,7 @@ from robosandbox.errors import (
 )
 from robosandbox.perception.relations import Relation, bottom, bounds, gap
 from robosandbox.skills.carrying import carried_along, transfer
-from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT, Manipulator, raised
+from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 
 _DROP = 0.0015
@@ -166,8 +166,7 @@ class _Search:
     @property
     def failure(self) -> SkillError:
         """What came closest to working: a collision, else the first that is out of reach."""
-        collisions = [error for error in self._failures if isinstance(error, CollisionError)]
-        return (collisions or self._failures)[0].at(Phase.PLAN)
+        return most_telling(self._failures)
 
     @property
     def is_over(self) -> bool:

@@ -20,7 +20,7 @@ from robosandbox.perception.relations import bottom, box_room, contents, poured,
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import mouth
-from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
+from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
 from robosandbox.types import (
     CONTAINER_KINDS,
     CONTAINER_WALL,
@@ -47,6 +47,7 @@ _LEVEL_WITHIN = np.radians(20.0)
 _LEVEL_SAMPLES = 60
 # Things leave the lip with some speed: the lip stays this share of the opening's radius before its middle.
 _LEAD = 0.3
+_MOST_BLOCKED = 16
 _YAWS = tuple(np.radians([0.0, 45.0, -45.0, 90.0, -90.0, 135.0, -135.0, 180.0]))
 _FINGER_CLEARANCE = 0.02
 _DRAIN_SECONDS = 3.0
@@ -152,6 +153,7 @@ def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) ->
     tcp_in_object = held.pose.inverse() @ observation.tcp_pose
     level = _levelled(held.pose)
     failures: list[SkillError] = []
+    blocked = 0
     for height in _HEIGHTS:
         for direction, yaw in _directions(arm, held, level):
             poses = [pose @ tcp_in_object for pose in _tipping(held, vessel, level, direction, yaw, height)]
@@ -159,6 +161,9 @@ def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) ->
                 carry = _carry(arm, held, observation.q, poses[0])
             except (UnreachableError, CollisionError) as error:
                 failures.append(error)
+                blocked += isinstance(error, CollisionError)
+                if blocked >= _MOST_BLOCKED:
+                    raise most_telling(failures) from None
                 continue
             for tilt in _TILTS:
                 steps = 1 + round(tilt / _STEP)
@@ -169,8 +174,7 @@ def _find_way(arm: Manipulator, held: DetectedObject, vessel: DetectedObject) ->
                     failures.append(error)
                     continue
                 return _Way(carry, lean, tip)
-    collisions = [error for error in failures if isinstance(error, CollisionError)]
-    raise (collisions or failures)[0].at(Phase.PLAN)
+    raise most_telling(failures)
 
 
 def _carry(arm: Manipulator, held: DetectedObject, q: Array, goal: Pose) -> Trajectory:
@@ -183,24 +187,23 @@ def _carry(arm: Manipulator, held: DetectedObject, q: Array, goal: Pose) -> Traj
     start = arm.motion.forward(q)
     tops = [top(item) for item in arm.start.objects if item.id != held.id and item.kind != "beads"]
     clear = max([*tops, arm.start.table_height]) + _SAFE + start.xyz[2] - bottom(held)
-    failure: UnreachableError | CollisionError | None = None
+    failures: list[SkillError] = []
     for height in sorted({max(start.xyz[2], goal.xyz[2]), max(clear, goal.xyz[2])}, reverse=True):
         up = Pose(xyz=(*start.xyz[:2], max(height, start.xyz[2])), quat_xyzw=start.quat_xyzw)
         over = Pose(xyz=(*goal.xyz[:2], up.xyz[2]), quat_xyzw=goal.quat_xyzw)
         try:
             return arm.motion.plan_through(q, (up, over, goal), speed=CARRY_SPEED)
         except (UnreachableError, CollisionError) as error:
-            failure = failure or error
-    assert failure is not None
+            failures.append(error)
     carried = held.pose.rotation.T @ start.rotation
     try:
         around = arm.motion.plan_joints(q, arm.motion.ik(goal, q), speed=CARRY_SPEED)
     except (UnreachableError, CollisionError):
-        raise failure from None
+        raise most_telling(failures) from None
     for row in around.q[:: max(1, len(around.q) // _LEVEL_SAMPLES)]:
         axis = arm.motion.forward(row).rotation @ carried.T[:, 2]
         if axis[2] < np.cos(_LEVEL_WITHIN):
-            raise failure
+            raise most_telling(failures)
     return around
 
 

@@ -64,3 +64,43 @@ def test_what_nothing_can_help_has_no_repairs() -> None:
         with pytest.raises(GraspError) as failed:
             skill(session.ctx, {"object": "red_box"})
         assert failed.value.repairs == ()
+
+
+def standing(name: str, xy: tuple[float, float], size: tuple[float, float, float], z: float = 0.0) -> SceneObject:
+    pose = Pose(xyz=(*xy, z or 0.041 + size[2]))
+    return SceneObject(id=name, kind="box", size=size, pose=pose, rgba=BLUE, mass=0.1)
+
+
+def chest(opening: float = 0.0) -> SceneObject:
+    size, pose = (0.2, 0.16, 0.09, 0.12), Pose(xyz=(0.28, 0.05, 0.04))
+    return SceneObject(id="drawer", kind="drawer", size=size, pose=pose, mass=3.0, open=opening)
+
+
+IN_FRONT = Scene(objects=(chest(), standing("block", (0.12, 0.05), (0.02, 0.02, 0.03))))
+TOO_TALL = Scene(objects=(chest(0.1), standing("block", (0.15, 0.05), (0.015, 0.015, 0.045), 0.115)))
+
+
+@pytest.mark.parametrize(("scene", "prompt"), [(IN_FRONT, "open the drawer"), (TOO_TALL, "close the drawer")])
+def test_what_keeps_a_drawer_from_sliding_is_put_aside(scene: Scene, prompt: str) -> None:
+    with open_session(scene) as session:
+        episode = session.run(prompt)
+        assert episode.success, episode.final_detail
+        (attempt,) = episode.attempts
+        assert "block is in the way and is put aside first" in {repair.why for repair in attempt.error.repairs}
+        opening = session.sim.truth().objects["drawer"].opening
+        assert opening is not None and (opening > 0.08) == (scene is IN_FRONT)
+
+
+def test_what_is_in_the_way_of_pouring_is_put_aside() -> None:
+    cup = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)), mass=0.12)
+    bowl = SceneObject(id="bowl", kind="bowl", size=(0.075, 0.06), pose=Pose(xyz=(0.15, 0.15, 0.04)), mass=0.3)
+    beads = SceneObject(id="beads", kind="beads", size=(0.006,), count=3, inside="cup", mass=0.01)
+    tower = standing("tower", (0.05, 0.12), (0.02, 0.02, 0.11))
+    with open_session(Scene(objects=(cup, bowl, beads, tower))) as session:
+        episode = session.run("pour the beads into the bowl")
+        assert episode.success, episode.final_detail
+        assert isinstance(episode.attempts[0].error, CollisionError)
+        assert {repair.why for repair in episode.attempts[0].error.repairs} == {
+            "from another start",
+            "tower is in the way and is put aside first",
+        }

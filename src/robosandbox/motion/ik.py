@@ -76,9 +76,10 @@ class DLSMotionPlanner:
         checker.allow(())
 
     def allow(self, *names: str) -> None:
-        """Let the robot and what it holds touch these bodies from now on, and no others."""
+        """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others."""
         wanted = set(names)
-        self._collisions.allow(b for b, name in enumerate(self._collisions.names) if name in wanted)
+        bodies = enumerate(self._collisions.names)
+        self._collisions.allow(b for b, name in bodies if name in wanted or name.partition("/")[0] in wanted)
 
     def open_to(self, aperture: float) -> None:
         """Check the paths that follow with the fingers `aperture` apart, metres."""
