@@ -14,6 +14,7 @@ from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.placement import Workspace
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.world import add_sky
 from robosandbox.types import Array, matrix_from_quat_xyzw
 
 _SIZE = (600, 800)
@@ -54,15 +55,7 @@ def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: Workspace, path
     _draw_reach(spec, space)
     _draw_frame(spec, tcp, R_tcp, 0.12 * max(space.far, 0.3))
     spec.worldbody.add_light(pos=[1.0, -1.0, 2.5], dir=[-0.4, 0.4, -1.0], castshadow=False)
-    spec.add_texture(
-        name="robosandbox_sky",
-        type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
-        builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=[0.85, 0.89, 0.94],
-        rgb2=[0.55, 0.62, 0.70],
-        width=64,
-        height=384,
-    )
+    add_sky(spec, "robosandbox_sky")
     spec.visual.global_.offheight, spec.visual.global_.offwidth = _SIZE
     spec.visual.quality.shadowsize = 0
     ahead = np.array([np.cos(space.forward), np.sin(space.forward), 0.0])

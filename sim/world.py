@@ -135,10 +135,10 @@ def _set_options(spec: mujoco.MjSpec) -> None:
     spec.visual.map.zfar = 20.0
 
 
-def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
-    plane, box = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX
+def add_sky(spec: mujoco.MjSpec, name: str) -> None:
+    """Give a scene a pale sky, as a texture of this name."""
     spec.add_texture(
-        name="sky",
+        name=name,
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
         rgb1=[0.85, 0.89, 0.94],
@@ -146,6 +146,11 @@ def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
         width=64,
         height=384,
     )
+
+
+def _add_room(spec: mujoco.MjSpec, table_height: float) -> None:
+    plane, box = mujoco.mjtGeom.mjGEOM_PLANE, mujoco.mjtGeom.mjGEOM_BOX
+    add_sky(spec, "sky")
     world = spec.worldbody
     floor = world.add_body(name=FLOOR)
     floor.add_geom(name=FLOOR, type=plane, size=[3.0, 3.0, 0.1], rgba=[0.50, 0.53, 0.57, 1.0])
