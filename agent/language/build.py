@@ -71,14 +71,14 @@ class _Builder(Arranging):
     def sentence(self, sentence: Sentence) -> Draft:
         avoid = self._avoided(sentence.avoid)
         if all(command.verb == "nothing" for command in sentence.steps):
-            for command in sentence.steps:
+            for command in map(_each_spared, sentence.steps):
                 avoid.update(name for ref in command.objects for name in self.ground.many(ref, lambda name: True).ids)
             raise RefusedError(
                 RefusalCode.UNSUPPORTED,
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        for command in _fused(sentence.steps):
+        for command in _fused(tuple(map(_each_spared, sentence.steps))):
             getattr(self, f"_{command.verb}")(command)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
@@ -98,7 +98,9 @@ class _Builder(Arranging):
         for ref in refs:
             if ref.determiner == "all" and ref.other:
                 continue
-            avoid.update(self.ground.many(ref, lambda name: True).ids)
+            for each in ref.options or (ref,):
+                # "don't touch the can or the ball" spares both.
+                avoid.update(self.ground.many(each, lambda name: True).ids)
         return avoid
 
     def _pick(self, command: Command) -> None:
@@ -263,6 +265,17 @@ class _Builder(Arranging):
 
     def _home(self, command: Command) -> None:
         self._add("home")
+
+
+def _each_spared(command: Command) -> Command:
+    """As in "don't pick up the can or the ball": neither."""
+    if command.verb != "nothing":
+        return command
+    objects = tuple(each for ref in command.objects for each in ref.options or (ref,))
+    place = command.place
+    if isinstance(place, Relation) and any(ref.options for ref in place.refs):
+        raise RefusedError(RefusalCode.UNSUPPORTED, "Tell me where it may go, rather than where not.")
+    return replace(command, objects=objects)
 
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:

@@ -7,9 +7,14 @@ from dataclasses import replace
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref
+from robosandbox.agent.language.intent import Command, Ref, Relation
+from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.verbs import BASE_FORMS
 
+_MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
+_MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
+_HOLDS = frozenset({"contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -28,6 +33,7 @@ class Commands(Clauses):
         for start in self._preambles(i, 0):
             found += self._verb_first(start)
             found += self._wish(start)
+            found += self._by_doing(start)
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
@@ -61,6 +67,9 @@ class Commands(Clauses):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 for k, elements in self.elements(start):
                     found += [(k, command) for command in frame_command(verb, elements)]
+            if verb == "put":
+                for k, refs in self.np_list(j):
+                    found += self._run_on(refs, k)
             if verb == "give":
                 found += self._light(j)
             if verb in ("go", "move", "put", "push"):
@@ -77,7 +86,8 @@ class Commands(Clauses):
         """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
         if self.text(i) in BASE_FORMS:
             return True
-        return i > 0 and (self.text(i).endswith("ing") or self.text(i - 1) in ("have", "having", "you", "got"))
+        asked = self.text(i - 1) in ("have", "having", "got") or (self.text(i - 1) == "you" and i > 1)
+        return i > 0 and (self.text(i).endswith("ing") or asked)
 
     def _light(self, i: int) -> Found[Command]:
         """As in "give the can a gentle push to the left": the noun is the verb."""
@@ -106,8 +116,20 @@ class Commands(Clauses):
                 for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
                     found += self._placed_there(refs, k)
         starts = [end for end, _ in self.tag(i, "DESIRE")]
+        for start in starts:
+            # "I want to see a tower of the cubes"
+            for end, elements in self.elements(start):
+                if elements and elements[0].kind == "objects" and elements[0].value[0].nouns[:1] == ("tower",):
+                    found += [(end, command) for command in frame_command("build", elements)]
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
+                found += self._holding(refs, j, wished=start > i)
+                if (
+                    self.text(j) in _MODALS
+                    and self.text(j + 1) in ("all", "both", "each")
+                    and self.text(j + 2) in _GOES
+                ):
+                    found += self._placed_there(refs, j + 3)
                 copulas = [end for end, _ in self.tag(j, "COPULA")]
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
@@ -120,6 +142,43 @@ class Commands(Clauses):
                                 objects = spoken(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
                     found += self._placed_there(refs, k)
+        return found
+
+    def _holding(self, refs: tuple[Ref, ...], i: int, *, wished: bool) -> Found[Command]:
+        """As in "the tray should contain the ball": the container is named first."""
+        k = i + 1 if self.text(i) in (*_MODALS, "to") else i + 2 if self.said(i, i + 2) in _MODALS_TO else i
+        held = self.text(k)
+        plain = held in ("gets", "receives")
+        if len(refs) != 1 or not (plain or (held in _HOLDS and (k > i or wished))):
+            return []
+        found: Found[Command] = []
+        for j, objects in self.np_list(k + 1):
+            if any(part.determiner == "it" for ref in objects for where in ref.relations for part in where.refs):
+                continue
+            if self.text(j) == "on" and self.text(j + 1) in ("it", "top"):
+                found.append((j + 2, Command("put", objects, Relation("on", refs), bare=0.3)))
+            ends = [j + 1] if self.text(j) in ("inside", "in") else []
+            ends += [j + 2] if self.said(j, j + 2) in ("in it", "inside it") else []
+            found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in (*ends, j)]
+        return found
+
+    def _by_doing(self, i: int) -> Found[Command]:
+        """As in "clean up the toys by putting them in the box", "clear the table by putting everything in the bin"."""
+        found: Found[Command] = []
+        for j, verb in self.tag(i, "VERB") if self._asks(i) else []:
+            if verb not in _BY_DOING:
+                continue
+            for k, element in self.element(j):
+                if self.text(k) != "by" or not self.text(k + 1).endswith("ing"):
+                    continue
+                for end, command in self._verb_first(k + 1):
+                    if not command.objects or command.verb not in ("put", "stack"):
+                        continue
+                    it = command.objects[0].determiner == "it"
+                    if it and element.kind == "objects":
+                        found.append((end, replace(command, objects=element.value)))
+                    elif not it and (element.kind == "table" or verb == "build"):
+                        found.append((end, command))
         return found
 
     def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
@@ -205,7 +264,33 @@ class Commands(Clauses):
                 if sorted(kinds) == ["direction", "distance"]:
                     # "red cube: 5 cm left"
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+            if self.text(j) == "up" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                # "can up"
+                found += [
+                    (j + 1, replace(c, bare=0.9))
+                    for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
+                ]
+            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":") else j)
+            if self.text(j) == ":" and self._named_container(refs):
+                # "left bin: red cube and can"
+                put = Relation("in", refs)
+                found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found
+
+    def _joints_at(self, i: int) -> bool:
+        return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+
+    def _run_on(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        """As in "red cube left bin", "put can bin": the container alone says where."""
+        return [
+            (j, Command("put", refs, Relation("in", (where,)), bare=0.6))
+            for j, where in self.np(i)
+            if self._named_container((where,)) and not any(ref.unknown for ref in refs)
+        ]
+
+    def _named_container(self, refs: tuple[Ref, ...]) -> bool:
+        plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
+        return plain and bool(refs[0].nouns) and NOUN_CLASS.get(refs[0].nouns[0]) in ("bin", "bowl", "drawer")
 
 
 def _counted_from(ref: Ref, key: str) -> Ref:

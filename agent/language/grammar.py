@@ -80,6 +80,7 @@ def _ref_strain(ref: Ref) -> float:
         map(_ref_strain, ref.without)
     )
     # "everything but the trays and the tin" leaves both out.
+    inner += sum(map(_ref_strain, ref.options))
     bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
@@ -145,6 +146,10 @@ class Grammar(Commands):
             if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
+        better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
+        if better_distance and self._skip(k + 1) >= len(self.tokens):
+            # "5 cm to the left, no, make it 10"
+            found.append((len(self.tokens), (*part[:-1], replace(last, distance=better_distance))))
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
@@ -165,6 +170,9 @@ class Grammar(Commands):
             return []
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
+        if self.text(k) in ("whichever", "whatever"):
+            # "the left bin or the right bin, whichever is nearer" is no further thing.
+            return []
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object.
             again = replace(last, objects=refs, bare=0.9)

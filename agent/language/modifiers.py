@@ -15,8 +15,24 @@ STATES = {
     "opened": Relation("open"),
     "closed": Relation("closed"),
     "shut": Relation("closed"),
+    "empty": Relation("empty"),
+    "vacant": Relation("empty"),
 }
 _COLOUR_WORDS = frozenset({"colour", "color"})
+_COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
+_ALL_OF_THEM = tuple(
+    tuple(phrase.split())
+    for phrase in (
+        "all of them",
+        "both of them",
+        "each of them",
+        "every one of them",
+        "each one",
+        "every one",
+        "all",
+        "both",
+    )
+)
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
 
@@ -44,6 +60,15 @@ class Modifiers(Positions):
                 if whole.plural and not whole.ranks:
                     merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
                     found.append((j, merged))
+            # "the taller of the can and the cube"
+            compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours
+            found += [
+                (j, replace(ref, options=refs, one=False))
+                for j, refs in (self.np_list(i + 1) if compared else ())
+                if len(refs) > 1
+            ]
+        if ref.plural:
+            found += [(j, ref) for j in self._all_of_them(i, ref)]
         if ref.ranks:
             found += self._anchored(i, ref)
         for j, key in self.tag(i, "FROM"):
@@ -70,6 +95,9 @@ class Modifiers(Positions):
                     for j, key in self.tag(m, "SUPER"):
                         whichever = replace(ref, determiner="the", ranks=(*ref.ranks, Rank(key)))
                         found += [*self._anchored(j, whichever), (j, whichever)]
+            for m, key in self.tag(k, "SUPER") if not ref.ranks else []:
+                if self.text(m) == "than":
+                    found += self._compared(m + 1, key, ref)
             for j, relation in self.relation(k):
                 if not relation.directional and relation.distance is None:
                     found.append((j, replace(ref, relations=(*ref.relations, relation))))
@@ -118,6 +146,28 @@ class Modifiers(Positions):
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
         return found
+
+    def _compared(self, i: int, key: str, ref: Ref) -> Found[Ref]:
+        """As in "taller than the can", "bigger than the others"."""
+        found: Found[Ref] = []
+        for j in self.optional(i, "ALL", "THE", "A"):
+            rest = [end for tag in ("OTHER", "REST") for end, _ in self.tag(j, tag)]
+            found += [(end, replace(ref, ranks=(*ref.ranks, Rank(key)))) for end in rest]
+        for j, anchor in self.np(i):
+            if not (anchor.other or anchor.plural or anchor.unknown):
+                than = Relation("than", (anchor,), order=key)
+                found.append((j, replace(ref, relations=(*ref.relations, than))))
+        return found
+
+    def _all_of_them(self, i: int, ref: Ref) -> list[int]:
+        """As in "the cubes, all of them,": nothing new, but for how many there are."""
+        start = i + 1 if self.text(i) == "," else i
+        ends = [
+            start + len(words)
+            for words in _ALL_OF_THEM
+            if tuple(map(self.text, range(start, start + len(words)))) == words
+        ]
+        return [end + 1 if start > i and self.text(end) == "," else end for end in ends]
 
     def _of_colour(self, i: int) -> Found[str]:
         """As in "with a green colour", "of colour pink"; "in red" could be a place."""

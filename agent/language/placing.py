@@ -84,7 +84,7 @@ class Placing(Hands):
                     or (kind == "on" and holder)
                 ):
                     self._put_in(name, target)
-                elif kind == "on":
+                elif kind == "on" or (kind == "to" and self._carries(target, name)):
                     self._put_on(name, target, stack=stack)
                 elif kind == "to":
                     raise RefusedError(
@@ -124,6 +124,12 @@ class Placing(Hands):
                 self._put_region(name, place, radius)
             case _:
                 self._put_free(name, world.at[name], ignore=(name,))
+
+    def _carries(self, target: str, name: str) -> bool:
+        """Say whether a thing is flat and wide, so that "to the plate" means onto it."""
+        x, y, z = self.world.extents(target)
+        wide, deep, _ = self.world.extents(name)
+        return z < 0.5 * min(x, y) and min(x, y) > max(wide, deep)
 
     def _vessel(self, name: str) -> str:
         """Return what beads would be poured from, or the thing itself."""

@@ -43,7 +43,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
-    "would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
@@ -100,6 +100,21 @@ DESIRES = (
     "i wanna, i like, the goal is to have, "
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
+_GOALS = "goal, aim, objective, target, desired outcome, outcome, end result, result, desired state, final state, end state, desired result, idea, intention, wish"
+DESIRES += "".join(
+    f", {whose} {goal} {is_}"
+    for goal in _GOALS.split(", ")
+    for whose in ("the", "my", "your", "our")
+    for is_ in ("is", "should be", "is to have", "is to see", "is to get", "is that", "is for", "is having", "would be")
+)
+DESIRES += (
+    ", it would be great if, it would be good if, it would be lovely if, it would be best if, i would be glad if, it would help if, would be great if, "
+    "it would be better if, i would prefer it if, i would love it if, i would appreciate it if, i want that, it is necessary that, "
+    "make it so, make it so that, make it such that, arrange things so that, arrange it so that, set things up so that, "
+    "arrange things so, fix it so that, arrange for, see to it, it is important that, i would be happy if, be sure that, "
+    "i am after, i would rather have, i should like, i would like there to be, there should be, there needs to be, i want there to be"
+)
+
 COPULAS = (
     "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
@@ -262,7 +277,7 @@ CORRECTION = (
     "no i meant, no make that, oh wait, oh sorry, wait i mean, wait i meant, oops i mean, oops i meant, "
     "strike that, on second thought, on second thoughts, no wait actually, wait actually, no not that one, "
     "no not that, no hang on, my bad, my mistake, well actually, well no, better, er no, no no, or actually, "
-    "oops no, oops sorry"
+    "oops no, oops sorry, make it, no make it, no make that, or better, better make that, nope, nah, wait sorry, sorry wait, apologies, i misspoke, let us say, or should i say, i should say, no instead"
 )
 INSTEAD = (
     "instead of, rather than, and not, not, as opposed to, but not, instead of picking up, "
@@ -312,5 +327,5 @@ SAME = (
     "do that with, do that for, do likewise with, likewise with, likewise for, repeat with, repeat for, repeat this with, repeat that with, repeat that for, "
     "do it for, do so with, do this with, do it again with, do the same thing to, repeat the same with, repeat the process with, repeat this for"
 )
-IS_NOW = "is, are, is already, are already, is now"
+IS_NOW = "is, are, is already, are already, is now, was, were, could be, would be, could go, went, ended up, lands, lies, stands, sat"
 STILL = "without moving, without disturbing, without shifting, without displacing, without knocking over, without toppling, without disrupting"

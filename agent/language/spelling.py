@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 
 from rapidfuzz import process
@@ -53,6 +53,46 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
     if len(word) == 3:
         return swapped or len(candidate) == 4
     return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
+
+
+def respelled(words: Sequence[str], known: Collection[str], parts: frozenset[str]) -> tuple[str, ...]:
+    """Return the words of a sentence that was not understood with what its place in the sentence tells of their spelling.
+
+    Where a command begins, the nearest verb is meant ("pik up"); elsewhere letters may have been left out ("rd cube").
+    """
+    made: list[str] = []
+    for i, word in enumerate(words):
+        opens = i == 0 or words[i - 1] in _BEFORE_COMMANDS
+        better = None
+        if opens and word.isalpha() and len(word) > 2 and (word not in known or _REAL_SLIPS.get(word)):
+            better = _nearest_verb(word)
+        if better is None and word.isalpha() and word not in known and 1 < len(word) < 6:
+            better = _filled(word, parts)
+        made.append(better or word)
+    return tuple(made)
+
+
+_BEFORE_COMMANDS = frozenset({",", ".", "!", ";", ":", "and", "then", "please", "to", "you"})
+_VERBS = ("pick", "put", "push", "place", "take", "grab", "move", "stack", "drop", "lift", "get", "open", "close", "tap", "touch", "pull", "slide", "set", "swap", "pour")  # fmt: skip
+_REAL_SLIPS = {"pic": "pick", "puck": "pick", "pink": "", "pip": "", "plate": "", "plane": "", "lace": ""}
+
+
+@lru_cache(maxsize=1024)
+def _nearest_verb(word: str) -> str | None:
+    if word in _REAL_SLIPS:
+        return _REAL_SLIPS[word] or None
+    near = [verb for verb in _VERBS if verb[0] == word[0] and OSA.distance(word, verb) == 1]
+    return near[0] if len(near) == 1 else None
+
+
+@lru_cache(maxsize=1024)
+def _filled(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one word of which this has the consonants: "rd" for "red", "th" for "the"."""
+    words = {*_VERBS, *(w for w, m in MEANING.items() if m.startswith("colour")), *parts, "the", "and", "with", "from"}
+    if any(letter in "aeiou" for letter in word):
+        return None
+    near = [w for w in words if w.isalpha() and w[0] + "".join(c for c in w[1:] if c not in "aeiou") == word]
+    return near[0] if len(near) == 1 else None
 
 
 def suggestions(word: str, names: Iterable[str], limit: int = 3) -> tuple[str, ...]:

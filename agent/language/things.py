@@ -208,7 +208,7 @@ NUMBERS: dict[str, float] = {
     "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
     "hundred": 100, "half": 0.5, "one half": 0.5, "one quarter": 0.25, "one third": 1 / 3, "half a": 0.5, "half an": 0.5, "a quarter": 0.25, "quarter": 0.25, "three quarters": 0.75, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
     "a couple of": 2, "a couple": 2, "couple of": 2, "a few": 3, "several": 3, "one and a half": 1.5, "two and a half": 2.5,
-    "twenty five": 25, "a hundred": 100, "one hundred": 100, "a dozen": 12,
+    "twenty five": 25, "a hundred": 100, "half a dozen": 6, "one hundred": 100, "a dozen": 12,
     "a single": 1, "half of a": 0.5, "three quarters of a": 0.75, "a third of a": 1 / 3,
 }  # fmt: skip
 UNITS: dict[str, float] = {
@@ -229,7 +229,7 @@ AMOUNTS: dict[str, float] = {
 ABOUT = (
     "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
     "by around, by roughly, by approximately, by exactly, for, some, maybe, a distance of, by a distance of, "
-    "at least, up to, by another"
+    "at least, up to, by another, at most, no more than, not more than, by no more than, by at most, by at least, a full, by a full, something like, by something like"
 )
 PRONOUNS: dict[str, str] = {
     "it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves",
