@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.verbs import BASE_FORMS
 
@@ -15,6 +16,8 @@ _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
 _HOLDS = frozenset({"contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
+_TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -67,6 +70,27 @@ class Commands(Clauses):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 for k, elements in self.elements(start):
                     found += [(k, command) for command in frame_command(verb, elements)]
+            if verb == "tap":
+                # "tap the lid of the can": a tap lands on top.
+                for k in [
+                    end
+                    for m in self.optional(j, "THE")
+                    if self.text(m) in _TOPS
+                    for end in (m + 2,)
+                    if self.text(m + 1) == "of"
+                ]:
+                    for end, elements in self.elements(k):
+                        found += [(end, command) for command in frame_command(verb, elements)]
+            if verb == "give" and self.text(j) in ("me", "us"):
+                # "give me the can, put it in the bin": it is to be put, not handed over.
+                for k, refs in self.np_list(j + 1):
+                    for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k else []:
+                        if (
+                            command.verb in ("put", "stack")
+                            and command.objects
+                            and command.objects[0].determiner == "it"
+                        ):
+                            found.append((end, replace(command, objects=refs)))
             if verb == "put":
                 for k, refs in self.np_list(j):
                     found += self._run_on(refs, k)
@@ -142,6 +166,8 @@ class Commands(Clauses):
                                 objects = spoken(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
                     found += self._placed_there(refs, k)
+                    if self.text(k - 1) in ("goes", "go"):
+                        found += self._run_on(refs, k)
         return found
 
     def _holding(self, refs: tuple[Ref, ...], i: int, *, wished: bool) -> Found[Command]:
@@ -183,7 +209,7 @@ class Commands(Clauses):
 
     def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         return [
-            (end, command)
+            (end, _under(command))
             for end, elements in self.elements(i)
             if elements and any(e.kind in ("place", "matching") for e in elements)
             for command in frame_command("put", (spoken(refs), *elements))
@@ -211,6 +237,24 @@ class Commands(Clauses):
         if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
             # "start with the marble: put it in the tray"
             i += 2
+        orders: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
+        for tag, order in orders:
+            for k, _ in self.tag(i, tag):
+                # "from the bottom up: yellow, white, blue"
+                found += [
+                    (j, Command("stack", refs, None, (), order))
+                    for j, refs in (self.np_list(self._skip(k)) if self._skip(k) > k else ())
+                    if len(refs) > 1
+                ]
+        for k, ref in self.np(i):
+            if ref.nouns[:1] in (("tower",), ("stack",), ("pile",)) and self.text(k) in (":", ","):
+                # "tower: red, green, blue from bottom to top"
+                found += [
+                    (end, command)
+                    for end, elements in self.elements(k + 1)
+                    for command in frame_command("build", (Element("objects", (ref,)), *elements))
+                    if command.objects
+                ]
         for k, _ in self.tag(i, "LOOK"):
             found += self._pointed_out(k)
         for j, element in self.element(i):
@@ -254,6 +298,8 @@ class Commands(Clauses):
         """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
         for j, refs in self.np_list(i):
+            if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
+                continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
             starts = {both, j + 1} if self.text(j) in (",", ":", "!") else {both}
@@ -270,6 +316,9 @@ class Commands(Clauses):
                     (j + 1, replace(c, bare=0.9))
                     for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
                 ]
+            if self.text(j) in _STATES and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                # "drawer closed"
+                found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))
             found += self._run_on(refs, j + 1 if self.text(j) in (",", ":") else j)
             if self.text(j) == ":" and self._named_container(refs):
                 # "left bin: red cube and can"
@@ -283,14 +332,22 @@ class Commands(Clauses):
     def _run_on(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         """As in "red cube left bin", "put can bin": the container alone says where."""
         return [
-            (j, Command("put", refs, Relation("in", (where,)), bare=0.6))
-            for j, where in self.np(i)
-            if self._named_container((where,)) and not any(ref.unknown for ref in refs)
+            (j, Command("put", refs, Relation("in", where), bare=0.6))
+            for j, where in self.np_list(i)
+            if self._named_container(where) and not any(ref.unknown for ref in refs)
         ]
 
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
         plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
         return plain and bool(refs[0].nouns) and NOUN_CLASS.get(refs[0].nouns[0]) in ("bin", "bowl", "drawer")
+
+
+def _under(command: Command) -> Command:
+    """As in "the red cube should be under the blue one": the blue one goes on it."""
+    place = command.place
+    if isinstance(place, Relation) and place.kind == "under" and len(command.objects) == len(place.refs) == 1:
+        return replace(command, objects=place.refs, place=Relation("on", command.objects))
+    return command
 
 
 def _counted_from(ref: Ref, key: str) -> Ref:

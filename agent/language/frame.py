@@ -59,6 +59,14 @@ MUTUAL = frozenset(
 )
 
 
+MUTUAL |= frozenset(
+    f"{into} {one}{tower}"
+    for into in ("in", "into", "as")
+    for one in ("a ", "one ", "a single ", "one big ", "one tall ")
+    for tower in ("tower", "stack", "pile")
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """The elements of one clause by kind.

@@ -232,6 +232,9 @@ class Grounder(Orders):
             found = [name for name in names if name == world.held]
         elif kind == "than":
             found = self._exceeding(names, relation)
+        elif kind in ("holds", "lacks"):
+            inner = set(self._loosely(relation.refs[0], list(world.objects)))
+            found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
         elif kind == "empty":
             holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
             found = [name for name in holders if not world.inside(name)] if holders else names

@@ -70,6 +70,7 @@ def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:
     return tuple(
         token if token.kind != "word" or token.text == word else Token(word, token.raw, "word")
         for token, word in zip(tokens, words, strict=True)
+        if word
     )
 
 
@@ -99,7 +100,8 @@ def choose(
             continue
         best = strain if not plans else best
         context.last = reading
-        plans.setdefault(_effect(draft), (draft, context))
+        if not any(_same_in_the_end(_effect(draft), other) for other in plans):
+            plans[_effect(draft)] = (draft, context)
     if len(plans) > 1:
         both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
@@ -111,6 +113,17 @@ def choose(
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def _same_in_the_end(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    """Say whether two plans carry the same things into the same containers, in whatever order."""
+
+    def carried(calls: tuple[str, ...]) -> list[tuple[str, str]] | None:
+        pairs = list(zip(calls[::2], calls[1::2], strict=False))
+        plain = len(calls) % 2 == 0 and all(a.startswith("pick(") and b.startswith("place_in(") for a, b in pairs)
+        return sorted(pairs) if plain else None
+
+    return one == other or (carried(one) is not None and carried(one) == carried(other))
 
 
 def _effect(draft: Draft) -> tuple[str, ...]:

@@ -50,6 +50,7 @@ class Modifiers(Positions):
     def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
         start = i + 1 if self.text(i) == "," else i
+        found += self._filled_with(i, ref)
         for j, _ in self.tag(i, "OF_THEM"):
             found.append((j, ref))
         for j, _ in self.tag(i, "HELD"):
@@ -138,14 +139,40 @@ class Modifiers(Positions):
             for j, colour in self.tag(k, "COLOUR"):
                 negated = replace(ref, not_colours=(*ref.not_colours, colour))
                 found.append((j, negated))
-                for m, _ in self.tag(j, "NOR"):
-                    for end, second in self.tag(m, "COLOUR"):
-                        found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
+                while True:
+                    # "not red, green or blue"
+                    m = j + 1 if self.text(j) == "," else j
+                    m = next((end for end, _ in self.tag(m, "NOR")), m)
+                    if m == j or not self.tag(m, "COLOUR"):
+                        break
+                    j, second = self.tag(m, "COLOUR")[0]
+                    negated = replace(negated, not_colours=(*negated.not_colours, second))
+                    found.append((j, negated))
             for j, relation in self.relation(k):
                 if not relation.directional and relation.refs:
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
         return found
+
+    def _filled_with(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "the mug with the beans in it", "the bin that has no ball in it", "the bowl with nothing in it"."""
+        k = i + 1 if self.text(i) in ("that", "which") else i
+        if self.text(k) not in (("has", "have", "contains", "holds") if k > i else ("with", "containing", "holding")):
+            return []
+        plain = self.text(k) in ("contains", "holds", "containing", "holding")
+        if self.text(k + 1) in ("nothing", "none"):
+            found = [(k + 2, replace(ref, relations=(*ref.relations, Relation("empty"))))]
+        else:
+            lacks = self.text(k + 1) == "no"
+            found = [
+                (j, replace(ref, relations=(*ref.relations, Relation("lacks" if lacks else "holds", (inner,)))))
+                for j, inner in self.np(k + 2 if lacks else k + 1)
+                if not inner.unknown
+            ]
+        ends = {"in it": 2, "inside it": 2, "inside of it": 3, "in there": 2, "in them": 2, "inside": 1}
+        return [(j + n, full) for j, full in found for said, n in ends.items() if self.said(j, j + n) == said] + (
+            found if plain else []
+        )
 
     def _compared(self, i: int, key: str, ref: Ref) -> Found[Ref]:
         """As in "taller than the can", "bigger than the others"."""

@@ -91,9 +91,8 @@ class Nouns(Modifiers):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
             ranked = any(rank.key not in PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
-            bare = ranked or ref.colours or ref.not_colours or ref.unknown
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
-            bare = bare or part
+            bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
             if (j > i and bare) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))

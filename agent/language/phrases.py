@@ -141,14 +141,14 @@ class Phrasing(Nouns):
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
                 ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
-            if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
+            if not which or self.text(j) not in (",", ".") or not self.tag(j + 1, "THE"):
                 continue
             for k, better in self.np(j + 1):
                 closer = better.one and not (better.nouns or better.plural or better.other or better.count)
                 if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
                     merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
                     merged = replace(merged, relations=(*ref.relations, *better.relations))
-                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) == "," else [])
+                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) in (",", ".") else [])
         return apposed
 
     @rule

@@ -44,7 +44,7 @@ DIRECTIONS: dict[str, str] = {
     ),
 }
 PARTICLES = (
-    "places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
+    "into a tower, into one tower, into a stack, into one stack, in one stack, in a stack, in a tower, in one tower, in a pile, into a pile, into one pile, in one pile, as a tower, as a stack, into a single stack, into a single tower, in a single stack, into one big tower, into one big stack, into one tall tower, places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
     "to the side, "
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
@@ -149,7 +149,7 @@ MATCHING = (
     "correctly colored, color matched, correctly coloured"
 )
 SAME_COLOUR = (
-    "with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
+    "of their own colour, of their own color, of its own colour, of its own color, in their own colour, in their own color, in the same colour, in the same color, in its own colour, in its colour, in its color, in their colour, in their color, that is the same colour, that is the same color, that are the same colour, that are the same color, that have the same colour, that have the same color, with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
     "of the same colour, of the same color, with the same colour, with the same color, of its colour, "
     "of its color, of their colour, of their color, that matches its colour, "
     "that matches its color, that matches, that match, of matching colour, of matching color, "

@@ -56,6 +56,9 @@ _COURTESIES = tuple(
         r"(?:what|how) do you say",
         r"if (?:you|i) (?:ask|asked) me",
         r"do not (?:worry|panic|rush|hurry)(?: about it)?|no worries",
+        r"(?:of|from) (?:where it (?:is|stands|sits|was)|its (?:current|present) (?:place|position|spot|location)|here|there)(?: right| just)?(?: now)?",
+        r"(?:once|when|after|as soon as) (?:you are|you have|it is|everything is|all is|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
+        r"(?:with|by) you(?= (?:[,.!?] )?$)|in the end(?= (?:[,.!?] )?$)|at the end(?= (?:[,.!?] )?$)",
         r"terribly|awfully|by any chance|per chance|perchance|as usual|as always|as before|as discussed|as agreed|as promised|as requested",
         r"(?:i|we) do not (?:mind|care)(?: which| what| whichever| at all)?(?: one| of them| you (?:pick|choose|take))?",
         r"(?:it|that) does not (?:really )?matter(?: which| to me| at all)?(?: one| you (?:pick|choose|take))?",
@@ -114,6 +117,7 @@ _HARMLESS = (
 _DENIABLE = word_set(
     "needed necessary required useful important wanted good safe nice helpful fall roll break tip spill slip get hurt in be any"
 )
+_WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _MARKS = frozenset(",.;!?:")
 _JOINTS = frozenset({"and", "then", "but", "so"})
 _PURPOSES = re.compile(
@@ -131,7 +135,15 @@ _PURPOSES = re.compile(
 
 def without_remarks(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
     """Return the tokens without courtesies, reasons and small talk that bind nothing; the same tokens if there are none."""
-    return _Remarks(_without_courtesies(tokens), words).removed()
+    return _Remarks(_without_courtesies(_restarted(tokens)), words).removed()
+
+
+def _restarted(tokens: Sequence[Token]) -> Sequence[Token]:
+    """As in "both cans need to... no, forget that, just tap the lid": what was broken off does not count."""
+    for i in range(len(tokens) - 3, 0, -1):
+        if tokens[i].text in ("forget", "scratch", "strike", "ignore") and tokens[i + 1].text in ("that", "it", "this"):
+            return tokens[i + 2 :] if tokens[i + 2].text in _MARKS else tokens
+    return tokens
 
 
 def _without_courtesies(tokens: Sequence[Token]) -> tuple[Token, ...]:
@@ -316,14 +328,8 @@ class _Remarks:
         if "you" in texts and any("VERB" in self.tags[k] for k in span):
             return False
         for k in span:
-            if (
-                self._text(k) in ("want", "need", "prefer", "like", "wish", "love", "would")
-                and self._text(k + 1) != "to"
-            ):
-                if self._names_things(k + 1, end) or any(
-                    {"VERB", "DIR", "REL", "TO"} & self.tags[m] for m in range(k + 1, end)
-                ):
-                    return False
+            if self._text(k) in _WISHES and self._text(k + 1) != "to" and self._asks(k + 1, end):
+                return False
             if self._text(k) == "not" and self._names_things(k, end):
                 return False
         speaks = self._speaks(i)
@@ -332,6 +338,10 @@ class _Remarks:
         # About things: how they are, not what is done with them.
         verb = next((k for k in span if self._text(k) in _STATES), None)
         return verb is not None and verb > i and self._idle(verb + 1, end)
+
+    def _asks(self, i: int, end: int) -> bool:
+        doing = any({"VERB", "DIR", "REL", "TO"} & self.tags[k] for k in range(i, end))
+        return doing or self._names_things(i, end)
 
     def _names_things(self, i: int, end: int) -> bool:
         return any(self._thing(k) for k in range(i, end))

@@ -265,9 +265,7 @@ SWAP_OF = (
     "the spots of, the place of, places between, positions between, the order of, locations of, "
     "the location of"
 )
-LOOK = (
-    "see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
-)
+LOOK = "if you see, if there is, if you find, if you spot, if you can see, if you can find, if you notice, i see, i can see, i spy, see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
 NOR = "nor, or, and, or is, nor is"
 START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
 CORRECTION = (
@@ -288,7 +286,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "

@@ -24,7 +24,7 @@ VERBS: dict[str, str] = {
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
         "lay down, hang, "
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
-        "push down, hide, stand, shelve, collect, gather, gather up, round up, heap"
+        "push down, hide, stand, shelve, serve, collect, gather, gather up, round up, heap"
     ),
     "load": "load, fill, load up, fill up, stock, pack",
     "discard": (
