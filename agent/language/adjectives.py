@@ -51,3 +51,11 @@ CLAIMS = word_set(
 
 DISTINCT = frozenset({"different", "separate", "distinct", "individual"})
 """As in "in different bins": each thing has one of its own."""
+
+MEASURES = word_set(
+    """
+    roll packet bar stick piece jar tube bunch bag loaf carton slice sheet lump chunk pack sachet pair tub box bottle can
+    tin cup glass mug pot reel spool ball block kind sort type
+    """
+)
+"""As in "a roll of tape": what stands before "of" and adds nothing where the name alone is known."""

@@ -48,6 +48,13 @@ class Arranging(Placing):
         names, several = self._objects(command, targets)
         if isinstance(place, Relation) and place.refs and definite:
             targets = self._targets(place, names)
+        if (
+            isinstance(place, Table)
+            and names
+            and all(name in self.set_free and self.world.held != name for name in names)
+        ):
+            # "unstack the cube and put it on the table": it lies there already.
+            return
         again = [name for name in names if name in self.put_down] if several else []
         if again and not any(ref.determiner == "it" for ref in command.objects):
             raise RefusedError(

@@ -70,6 +70,7 @@ class _Builder(Arranging):
 
     def sentence(self, sentence: Sentence) -> Draft:
         avoid = self._avoided(sentence.avoid)
+        self.spared = avoid
         if all(command.verb == "nothing" for command in sentence.steps):
             for command in map(_each_spared, sentence.steps):
                 avoid.update(name for ref in command.objects for name in self.ground.many(ref, lambda name: True).ids)
@@ -79,6 +80,7 @@ class _Builder(Arranging):
                 sorted(avoid),
             )
         for command in _fused(tuple(map(_each_spared, sentence.steps))):
+            self._check_condition(command)
             getattr(self, f"_{command.verb}")(command)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
@@ -92,6 +94,19 @@ class _Builder(Arranging):
         if not self.steps:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
+
+    def _check_condition(self, command: Command) -> None:
+        """As in "if the drawer is open, close it": done only if it is so."""
+        if command.condition is None:
+            return
+        try:
+            self.ground.one(command.condition, lambda name: True)
+        except RefusedError as error:
+            if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND:
+                raise
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"“{command.condition.text}” is not so; there is nothing to do."
+            ) from None
 
     def _avoided(self, refs: Sequence[Ref]) -> set[str]:
         avoid: set[str] = set()
@@ -111,6 +126,10 @@ class _Builder(Arranging):
                 f"The gripper holds one object at a time, and you asked for {listed(names)}; where should they go?",
                 names,
             )
+        if any(relation.kind == "under" and relation.order for ref in command.objects for relation in ref.relations):
+            # "the blue cube from under the red one": that one has to go first.
+            for above in self.world.on_top_of(names[0]):
+                self._put_free(above, self.world.at[above])
         if self.world.held == names[0] and names[0] in (
             self.steps[-1].call.arguments.get("object") for _ in self.steps[-1:]
         ):

@@ -10,6 +10,7 @@ from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.verbs import BASE_FORMS
 
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
@@ -44,6 +45,18 @@ class Commands(Clauses):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):
                 found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
+        for j, what, condition in self._condition(i):
+            for k, command in self._verb_first(self._skip(j)) if self._skip(j) > j else []:
+                it = bool(command.objects) and command.objects[0].determiner == "it"
+                objects = (what,) if it else command.objects
+                found.append((k, replace(command, objects=objects, condition=condition)))
+        for j, command in list(found):
+            for k, _, condition in self._condition(j + 1 if self.text(j) == "," else j):
+                if condition.determiner == "it" and len(command.objects) == 1:
+                    # "close the drawer if it is open"
+                    relations = (*command.objects[0].relations, *condition.relations)
+                    condition = replace(command.objects[0], relations=relations, text=condition.text)
+                found.append((k, replace(command, condition=condition)))
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
@@ -53,6 +66,22 @@ class Commands(Clauses):
                     it = bool(command.objects) and command.objects[0].determiner == "it"
                     found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
+
+    def _condition(self, i: int) -> list[tuple[int, Ref, Ref]]:
+        """As in "if the drawer is open": where it ends, the thing, and the thing as it has to be."""
+        found: list[tuple[int, Ref, Ref]] = []
+        if self.text(i) != "if":
+            return found
+        for j, ref in self.np(i + 1):
+            if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
+                continue
+            k = j + 2 if self.text(j + 1) in ("still", "already", "currently") else j + 1
+            states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
+            states += [(m, relation) for m, relation in self.relation(k) if not relation.directional]
+            for m, relation in states:
+                so = replace(ref, relations=(*ref.relations, relation), text=self.said(i + 1, m))
+                found.append((m, ref, so))
+        return found
 
     def _preambles(self, i: int, depth: int) -> list[int]:
         starts = [i]
@@ -81,10 +110,12 @@ class Commands(Clauses):
                 ]:
                     for end, elements in self.elements(k):
                         found += [(end, command) for command in frame_command(verb, elements)]
-            if verb == "give" and self.text(j) in ("me", "us"):
-                # "give me the can, put it in the bin": it is to be put, not handed over.
-                for k, refs in self.np_list(j + 1):
-                    for end, command in self._verb_first(self._skip(k)) if self._skip(k) > k else []:
+            if verb in ("give", "put", "pick"):
+                # "give me the can, put it in the bin", "bring the can and put it on the tray": it is to be put.
+                for k, refs in self.np_list(j + 1 if self.text(j) in ("me", "us") else j):
+                    then = self._skip(k)
+                    then = self._skip(then + 1) if self.text(then) in ("and", "then") else then
+                    for end, command in self._verb_first(then) if then > k else []:
                         if (
                             command.verb in ("put", "stack")
                             and command.objects
@@ -100,6 +131,11 @@ class Commands(Clauses):
                 for k in self._arm(j):
                     for end in self._home(k):
                         found.append((end, Command("home")))
+        for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
+            if noun in ("bin", "bowl", "box", "drawer") and not plural and (self.tag(j, "THE") or self.tag(j, "PRON")):
+                # "crate the cube"
+                where = Relation("in", (Ref(text=self.said(i, j), nouns=(phrase,)),))
+                found += [(k, Command("put", refs, where, bare=0.3)) for k, refs in self.np_list(j)]
         for end in self._home(i):
             # "home"; but "start" alone is no place, nor is "rest".
             if end > i + 1 or self.text(i) == "home":
@@ -154,7 +190,8 @@ class Commands(Clauses):
                     and self.text(j + 2) in _GOES
                 ):
                     found += self._placed_there(refs, j + 3)
-                copulas = [end for end, _ in self.tag(j, "COPULA")]
+                aside = j + 1 if len(refs) > 1 and self.text(j) == "," else j
+                copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
                     copulas += [end for end, _ in self.tag(j, "IS_NOW")]
@@ -302,7 +339,7 @@ class Commands(Clauses):
                 continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
-            starts = {both, j + 1} if self.text(j) in (",", ":", "!") else {both}
+            starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
                 kinds = [element.kind for element in elements]
                 if "place" in kinds or "matching" in kinds:
@@ -316,6 +353,11 @@ class Commands(Clauses):
                     (j + 1, replace(c, bare=0.9))
                     for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
                 ]
+            if self.text(j) == "away" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                found.append((j + 1, Command("tidy", refs, bare=0.9)))
+            if self.text(j) == "swap" and len(refs) == 2:
+                ends = [j + 2] if self.text(j + 1) in ("places", "positions", "spots", "locations") else []
+                found += [(end, Command("swap", refs, bare=0.3)) for end in (*ends, j + 1)]
             if self.text(j) in _STATES and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
                 # "drawer closed"
                 found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))

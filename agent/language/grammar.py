@@ -108,7 +108,8 @@ class Grammar(Commands):
                 continue
             for k in self._joints(j):
                 found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
-            late = [k for k, _ in self.tag(self._skip(j), "FIRST_BUT")]
+            after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
+            late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
                 late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
             for k in self._corrected(j):
@@ -128,7 +129,7 @@ class Grammar(Commands):
                 found += self._gapped(part, k) if self.text(k - 1) != "but" else []
             for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
-                    found.append((end, (*rest, *part)))
+                    found.append((end, (*_in_it(rest, part), *part)))
         return found[:20]
 
     def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
@@ -303,6 +304,19 @@ class Grammar(Commands):
                     for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
+
+
+def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]:
+    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last."""
+    first, last = parts[0] if parts else None, named[0] if named else None
+    if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
+        return parts
+    place = first.place
+    if isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
+        first = replace(first, place=replace(place, refs=last.objects))
+    elif first.objects and first.objects[0].determiner == "it":
+        first = replace(first, objects=last.objects)
+    return (first, *parts[1:])
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

@@ -56,7 +56,7 @@ class Relation:
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
-        order: For than: what is compared, as the key of a `Rank`.
+        order: For than: what is compared, as the key of a `Rank`; "from" for "from under".
     """
 
     kind: str
@@ -186,6 +186,7 @@ class Command:
         times: How often.
         bare: How much is left unsaid: no verb, or no place.
         negated: For nothing: the verb that is not to be done.
+        condition: "if the drawer is open": what has to be there, as it is described.
     """
 
     verb: Verb
@@ -198,6 +199,7 @@ class Command:
     times: int = 1
     bare: float = 0.0
     negated: str = ""
+    condition: Ref | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -72,7 +72,7 @@ class Modifiers(Positions):
             found += [(j, ref) for j in self._all_of_them(i, ref)]
         if ref.ranks:
             found += self._anchored(i, ref)
-        for j, key in self.tag(i, "FROM"):
+        for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
                 # "the last one on the right" is the rightmost; "the last one from the right" is not.
                 index = {rank.index for rank in ref.ranks if not rank.key}.pop()

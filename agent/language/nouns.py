@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, SHAPES, TINTS
+from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
@@ -150,6 +150,14 @@ class Nouns(Modifiers):
         if i >= len(self.tokens):
             return found
         token = self.tokens[i]
+        if (
+            token.text in MEASURES
+            and self.text(i + 1) == "of"
+            and token.text not in self.words.parts
+            and i + 2 < len(self.tokens)
+        ):
+            # "the roll of tape"
+            found += [(j, named) for j, named in self._noun(i + 2, ref) if not named.unknown]
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):

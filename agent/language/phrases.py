@@ -39,6 +39,9 @@ class Phrasing(Nouns):
             thing = Ref(text="", determiner="the", nouns=("thing",))
             for j, ref in self._modifier(i + 2, thing):
                 found.append((j, replace(ref, text=self.said(i, j))))
+        if self.text(i) in ("number", "no") and self._suffix(i + 1):
+            # "all vials except number two"
+            found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
         found += self._broken_off(i)
@@ -176,6 +179,10 @@ class Phrasing(Nouns):
                         again and not (others[0].nouns or others[0].colours or others[0].names)
                     ):
                         found.append((end, (first, *others)))
+        found = [
+            (j, _sharing(refs)) if self.text(j - 1) not in ("one", "ones") or len(refs) < 2 else (j, refs)
+            for j, refs in found
+        ]
         for j, refs in list(found):
             for k in self._corrected(j):
                 for end, better in self.np_list(k):
@@ -278,3 +285,27 @@ class Phrasing(Nouns):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
+    """As in "the first and the last vial, from the left": a noun and an order that serve for all of a list."""
+    shared = list(refs)
+    for k in range(len(refs) - 2, -1, -1):
+        ref, after = shared[k], shared[k + 1]
+        bare = ref.one and not (ref.nouns or ref.names or ref.other) and not ref.text.endswith(("one", "ones"))
+        if bare and ref.ranks and not after.nouns and after.names and not any(name.isdigit() for name in after.names):
+            shared[k] = replace(ref, names=after.names, one=False)
+        if (
+            bare
+            and ref.determiner == "the"
+            and after.nouns
+            and after.determiner in ("the", "bare")
+            and not after.plural
+        ):
+            shared[k] = replace(ref, nouns=after.nouns, one=False)
+        keys = {rank.key for rank in after.ranks if rank.key in ("left", "right", "near", "far", "top", "bottom")}
+        if len(keys) == 1 and any(not rank.key for rank in ref.ranks):
+            key = keys.pop()
+            ranks = tuple(replace(rank, key=rank.key or key) for rank in ref.ranks)
+            shared[k] = replace(shared[k], ranks=ranks)
+    return tuple(shared)

@@ -43,6 +43,25 @@ DIRECTIONS: dict[str, str] = {
         "to the robot right, further to the right, over to your right, rightways"
     ),
 }
+
+
+def _axes(axis: str, sign: str) -> str:
+    signed = (sign, f"the {sign}") if sign else ("", "the", "positive", "the positive", "plus")
+    return "".join(
+        f", {lead} {s} {axis}{tail}".replace("  ", " ")
+        for lead in ("in", "along", "in direction", "towards", "on")
+        for s in signed
+        for tail in ("", " direction", " axis")
+    )
+
+
+for _name, _axis, _sign in (
+    ("forward", "x", ""),
+    ("back", "x", "negative"),
+    ("left", "y", ""),
+    ("right", "y", "negative"),
+):
+    DIRECTIONS[_name] += _axes(_axis, _sign) + (_axes(_axis, "minus") if _sign else "")
 PARTICLES = (
     "into a tower, into one tower, into a stack, into one stack, in one stack, in a stack, in a tower, in one tower, in a pile, into a pile, into one pile, in one pile, as a tower, as a stack, into a single stack, into a single tower, in a single stack, into one big tower, into one big stack, into one tall tower, places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
     "to the side, "
@@ -107,7 +126,7 @@ DIRECTIONAL: dict[str, str] = {
     "against": "against, up against, until it touches, so that it touches, so it touches",
 }
 SOURCES = (
-    "from, off, off of, out of, from off, from on top of, from inside, from off of, from within, out from, "
+    "from under, from underneath, from beneath, from below, out from under, out from underneath, from, off, off of, out of, from off, from on top of, from inside, from off of, from within, out from, "
     "out from inside, up from, from on, from atop, from the top of, off the top of, from inside of"
 )
 TABLE = (

@@ -37,7 +37,9 @@ class Positions(Chart, ABC):
                         if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
                             found.append((k, Relation(kind, refs)))
                     elif single:
-                        found.append((k, Relation(kind, refs, None, directional)))
+                        below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
+                        out = Relation("under", refs, order="from")
+                        found.append((k, out if below else Relation(kind, refs, None, directional)))
         return found
 
     @rule
@@ -79,6 +81,7 @@ class Positions(Chart, ABC):
         return ends
 
 
+_BELOW = frozenset({"under", "underneath", "beneath", "below"})
 _REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
 _REGION_SIDES = {
     "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",

@@ -19,7 +19,7 @@ _COURTESIES = tuple(
     re.compile(rf"(?<= )(?:{pattern})(?= )")
     for pattern in (
         r"(?:(?:i|we) (?:am|are|was|were|have been) )?(?:wondering|hoping|thinking)(?: whether| if| that| maybe| of)?(?= you | we | , )",
-        r"(?:i|we) (?:wonder|hope|think|reckon|suppose|believe|guess)(?: whether| if| that)?(?= you )",
+        r"(?:i|we) (?:wonder|hope|think|reckon|suppose|believe|guess)(?: whether| if| that)?(?= you (?:could|would|can|might|may|will|should) )",
         r"(?:i|it|we|that) would (?:(?:be|really|so|very|ever|much|just|mean|a|lot|make|me|us|my|day|help|it|do|like|love|"
         r"appreciate|great|good|nice|lovely|kind|super|helpful|handy|happy|glad|grateful|thankful|delighted|awfully|most|"
         r"extremely|of|you|fantastic|wonderful|brilliant|big|huge|world|the|to|world) )*(?:if|that|were)(?= you )",
@@ -60,6 +60,7 @@ _COURTESIES = tuple(
         r"(?:once|when|after|as soon as) (?:you are|you have|it is|everything is|all is|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
         r"(?:with|by) you(?= (?:[,.!?] )?$)|in the end(?= (?:[,.!?] )?$)|at the end(?= (?:[,.!?] )?$)",
         r"terribly|awfully|by any chance|per chance|perchance|as usual|as always|as before|as discussed|as agreed|as promised|as requested",
+        r"(?:i|we) do not (?:mind|care)(?: about)?(?: in)? ?(?:the|which|what|whatever)? order(?: you (?:do|use|pick|choose|like)(?: it| them)?(?: in)?)?",
         r"(?:i|we) do not (?:mind|care)(?: which| what| whichever| at all)?(?: one| of them| you (?:pick|choose|take))?",
         r"(?:it|that) does not (?:really )?matter(?: which| to me| at all)?(?: one| you (?:pick|choose|take))?",
         r"(?:which|what)ever (?:one )?you (?:prefer|like|want|fancy|choose|please|feel like|find)(?: most)?(?: best| better| first| easier| easiest)?",
@@ -109,6 +110,7 @@ _HARMLESS = (
         busy late early almost nearly already finally always still for at with and bit little lot big small
         fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
         slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
+        right over side corner yours mine
         empty room space full enough needed necessary required useful important wanted good great ready done finished
         dinner lunch breakfast
         """
@@ -188,7 +190,12 @@ class _Remarks:
         i, n = 0, len(self.tokens)
         while i < n:
             edge = not kept or kept[-1].text in _MARKS
-            end = self._conditional(i) or self._reason(i, edge=edge) or (self._statement(i, kept) if edge else 0)
+            end = (
+                self._conditional(i)
+                or self._reason(i, edge=edge)
+                or self._making_room(i)
+                or (self._statement(i, kept) if edge else 0)
+            )
             if end:
                 kept += self._subject(i, end) if edge else ()
                 i = end
@@ -205,6 +212,25 @@ class _Remarks:
 
     def _text(self, i: int) -> str:
         return self.tokens[i].text if i < len(self.tokens) else ""
+
+    def _making_room(self, i: int) -> int:
+        """As in "make room around the can: move the ball aside"."""
+        if self._text(i) not in ("make", "clear", "free", "create") or i:
+            return 0
+        end = self._segment_end(i)
+        return (
+            end
+            if {"room", "space"} & {self._text(k) for k in range(i, min(end, i + 5))} and self._text(end) == ":"
+            else 0
+        )
+
+    def _topic(self, i: int, end: int) -> Sequence[Token]:
+        """Return the thing that a remark ends with: "I am looking for the ball, pick it up"."""
+        k = next((k for k in range(end - 1, i, -1) if "THE" in self.tags[k]), end)
+        named = all(
+            {"COLOUR", "NOUN", "SIZE", "SHADE", "ABSENT"} & self.tags[m] or self._thing(m) for m in range(k + 1, end)
+        )
+        return (*self.tokens[k:end], Token(",", ",", "mark")) if k + 1 < end and named else ()
 
     def _segment_end(self, i: int) -> int:
         """Return where the clause at `i` ends: at a mark, or where "and" joins a command to it."""
@@ -295,7 +321,8 @@ class _Remarks:
         while self._text(subject) in ("that", "as", "how"):
             subject += 1
         if text in ("since", "as", "because", "given", "seeing", "considering", "now"):
-            if text == "now" and self._text(i + 1) != "that":
+            about = self._text(subject) in ("it", "this", "that", "they", "there", "these", "those") or "THE" in self.tags[subject]
+            if (text == "now" and self._text(i + 1) != "that") or not (about or self._speaks(subject)):
                 return False
             return self._told(subject, end)
         if text in ("before", "while"):
@@ -306,7 +333,7 @@ class _Remarks:
         if text in ("so", "such"):
             if self._speaks(subject):
                 return self._told(subject, end)
-            return self._text(subject) in ("it", "they", "nothing", "that") and self._idle(subject + 1, end)
+            return self._text(subject) in ("it", "they", "nothing", "that") and self._idle(subject + 1, end, known=True)
         return False
 
     def _speaks(self, i: int) -> bool:
@@ -319,7 +346,11 @@ class _Remarks:
 
     def _told(self, i: int, end: int) -> bool:
         """Say whether a clause tells of something and neither asks nor rules out."""
-        if end <= i + 1:
+        whole = any({"ALL", "EVERYTHING", "BOTH"} & tags for tags in (*self.tags[:i], *self.tags[end:]))
+        if end <= i + 1 or (whole and self._names_things(i, end)):
+            # "the can is mine, put everything away" might spare the can.
+            return False
+        if self._text(i) in ("nobody", "no") and any("VERB" in self.tags[k] for k in range(i, end)):
             return False
         span = range(i, end)
         texts = [self._text(k) for k in span]
@@ -362,7 +393,7 @@ class _Remarks:
         plain = token.kind == "word" and not self.tags[k] and token.text not in UNSUPPORTED_VERBS
         return plain and not self._thing(k) and token.text not in _BINDING and token.text not in _TIMES
 
-    def _idle(self, i: int, end: int) -> bool:
+    def _idle(self, i: int, end: int, *, known: bool = False) -> bool:
         """Say whether words only describe: known to bind nothing, or unknown to the grammar."""
         if i >= end:
             return False
@@ -374,7 +405,7 @@ class _Remarks:
                 )
                 if after not in _DENIABLE:
                     return False
-            elif text in _BINDING or not (text in _HARMLESS or self._unknown(k)):
+            elif text in _BINDING or not (text in _HARMLESS or (self._unknown(k) and not known)):
                 return False
         return True
 
@@ -389,6 +420,10 @@ class _Remarks:
         text = self._text(i)
         if self._speaks(i):
             refers = any("PRON" in tags for tags in self.tags[end:])
+            topic = self._topic(i, end) if refers else ()
+            if topic and self._told(i, end):
+                kept += topic
+                return end
             asks = (refers or any("DESIRE" in self.tags[k] for k in range(i, end))) and self._names_things(i, end)
             return end if not asks and self._told(i, end) else 0
         if text in ("it", "this", "that", "they", "there", "things", "these"):
@@ -399,7 +434,7 @@ class _Remarks:
             )
             stated = self._text(i + 1) in _STATES and self._idle(i + 2, end)
             return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
-        if {"THE"} & self.tags[i]:
+        if {"THE"} & self.tags[i] and self._told(i, end):
             verb = next((k for k in range(i + 1, end) if self._text(k) in _STATES), None)
             if verb is None or not self._idle(verb + 1, end):
                 return 0

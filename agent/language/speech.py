@@ -43,7 +43,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
-    "you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
@@ -90,7 +90,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "what i need is for, what i want is for, all i want is for, all i need is for, all i ask is for, what i would like is for, what i want is, what i need is, all i want is, all i need is, what i would like is, i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -125,6 +125,49 @@ COPULAS = (
     "wants to sit, want to sit, wants to go, want to go, would like to sit, would like to be, "
     "to stand, should stand, is supposed to be, is supposed to go, are supposed to go, is meant to be, "
     "is meant to go, wants to be, wants to go, has gotta be, gotta be, gotta go"
+)
+COPULAS += "".join(
+    f", {modal} {verb}"
+    for modal in [
+        "should",
+        "must",
+        "shall",
+        "will",
+        "has to",
+        "have to",
+        "needs to",
+        "need to",
+        "ought to",
+        "is to",
+        "are to",
+        "is supposed to",
+        "are supposed to",
+        "is meant to",
+        "are meant to",
+        "had better",
+        "would better",
+        "wants to",
+        "want to",
+        "is going to",
+        "are going to",
+    ]
+    for verb in [
+        "be",
+        "go",
+        "sit",
+        "stand",
+        "rest",
+        "lie",
+        "end up",
+        "come",
+        "land",
+        "get",
+        "live",
+        "belong",
+        "finish up",
+        "stay",
+    ]
+    if verb != "stay"
 )
 IS = (
     "that is, which is, that are, which are, that sits, which sits, that lies, which lies, that stands, "
@@ -187,7 +230,7 @@ AVOID = (
     "but keep away from"
 )
 AVOID_TAILS = (
-    "alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
+    "out here, where it is now, where they are now, on the table, outside, behind, as they were, over there, over here, alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
     "as is, there, undisturbed, in peace, out of it, out of this, still, at all, unmoved, where it was, "
     "as they are, in their place, out, over, under any circumstances, whatever you do"
 )
@@ -286,7 +329,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
@@ -295,7 +338,7 @@ END_FILLERS = (
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
-    "right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
+    "any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
     "you know what, guess what, alright, very good, brilliant, thanks, no rush, quick one, listen, listen up, "
     "cheers, wow, hang on, hold on"
 )

@@ -179,18 +179,18 @@ POSITIONS: dict[str, str] = {
 }
 ORDINALS: dict[str, int] = {
     "first": 1, "1st": 1, "second": 2, "2nd": 2, "third": 3, "3rd": 3, "fourth": 4, "4th": 4, "fifth": 5, "5th": 5,
-    "sixth": 6, "6th": 6, "seventh": 7, "7th": 7, "eighth": 8, "8th": 8, "last": -1, "final": -1, "next": 0,
+    "sixth": 6, "6th": 6, "seventh": 7, "7th": 7, "eighth": 8, "8th": 8, "last": -1, "final": -1, "second to last": -2, "next to last": -2, "last but one": -2, "penultimate": -2, "second last": -2, "third to last": -3, "next": 0,
 }  # fmt: skip
 ORDER_FROM: dict[str, str] = {
     "left": (
         "from the left, from left, counting from the left, from left to right, going left to right, "
-        "starting from the left, "
+        "starting from the left, starting on the left, starting left, beginning on the left, beginning from the left, "
         "on the left, when counting from the left, left to right, from the left side, from the left hand side, "
         "starting at the left"
     ),
     "right": (
         "from the right, from right, counting from the right, from right to left, going right to left, "
-        "starting from the right, "
+        "starting from the right, starting on the right, starting right, beginning on the right, beginning from the right, "
         "on the right, when counting from the right, right to left, from the right side, from the right hand side, "
         "starting at the right"
     ),

@@ -80,7 +80,10 @@ _CONTRACTIONS = [
         (r"\bur\b", "your"),
         (r"\bda\b", "the"),
         (r"\b(n|an')\b(?= )", "and"),
-        (r"\bcuz\b", "because"),
+        (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
+        (r"\bluv\b", "love"),
+        (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
+        (r"\.{2,}(?=\s*\S)", " , "),
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
@@ -106,6 +109,7 @@ _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
 _DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
 _ARROWS = re.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
+_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z]+)\((\w+)\)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -191,6 +195,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
+    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", prompt)
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))

@@ -35,7 +35,7 @@ VERBS: dict[str, str] = {
     "relocate": "move, shift, relocate, reposition, transfer",
     "push": (
         "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, "
-        "edge, "
+        "edge, translate, "
         "jostle, inch, propel, bulldoze, scooch, drive, glide, wheel, draw, give a push, give a shove, give a nudge"
     ),
     "release": (
