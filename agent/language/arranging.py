@@ -41,6 +41,8 @@ class Arranging(Placing):
         if isinstance(place, Relation) and self._dealt(command, place):
             return
         other = isinstance(place, Relation) and any(ref.other for ref in place.refs)
+        if any(ref.determiner == "a" and ref.text.startswith(("anything", "any thing")) for ref in command.objects):
+            raise RefusedError(RefusalCode.AMBIGUOUS, "Anything, or everything? Say which.")
         definite = other or all(ref.determiner != "a" for ref in command.objects)
         targets: tuple[str, ...] = ()
         if isinstance(place, Relation) and place.refs and not definite:
@@ -54,6 +56,9 @@ class Arranging(Placing):
             and all(name in self.set_free and self.world.held != name for name in names)
         ):
             # "unstack the cube and put it on the table": it lies there already.
+            return
+        if len(names) == 1 and targets and names[0] in self.put_down and self._is_there(names[0], place, targets):
+            # "carry it to the bin and drop it in": done already.
             return
         again = [name for name in names if name in self.put_down] if several else []
         if again and not any(ref.determiner == "it" for ref in command.objects):

@@ -58,7 +58,7 @@ class Clauses(Phrasing):
             found += [(j, Element("table")) for k in self.optional(i, "THE") for j, _ in self.tag(k, "TABLE")]
         for tag, kind, value in (
             ("UP_ORDER", "order", "up"), ("DOWN_ORDER", "order", "down"), ("BY_COLOUR", "colour", None),
-            ("BY_OTHER", "other_sort", None),
+            ("BY_OTHER", "other_sort", None), ("BY_SIZE", "by_size", None),
         ):  # fmt: skip
             found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
@@ -74,6 +74,8 @@ class Clauses(Phrasing):
         for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
             for k in ([j + 1] if self.text(j) in ("from", "of", "in", "inside") else []) + [j]:
                 found.append((k, Element("contents")))
+        if self.said(i, i + 2) in ("along with", "together with"):
+            found += [(j, Element("also", refs)) for j, refs in self.np_list(i + 2)]
         if self.text(i) in ("whichever", "whatever"):
             found += [(j, Element("choice", rank)) for j, rank in self.whichever(i)]
         if self.text(i) in ("me", "us"):

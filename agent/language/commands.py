@@ -15,7 +15,7 @@ from robosandbox.agent.language.verbs import BASE_FORMS
 
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
-_HOLDS = frozenset({"contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
@@ -97,8 +97,12 @@ class Commands(Clauses):
                 found.append((j, Command("home")))
                 found += [(k, Command("home")) for k in self._arm(j)]
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
+                # "leave the can on the table" is rather to let it be.
+                strain = 0.6 if self.text(i).startswith("leav") else 0.0
                 for k, elements in self.elements(start):
-                    found += [(k, command) for command in frame_command(verb, elements)]
+                    found += [
+                        (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
+                    ]
             if verb == "tap":
                 # "tap the lid of the can": a tap lands on top.
                 for k in [
@@ -122,6 +126,11 @@ class Commands(Clauses):
                             and command.objects[0].determiner == "it"
                         ):
                             found.append((end, replace(command, objects=refs)))
+            if verb == "stack":
+                # "stack them: blue, green, red"
+                for k, whole in self.np(j):
+                    if self.text(k) == ":" and (whole.plural or whole.determiner == "all"):
+                        found += [(end, Command("stack", refs)) for end, refs in self.np_list(k + 1) if len(refs) > 1]
             if verb == "put":
                 for k, refs in self.np_list(j):
                     found += self._run_on(refs, k)
@@ -192,6 +201,9 @@ class Commands(Clauses):
                     found += self._placed_there(refs, j + 3)
                 aside = j + 1 if len(refs) > 1 and self.text(j) == "," else j
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
+                if refs[0].text.startswith("anything") and self.text(j) in _MODALS:
+                    # "anything but the apple can go in the bin" allows, and does not ask.
+                    continue
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
                     copulas += [end for end, _ in self.tag(j, "IS_NOW")]

@@ -132,6 +132,16 @@ def chosen_by(elements: Sequence[Element]) -> Sequence[Element]:
     return made if open_choices == 1 and len(ranks) == 1 else elements
 
 
+def joined(elements: Sequence[Element]) -> Sequence[Element]:
+    """Add "..., along with the ball" at the end of a clause to the objects at its start."""
+    also = [ref for e in elements if e.kind == "also" for ref in e.value]
+    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
+    if not also or first is None:
+        return elements
+    whole = Element("objects", (*elements[first].value, *also))
+    return [whole if k == first else e for k, e in enumerate(elements) if e.kind != "also"]
+
+
 def excepted(elements: Sequence[Element]) -> Sequence[Element]:
     """Attach "... except the red one" at the end of a clause to the objects at its start."""
     excluded = tuple(ref for e in elements if e.kind == "except" for ref in e.value)

@@ -20,6 +20,7 @@ STATES = {
 }
 _COLOUR_WORDS = frozenset({"colour", "color"})
 _COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
+_SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
 _ALL_OF_THEM = tuple(
     tuple(phrase.split())
     for phrase in (
@@ -87,6 +88,18 @@ class Modifiers(Positions):
                 if self.text(j - 2) in ("to", "the") and j > i + 2
             ]
         for j, excluded in self._exceptions(start, ref):
+            best = excluded[0] if len(excluded) == 1 else None
+            if (
+                ref.text == "all"
+                and not ref.nouns
+                and best
+                and best.ranks
+                and best.nouns
+                and best.ranks[0].key in _SIZES
+            ):
+                # "all but the biggest cube": of the cubes.
+                found.append((j, replace(ref, nouns=best.nouns, without=(*ref.without, best))))
+                continue
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
         for k in self.optional(start, "IS"):
             if k == start and start > i:
@@ -111,6 +124,9 @@ class Modifiers(Positions):
                         j, second = self.tag(j + 1, "COLOUR")[0]
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
+            for m, index in self.tag(k, "ORDINAL"):
+                # "the cube second from the right"
+                found += [(j, replace(ref, ranks=(*ref.ranks, Rank(key, index)))) for j, key in self.tag(m, "FROM")]
             for m in self.optional(k, "THE"):
                 if k > i and self.text(m) in STATES:
                     found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
@@ -125,6 +141,11 @@ class Modifiers(Positions):
         if self.text(i) in ("with", "of", "in"):
             found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
         for k, _ in self.tag(start, "NOT_IS"):
+            found += [
+                (j, replace(ref, without=(*ref.without, replace(kind, determiner="all"))))
+                for j, kind in (self.np(k) if not self.tag(k, "COLOUR") else ())
+                if kind.plural and kind.determiner == "bare" and kind.nouns and not (kind.colours or kind.ranks)
+            ]
             if self.tag(k, "A"):
                 found += [
                     (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))

@@ -94,6 +94,8 @@ class Nouns(Modifiers):
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
             bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
+            if j > i and ref.nouns == ("thing",):
+                found.append((j, ref))
             if (j > i and bare) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
@@ -125,6 +127,12 @@ class Nouns(Modifiers):
         for j, _ in self.tag(start, "NON"):
             for k, colour in self.tag(j, "COLOUR"):
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
+        for j, _ in self.tag(start, "NON"):
+            for k, (noun, phrase, many) in self.tag(j, "NOUN") if self.text(start) == "non" else []:
+                # "all non-cubes"
+                kind = Ref(text=self.said(j, k), determiner="all", nouns=(phrase,), plural=True)
+                if noun != "one" and many:
+                    step.append((k, replace(ref, nouns=("thing",), plural=True, without=(*ref.without, kind))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
         if self.text(start) in STATES:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.intent import Rank, Ref
+from robosandbox.agent.language.intent import Rank, Ref, Relation
 from robosandbox.agent.language.modifiers import HELD
 from robosandbox.agent.language.nouns import Nouns
 
@@ -37,8 +37,19 @@ class Phrasing(Nouns):
         if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
             # "whatever is closest to the bin"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            for j, ref in self._modifier(i + 2, thing):
-                found.append((j, replace(ref, text=self.said(i, j))))
+            modified = self._modifier(i + 2, thing)
+            if self.text(i + 2) == "not":
+                modified = [*modified, *self._modifier(i + 1, replace(thing, text="what"))]
+            for j, ref in modified:
+                # "whatever is closest" is one thing, "whatever is not blue" all such things.
+                each = ref if ref.ranks else replace(ref, determiner="all", plural=True)
+                found.append((j, replace(each, text=self.said(i, j))))
+        if self.said(i, i + 2) == "the same":
+            # "the same bin as the can"
+            for j, (_, phrase, plural) in self.tag(i + 2, "NOUN"):
+                for k, inner in self.np(j + 1) if self.text(j) == "as" and not plural else []:
+                    where = Relation("holds", (inner,))
+                    found.append((k, Ref(text=self.said(i, k), nouns=(phrase,), relations=(where,))))
         if self.text(i) in ("number", "no") and self._suffix(i + 1):
             # "all vials except number two"
             found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))

@@ -112,7 +112,7 @@ RELATIONS: dict[str, str] = {
         "up next to, directly next to, in the vicinity of, at, on the side of, touching"
     ),
     "between": (
-        "between, in between, in the middle of, midway between, halfway between, half way between, "
+        "between, exactly between, right between, directly between, precisely between, somewhere between, right in between, right in the middle of, in between, in the middle of, midway between, halfway between, half way between, "
         "in the gap between, in the space between"
     ),
     "under": "under, underneath, below, beneath",
@@ -156,6 +156,10 @@ BY_COLOUR = (
     "in terms of color, in terms of colour, colorwise, colourwise, by the color, by the colour, "
     "depending on colour, depending on color, depending on their color, depending on their colour, "
     "on the basis of color"
+)
+BY_SIZE = (
+    "from biggest to smallest, from largest to smallest, biggest to smallest, largest to smallest, from big to small, from large to small, in order of size, in size order, biggest first, largest first, "
+    "with the biggest at the bottom, from the biggest to the smallest, from the largest to the smallest, from widest to narrowest"
 )
 BY_OTHER = (
     "by size, by shape, by type, by kind, by weight, by height, alphabetically, by their size, by their shape, "

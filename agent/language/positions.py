@@ -46,6 +46,15 @@ class Positions(Chart, ABC):
     def region(self, i: int) -> Found[Region]:
         """As in "in the far left corner of the table", "on the right", "at the edge"."""
         found: Found[Region] = []
+        if self.text(i) in ("close", "next", "right", "over", "near") and self.text(i + 1) in (
+            "to",
+            "at",
+            "by",
+            "in",
+            "on",
+        ):
+            # "close to the left edge"
+            found += self.region(i + 1)
         if self.text(i) not in _REGION_PREPOSITIONS:
             return found
         start = i + 1

@@ -37,7 +37,7 @@ _COURTESIES = tuple(
         r"(?:your|the) (?:next|first|new|second|last|final)? ?(?:job|task|order|instruction|assignment|mission|challenge|objective|goal)"
         r"(?: is this| is as follows| is simple| today| now| for today| here| will be)?(?= [:,.])",
         r"(?:for|as) (?:your|the|my|a)(?: next| first| second| last| final)?(?: (?:job|task|trick|challenge|request))?(?= [:,])",
-        r"for(?= $)|(?<=^ )as to|(?<=^ )\w+ (?:robot|arm|machine)(?= ,)",
+        r"for(?= $)|(?<=^ )(?:the|your|my|a)(?= [:,])|(?<=^ )as to|(?<=^ )\w+ (?:robot|arm|machine)(?= ,)",
         r"(?:first|next|last|one|final) (?:thing|up|job|order|order of business|task)(?: first)?(?= [:,])",
         r"(?:here|this) is (?:what|the (?:plan|deal|task|thing|job|idea|situation))(?: (?:i|we) (?:want|need|would like)(?: from)? ?(?:you)? ?(?:to do)?)?(?= [:,.])",
         r"(?:the )?(?:thing|fact|point|deal|truth|long and short of it) is(?: that| this| ,| :)?",
@@ -321,7 +321,10 @@ class _Remarks:
         while self._text(subject) in ("that", "as", "how"):
             subject += 1
         if text in ("since", "as", "because", "given", "seeing", "considering", "now"):
-            about = self._text(subject) in ("it", "this", "that", "they", "there", "these", "those") or "THE" in self.tags[subject]
+            about = (
+                self._text(subject) in ("it", "this", "that", "they", "there", "these", "those")
+                or "THE" in self.tags[subject]
+            )
             if (text == "now" and self._text(i + 1) != "that") or not (about or self._speaks(subject)):
                 return False
             return self._told(subject, end)

@@ -43,7 +43,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
-    "i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
@@ -126,6 +126,7 @@ COPULAS = (
     "to stand, should stand, is supposed to be, is supposed to go, are supposed to go, is meant to be, "
     "is meant to go, wants to be, wants to go, has gotta be, gotta be, gotta go"
 )
+COPULAS += ", would look good, would look nice, would look great, would look better, would be better, would be better off, would fit nicely, would be best, would be nice, would be great"
 COPULAS += "".join(
     f", {modal} {verb}"
     for modal in [
@@ -195,7 +196,7 @@ EXCEPT = (
     "not including, without"
 )
 AVOID = (
-    "without touching, without bumping, without bumping into, "
+    "keep, spare, without touching, without bumping, without bumping into, "
     "without hitting, without knocking, "
     "without picking up, without pushing, without using, without affecting, "
     "without colliding with, "
