@@ -99,14 +99,18 @@ class _Builder(Arranging):
         """As in "if the drawer is open, close it": done only if it is so."""
         if command.condition is None:
             return
+        so = True
         try:
-            self.ground.one(command.condition, lambda name: True)
+            self.ground.many(command.condition, lambda name: True)
         except RefusedError as error:
-            if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND:
+            if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND or command.condition.unknown:
                 raise
+            so = False
+        if so == command.unless:
             raise RefusedError(
-                RefusalCode.IMPOSSIBLE, f"“{command.condition.text}” is not so; there is nothing to do."
-            ) from None
+                RefusalCode.IMPOSSIBLE,
+                f"“{command.condition.text}”: that is {'' if command.unless else 'not '}so; there is nothing to do.",
+            )
 
     def _avoided(self, refs: Sequence[Ref]) -> set[str]:
         avoid: set[str] = set()

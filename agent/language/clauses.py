@@ -33,6 +33,10 @@ class Element:
     value: Any = None
 
 
+class Axis(str):
+    """A direction named by its axis: a negative distance along it is one the other way."""
+
+
 Elements = tuple[Element, ...]
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -267,7 +271,7 @@ class Clauses(Phrasing):
 
     def _direction(self, i: int) -> Found[str]:
         found = [
-            (j, value)
+            (j, Axis(value) if {"x", "y"} & {self.text(k) for k in range(i, j)} else value)
             for j, value in self.tag(i, "DIR")
             if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)
         ]

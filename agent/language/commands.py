@@ -19,6 +19,7 @@ _HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contain
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
+_RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -45,18 +46,31 @@ class Commands(Clauses):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):
                 found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
+        if self.text(i) == "use":
+            # "use the green cubes to make a tower on the tray"
+            for j, refs in self.np_list(i + 1):
+                for k, verb in self.tag(j + 1, "VERB") if self.text(j) == "to" else []:
+                    if verb == "build":
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(k)
+                            for command in frame_command("build", (*elements, Element("material", refs)))
+                        ]
         for j, what, condition in self._condition(i):
-            for k, command in self._verb_first(self._skip(j)) if self._skip(j) > j else []:
-                it = bool(command.objects) and command.objects[0].determiner == "it"
-                objects = (what,) if it else command.objects
-                found.append((k, replace(command, objects=objects, condition=condition)))
+            for start in self._preambles(self._skip(j), 0) if self._skip(j) > j else []:
+                for k, command in self._verb_first(start):
+                    it = bool(command.objects) and command.objects[0].determiner == "it"
+                    objects = (what,) if it and what else command.objects
+                    unless = self.text(i) == "unless"
+                    found.append((k, replace(command, objects=objects, condition=condition, unless=unless)))
         for j, command in list(found):
             for k, _, condition in self._condition(j + 1 if self.text(j) == "," else j):
                 if condition.determiner == "it" and len(command.objects) == 1:
                     # "close the drawer if it is open"
                     relations = (*command.objects[0].relations, *condition.relations)
                     condition = replace(command.objects[0], relations=relations, text=condition.text)
-                found.append((k, replace(command, condition=condition)))
+                unless = "unless" in (self.text(j), self.text(j + 1))
+                found.append((k, replace(command, condition=condition, unless=unless)))
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
@@ -67,10 +81,17 @@ class Commands(Clauses):
                     found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
 
-    def _condition(self, i: int) -> list[tuple[int, Ref, Ref]]:
+    def _condition(self, i: int) -> list[tuple[int, Ref | None, Ref]]:
         """As in "if the drawer is open": where it ends, the thing, and the thing as it has to be."""
-        found: list[tuple[int, Ref, Ref]] = []
-        if self.text(i) != "if":
+        found: list[tuple[int, Ref | None, Ref]] = []
+        if self.text(i) not in ("if", "unless"):
+            return found
+        if self.said(i + 1, i + 3) in ("there is", "there are"):
+            # "unless there is something on the pallet"
+            k = i + 4 if self.text(i + 3) in ("still", "already", "currently") else i + 3
+            for j, ref in self.np(k):
+                if ref.relations and not ref.unknown and self._skip(j) > j:
+                    found.append((j, None, replace(ref, determiner="a", plural=False)))
             return found
         for j, ref in self.np(i + 1):
             if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
@@ -78,6 +99,8 @@ class Commands(Clauses):
             k = j + 2 if self.text(j + 1) in ("still", "already", "currently") else j + 1
             states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
             states += [(m, relation) for m, relation in self.relation(k) if not relation.directional]
+            for m, colour in self.tag(k, "COLOUR"):
+                found.append((m, ref, replace(ref, colours=(*ref.colours, colour), text=self.said(i + 1, m))))
             for m, relation in states:
                 so = replace(ref, relations=(*ref.relations, relation), text=self.said(i + 1, m))
                 found.append((m, ref, so))
@@ -179,6 +202,14 @@ class Commands(Clauses):
             # "could the can go in the bin?"
             for j, refs in self.np_list(i + 1):
                 found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
+                for m, verb in self.tag(j, "VERB"):
+                    # "could the block scoot 2 cm to the right?"
+                    if verb in ("push", "move"):
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(m)
+                            for command in frame_command("push", (spoken(refs), *elements))
+                        ]
         if self.text(i) == "it" and self.text(i + 1) == "is":
             # "it is the apple that goes in the basket"
             for j, refs in self.np_list(i + 2):
@@ -193,6 +224,17 @@ class Commands(Clauses):
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
                 found += self._holding(refs, j, wished=start > i)
+                if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
+                    # "each can gets a tap"
+                    k = j + 1 if self.text(j) in _RECEIVES else j + 2
+                    for a, _ in self.tag(k, "A"):
+                        for adjective in self.optional(a, "LIGHT_ADJECTIVE"):
+                            for n, verb in self.tag(adjective, "LIGHT_NOUN"):
+                                found += [
+                                    (end, command)
+                                    for end, elements in self.elements(n)
+                                    for command in frame_command(verb, (spoken(refs), *elements))
+                                ]
                 if (
                     self.text(j) in _MODALS
                     and self.text(j + 1) in ("all", "both", "each")
@@ -310,7 +352,10 @@ class Commands(Clauses):
             comma = j + 1 if self.text(j) in (",", ":") else j
             if element.kind == "objects" and self._skip(j) > j:
                 for start in self._preambles(self._skip(j), 0):
-                    for k, command in self._verb_first(start):
+                    for k, command in (
+                        *self._verb_first(start),
+                        *(self._wish(start) if start == self._skip(j) else ()),
+                    ):
                         if command.objects and command.objects[0].determiner == "it":
                             found.append((k, replace(command, objects=element.value)))
             elif element.kind in ("place", "direction"):
@@ -338,7 +383,7 @@ class Commands(Clauses):
                 continue
             which = replace(ref, determiner="the") if ref.determiner == "a" else ref
             for start in self._preambles(self._skip(j), 0):
-                for end, command in self._verb_first(start):
+                for end, command in (*self._verb_first(start), *self._wish(start)):
                     if command.objects and command.objects[0].determiner == "it":
                         found.append((end, replace(command, objects=(which,))))
         return found
@@ -359,6 +404,13 @@ class Commands(Clauses):
                 if sorted(kinds) == ["direction", "distance"]:
                     # "red cube: 5 cm left"
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+            up = j + 1 if self.text(j) == "," and self.text(j + 1) == "up" else j
+            if up > j and up + 1 >= len(self.tokens):
+                # "ball, up"
+                found += [
+                    (up + 1, replace(c, bare=0.9))
+                    for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
+                ]
             if self.text(j) == "up" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
                 # "can up"
                 found += [
@@ -373,7 +425,7 @@ class Commands(Clauses):
             if self.text(j) in _STATES and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
                 # "drawer closed"
                 found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))
-            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":") else j)
+            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":", ".") else j)
             if self.text(j) == ":" and self._named_container(refs):
                 # "left bin: red cube and can"
                 put = Relation("in", refs)

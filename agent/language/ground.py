@@ -129,8 +129,11 @@ class Grounder(Orders):
             found = [item for item in found if item.id not in self.discourse.spoken_of() | {self.world.held}]
             if ref.one and not ref.colours and self.discourse.described and not several:
                 # "one red cube on the other": another red cube, if there is one.
-                like = self._named(replace(self.discourse.described[-1], names=()), found, False, None)
-                found = like or found
+                spoken = (
+                    reversed(self.discourse.described) if fits == self.world.movable else self.discourse.described[-1:]
+                )
+                likes = (self._named(replace(ref, names=()), found, False, None) for ref in spoken)
+                found = next((like for like in likes if like), found)
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]
@@ -363,7 +366,7 @@ class Grounder(Orders):
             return Meaning(tuple(names), several=True)
         if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
             return Meaning(tuple(names), several=True)
-        if ref.plural:
+        if ref.plural and not (ref.count == 1 and ref.determiner == "a"):
             raise RefusedError(
                 RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
             )

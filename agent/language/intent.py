@@ -187,6 +187,7 @@ class Command:
         bare: How much is left unsaid: no verb, or no place.
         negated: For nothing: the verb that is not to be done.
         condition: "if the drawer is open": what has to be there, as it is described.
+        unless: It must not be there.
     """
 
     verb: Verb
@@ -200,6 +201,7 @@ class Command:
     bare: float = 0.0
     negated: str = ""
     condition: Ref | None = None
+    unless: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -124,6 +124,14 @@ class Modifiers(Positions):
                         j, second = self.tag(j + 1, "COLOUR")[0]
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
+            if k > i and (not ref.nouns or ref.nouns == ("thing",)):
+                # "everything that is a cube"
+                for m in self.optional(k, "A"):
+                    found += [
+                        (j, replace(ref, nouns=(phrase,)))
+                        for j, (noun, phrase, plural) in self.tag(m, "NOUN")
+                        if noun not in ("one", "thing") and (m > k or plural)
+                    ]
             for m, index in self.tag(k, "ORDINAL"):
                 # "the cube second from the right"
                 found += [(j, replace(ref, ranks=(*ref.ranks, Rank(key, index)))) for j, key in self.tag(m, "FROM")]
@@ -157,6 +165,11 @@ class Modifiers(Positions):
             if self.tag(k, "THE"):
                 # "a ball that is not the tennis ball"
                 found += [(j, replace(ref, without=(*ref.without, other))) for j, other in self.np(k)]
+                # "neither the tallest nor the shortest"
+                for j, other in self.np(k):
+                    if self.text(j) in ("nor", "or") and not other.options:
+                        both = replace(ref, without=(*ref.without, other))
+                        found += [(m, replace(both, without=(*both.without, more))) for m, more in self.np(j + 1)]
             for j, colour in self.tag(k, "COLOUR"):
                 negated = replace(ref, not_colours=(*ref.not_colours, colour))
                 found.append((j, negated))

@@ -117,6 +117,35 @@ RELATIONS: dict[str, str] = {
     ),
     "under": "under, underneath, below, beneath",
 }
+_CLOSER = [
+    "straight",
+    "directly",
+    "right",
+    "just",
+    "immediately",
+    "exactly",
+    "precisely",
+    "slightly",
+    "somewhere",
+    "anywhere",
+]
+for _kind, _plain in (
+    ("left", "left of, to the left of, on the left of"),
+    ("right", "right of, to the right of, on the right of"),
+    ("front", "in front of"),
+    ("back", "behind"),
+    ("beside", "next to, beside, near, close to, by"),
+    ("on", "on top of, on, above"),
+    ("in", "in, inside"),
+    ("between", "between, in between"),
+):
+    _known = {phrase.strip() for phrase in RELATIONS[_kind].split(",")}
+    RELATIONS[_kind] += "".join(
+        f", {closer} {phrase}"
+        for closer in _CLOSER
+        for phrase in _plain.split(", ")
+        if f"{closer} {phrase}" not in _known and not (closer in ("right", "just") and phrase in ("on", "in", "by"))
+    )
 DIRECTIONAL: dict[str, str] = {
     "on": "onto, on to, onto the top of, onto top of, up onto, up on, down on, down onto",
     "in": "into, in to, down into, inside, to the inside of, over into, back into, back in, back inside",
@@ -196,7 +225,7 @@ ARM = (
     "system, machine, fingers, position, pose"
 )
 ORIGINAL = (
-    "back where it was, back where you found it, where it was, where you found it, back to where it was, "
+    "where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
     "back in its place, back in place, back to its place, where it came from, back where it came from, "
     "back to its original position, back to its original place, to its original position, "
     "to its original place, in its original position, in its original place, to where it was, "

@@ -57,6 +57,7 @@ _COURTESIES = tuple(
         r"if (?:you|i) (?:ask|asked) me",
         r"do not (?:worry|panic|rush|hurry)(?: about it)?|no worries",
         r"(?:of|from) (?:where it (?:is|stands|sits|was)|its (?:current|present) (?:place|position|spot|location)|here|there)(?: right| just)?(?: now)?",
+        r"(?:by the time|when|once|after|as soon as) you are(?: all)? (?:done|finished|through)(?= (?:the|my|your|all|every|both|each|a|i|there) )",
         r"(?:once|when|after|as soon as) (?:you are|you have|it is|everything is|all is|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
         r"(?:with|by) you(?= (?:[,.!?] )?$)|in the end(?= (?:[,.!?] )?$)|at the end(?= (?:[,.!?] )?$)",
         r"terribly|awfully|by any chance|per chance|perchance|as usual|as always|as before|as discussed|as agreed|as promised|as requested",
@@ -417,7 +418,10 @@ class _Remarks:
         end = self._segment_end(i)
         if end < len(self.tokens) and self._text(end) in ("and", "then", "but"):
             return 0
-        whole = (i == 0 and end >= len(self.tokens)) or end <= i + 1
+        whole = (i == 0 and end >= len(self.tokens)) or (end <= i + 1 and i > 0)
+        if i == 0 and end == 1 and self._text(end) in ("!", ",") and self._unknown(0) and end + 1 < len(self.tokens):
+            # "Jeeves, ..."
+            return end
         if whole or self._text(end) == "?":
             return 0
         text = self._text(i)
@@ -437,9 +441,11 @@ class _Remarks:
             )
             stated = self._text(i + 1) in _STATES and self._idle(i + 2, end)
             return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
-        if {"THE"} & self.tags[i] and self._told(i, end):
+        points = end >= len(self.tokens) and self._text(end - 1) in ("is", "are")
+        if {"THE"} & self.tags[i] and (points or self._told(i, end)):
             verb = next((k for k in range(i + 1, end) if self._text(k) in _STATES), None)
-            if verb is None or not self._idle(verb + 1, end):
+            pointing = verb is not None and verb + 1 == end and end >= len(self.tokens)
+            if verb is None or not (pointing or self._idle(verb + 1, end)):
                 return 0
             refers = any("PRON" in self.tags[k] for k in range(end, len(self.tokens)))
             if refers and self._names_things(i, verb):

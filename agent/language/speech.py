@@ -187,7 +187,7 @@ IS = (
     "just, immediately"
 )
 NOT_IS = (
-    "that is not, which is not, that are not, which are not, that do not, is not, not, that is neither, "
+    "which is neither, that is not, which is not, that are not, which are not, that do not, is not, not, that is neither, "
     "which are neither, that are neither"
 )
 EXCEPT = (
@@ -330,7 +330,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "

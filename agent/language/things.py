@@ -130,7 +130,7 @@ SIZES: dict[str, str] = {
     "short": "short, low, squat",
     "wide": "wide, broad, thick",
     "narrow": "narrow, thin, slim, skinny, slender",
-    "medium": "medium, medium sized, middle sized, mid sized, medium size, mid size",
+    "medium": "middle height, medium height, mid height, middle sized, average sized, medium, medium sized, middle sized, mid sized, medium size, mid size",
     "long": "long",
     "flat": "flat",
 }
@@ -256,7 +256,7 @@ RESTS = (
     "ones that are left, ones left"
 )
 OF_THEM = (
-    "of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, "
+    "over there, over here, right over there, right there, right here, of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, "
     "of the bunch, of all of them, of the group, of the set, out of them, out of the two, out of all of them, "
     "of both, of the pair, of the bunch, in the scene, there is, around, here, available, in the bunch, "
     "in the lot, of any, you can find, you can see, in sight, you see, among them, in view, in the set, "

@@ -212,7 +212,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
-    text = _ARROWS.sub(" to ", text)
+    text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
     text = _numbered_steps(text)
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
