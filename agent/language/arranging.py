@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
@@ -37,7 +38,11 @@ class Arranging(Placing):
         if command.tower and isinstance(place, Relation):
             self._tower([*reversed(command.tower), *place.refs, *reversed(command.objects)], command)
             return
+        if isinstance(place, Relation) and self._dealt(command, place):
+            return
         other = isinstance(place, Relation) and any(ref.other for ref in place.refs)
+        if any(ref.determiner == "a" and ref.text.startswith(("anything", "any thing")) for ref in command.objects):
+            raise RefusedError(RefusalCode.AMBIGUOUS, "Anything, or everything? Say which.")
         definite = other or all(ref.determiner != "a" for ref in command.objects)
         targets: tuple[str, ...] = ()
         if isinstance(place, Relation) and place.refs and not definite:
@@ -45,6 +50,16 @@ class Arranging(Placing):
         names, several = self._objects(command, targets)
         if isinstance(place, Relation) and place.refs and definite:
             targets = self._targets(place, names)
+        if (
+            isinstance(place, Table)
+            and names
+            and all(name in self.set_free and self.world.held != name for name in names)
+        ):
+            # "unstack the cube and put it on the table": it lies there already.
+            return
+        if len(names) == 1 and targets and names[0] in self.put_down and self._is_there(names[0], place, targets):
+            # "carry it to the bin and drop it in": done already.
+            return
         again = [name for name in names if name in self.put_down] if several else []
         if again and not any(ref.determiner == "it" for ref in command.objects):
             raise RefusedError(
@@ -66,6 +81,49 @@ class Arranging(Placing):
             self._put_one(name, place, targets, stack=command.verb == "stack" and self.world.held != name)
         self.put_down.update(names)
         self._theme(names)
+
+    def _dealt(self, command: Command, place: Relation) -> bool:
+        """Put so many in each of several ("a cube in each bin"), or each in one of its own ("in different bins")."""
+        if place.kind not in ("in", "on", "beside", "to") or len(place.refs) != 1:
+            return False
+        where = place.refs[0]
+        every = where.determiner == "all" and not where.other
+        if not (every or where.distinct):
+            return False
+
+        def holds(name: str) -> bool:
+            return place.kind not in ("in", "to") or self.world.objects[name].kind in match.CONTAINERS
+
+        targets = self.ground.many(replace(where, determiner="all"), holds).ids
+        if len(targets) < 2:
+            return False
+        if every and not where.distinct:
+            each = command.objects[0]
+            counted = each.determiner in ("a", "bare") and not each.total and not each.share and not each.options
+            if len(command.objects) != 1 or not counted or (each.plural and not each.count):
+                raise RefusedError(
+                    RefusalCode.AMBIGUOUS, f"Which of them goes where: {listed(targets)}?", targets, about=where.text
+                )
+            names = self._some(each, (each.count or 1) * len(targets), targets)
+        else:
+            if where.count and where.count != len(targets):
+                return False
+            names, _ = self._objects(command, targets)
+            if len(names) > len(targets) or len(names) < 2:
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"{listed(names)} do not go one by one into {listed(targets)}.", targets
+                )
+        share = max(1, len(names) // len(targets))
+        for k, name in enumerate(names):
+            self._put_one(name, place, (targets[k // share],), stack=False)
+        self.put_down.update(names)
+        self._theme(tuple(names))
+        return True
+
+    def _some(self, ref: Ref, count: int, barred: Sequence[str]) -> tuple[str, ...]:
+        """Return that many of what fits; those that will do best."""
+        found = self.ground.many(replace(ref, determiner="a", count=count, plural=True), self.world.movable, barred)
+        return found.ids
 
     def _is_there(self, name: str, place: Place | None, targets: Sequence[str]) -> bool:
         if not isinstance(place, Relation) or not targets:

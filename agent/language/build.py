@@ -70,15 +70,17 @@ class _Builder(Arranging):
 
     def sentence(self, sentence: Sentence) -> Draft:
         avoid = self._avoided(sentence.avoid)
+        self.spared = avoid
         if all(command.verb == "nothing" for command in sentence.steps):
-            for command in sentence.steps:
+            for command in map(_each_spared, sentence.steps):
                 avoid.update(name for ref in command.objects for name in self.ground.many(ref, lambda name: True).ids)
             raise RefusedError(
                 RefusalCode.UNSUPPORTED,
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        for command in _fused(sentence.steps):
+        for command in _fused(tuple(map(_each_spared, sentence.steps))):
+            self._check_condition(command)
             getattr(self, f"_{command.verb}")(command)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
@@ -93,12 +95,31 @@ class _Builder(Arranging):
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
 
+    def _check_condition(self, command: Command) -> None:
+        """As in "if the drawer is open, close it": done only if it is so."""
+        if command.condition is None:
+            return
+        so = True
+        try:
+            self.ground.many(command.condition, lambda name: True)
+        except RefusedError as error:
+            if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND or command.condition.unknown:
+                raise
+            so = False
+        if so == command.unless:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE,
+                f"“{command.condition.text}”: that is {'' if command.unless else 'not '}so; there is nothing to do.",
+            )
+
     def _avoided(self, refs: Sequence[Ref]) -> set[str]:
         avoid: set[str] = set()
         for ref in refs:
             if ref.determiner == "all" and ref.other:
                 continue
-            avoid.update(self.ground.many(ref, lambda name: True).ids)
+            for each in ref.options or (ref,):
+                # "don't touch the can or the ball" spares both.
+                avoid.update(self.ground.many(each, lambda name: True).ids)
         return avoid
 
     def _pick(self, command: Command) -> None:
@@ -109,6 +130,10 @@ class _Builder(Arranging):
                 f"The gripper holds one object at a time, and you asked for {listed(names)}; where should they go?",
                 names,
             )
+        if any(relation.kind == "under" and relation.order for ref in command.objects for relation in ref.relations):
+            # "the blue cube from under the red one": that one has to go first.
+            for above in self.world.on_top_of(names[0]):
+                self._put_free(above, self.world.at[above])
         if self.world.held == names[0] and names[0] in (
             self.steps[-1].call.arguments.get("object") for _ in self.steps[-1:]
         ):
@@ -263,6 +288,17 @@ class _Builder(Arranging):
 
     def _home(self, command: Command) -> None:
         self._add("home")
+
+
+def _each_spared(command: Command) -> Command:
+    """As in "don't pick up the can or the ball": neither."""
+    if command.verb != "nothing":
+        return command
+    objects = tuple(each for ref in command.objects for each in ref.options or (ref,))
+    place = command.place
+    if isinstance(place, Relation) and any(ref.options for ref in place.refs):
+        raise RefusedError(RefusalCode.UNSUPPORTED, "Tell me where it may go, rather than where not.")
+    return replace(command, objects=objects)
 
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:

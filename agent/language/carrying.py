@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosandbox.agent.language.clauses import IT
+from robosandbox.agent.language.clauses import IT, Axis
 from robosandbox.agent.language.composing import unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
@@ -137,6 +137,9 @@ def push(frame: Frame) -> list[Command]:
     distance = frame.one("distance")
     direction = frame.one("direction")
     times = frame.one("times") or 1
+    if distance is not None and distance < 0 and isinstance(direction, Axis):
+        # "-5 cm along x"
+        distance, direction = -distance, _OPPOSITE[str(direction)]
     if frame.particle == "out" and not direction and frame.objects:
         return []
     if frame.particle not in (None, "over", "away", "out", "along", "around"):
@@ -164,6 +167,9 @@ def push(frame: Frame) -> list[Command]:
         if frame.objects or direction
         else []
     )
+
+
+_OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
 
 
 def release(frame: Frame) -> list[Command]:

@@ -33,6 +33,10 @@ class Element:
     value: Any = None
 
 
+class Axis(str):
+    """A direction named by its axis: a negative distance along it is one the other way."""
+
+
 Elements = tuple[Element, ...]
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -58,7 +62,7 @@ class Clauses(Phrasing):
             found += [(j, Element("table")) for k in self.optional(i, "THE") for j, _ in self.tag(k, "TABLE")]
         for tag, kind, value in (
             ("UP_ORDER", "order", "up"), ("DOWN_ORDER", "order", "down"), ("BY_COLOUR", "colour", None),
-            ("BY_OTHER", "other_sort", None),
+            ("BY_OTHER", "other_sort", None), ("BY_SIZE", "by_size", None),
         ):  # fmt: skip
             found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
@@ -74,6 +78,10 @@ class Clauses(Phrasing):
         for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
             for k in ([j + 1] if self.text(j) in ("from", "of", "in", "inside") else []) + [j]:
                 found.append((k, Element("contents")))
+        if self.said(i, i + 2) in ("along with", "together with"):
+            found += [(j, Element("also", refs)) for j, refs in self.np_list(i + 2)]
+        if self.text(i) in ("whichever", "whatever"):
+            found += [(j, Element("choice", rank)) for j, rank in self.whichever(i)]
         if self.text(i) in ("me", "us"):
             found.append((i + 1, Element("person")))
         if self.text(i) in ("to", "towards", "toward", "over") and self.text(i + 1) in ("me", "us"):
@@ -222,17 +230,39 @@ class Clauses(Phrasing):
                 if self.text(start + 1) == "/" and self._is_number(start + 2) and self.tokens[start + 2].number:
                     numbers.append((start + 3, self.tokens[start].number / self.tokens[start + 2].number))
             numbers += self.tag(start, "NUM")
+            for j, number in [*numbers]:
+                # "five or so cm", "5 to 10 cm", "between 5 and 10 cm"
+                if self.said(j, j + 2) == "or so":
+                    numbers.append((j + 2, number))
+                lower = self.text(j) in ("to", "-") or (self.text(j) == "and" and self.text(start - 1) == "between")
+                upper = self.tokens[j + 1].number if lower and self._is_number(j + 1) else 0.0
+                if abs(upper) > number:
+                    numbers.append((j + 2, (number + abs(upper)) / 2))
+            if self.text(start) == "between":
+                found += [(k, value) for k, value in self.distance(start + 1) if self._is_number(start + 1)]
             for j, number in numbers:
                 if self._is_number(j - 1) and 0 < number < 1 and not self.tag(j, "UNIT"):
                     found.append((j, number))
                 if self.text(j) == "in" and self._ends_amount(j + 1):
                     found.append((j + 1, number * 0.0254))
+                for m in self._corrected(j):
+                    # "5, no, 10 cm"
+                    found += [(k, value) for k, value in self.distance(m) if self._is_number(m)]
                 for k, unit in self.tag(j, "UNIT"):
+                    for m in self._corrected(k):
+                        found += [(end, value) for end, value in self.distance(m) if self._is_number(m)]
                     found.append((k, number * unit))
                     found += [(k + 1, number * unit)] if self.text(k) in _MORE else []
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found
+
+    def _bare_number(self, i: int) -> float | None:
+        """Return the metres of a number without a unit, which has the unit said last before it."""
+        if not self._is_number(i):
+            return None
+        units = [unit for j in range(i) for _, unit in self.tag(j, "UNIT")]
+        return self.tokens[i].number * units[-1] if units else None
 
     def _ends_amount(self, i: int) -> bool:
         """Say whether "2 in" before `i` can only be inches."""
@@ -241,7 +271,7 @@ class Clauses(Phrasing):
 
     def _direction(self, i: int) -> Found[str]:
         found = [
-            (j, value)
+            (j, Axis(value) if {"x", "y"} & {self.text(k) for k in range(i, j)} else value)
             for j, value in self.tag(i, "DIR")
             if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)
         ]

@@ -3,13 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
+from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.verbs import BASE_FORMS
 
+_MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
+_MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
+_HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
+_TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
+_RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -28,6 +38,7 @@ class Commands(Clauses):
         for start in self._preambles(i, 0):
             found += self._verb_first(start)
             found += self._wish(start)
+            found += self._by_doing(start)
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
@@ -35,6 +46,31 @@ class Commands(Clauses):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):
                 found.append((end, replace(command, objects=tuple(_counted_from(ref, key) for ref in command.objects))))
+        if self.text(i) == "use":
+            # "use the green cubes to make a tower on the tray"
+            for j, refs in self.np_list(i + 1):
+                for k, verb in self.tag(j + 1, "VERB") if self.text(j) == "to" else []:
+                    if verb == "build":
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(k)
+                            for command in frame_command("build", (*elements, Element("material", refs)))
+                        ]
+        for j, what, condition in self._condition(i):
+            for start in self._preambles(self._skip(j), 0) if self._skip(j) > j else []:
+                for k, command in self._verb_first(start):
+                    it = bool(command.objects) and command.objects[0].determiner == "it"
+                    objects = (what,) if it and what else command.objects
+                    unless = self.text(i) == "unless"
+                    found.append((k, replace(command, objects=objects, condition=condition, unless=unless)))
+        for j, command in list(found):
+            for k, _, condition in self._condition(j + 1 if self.text(j) == "," else j):
+                if condition.determiner == "it" and len(command.objects) == 1:
+                    # "close the drawer if it is open"
+                    relations = (*command.objects[0].relations, *condition.relations)
+                    condition = replace(command.objects[0], relations=relations, text=condition.text)
+                unless = "unless" in (self.text(j), self.text(j + 1))
+                found.append((k, replace(command, condition=condition, unless=unless)))
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
@@ -44,6 +80,31 @@ class Commands(Clauses):
                     it = bool(command.objects) and command.objects[0].determiner == "it"
                     found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
+
+    def _condition(self, i: int) -> list[tuple[int, Ref | None, Ref]]:
+        """As in "if the drawer is open": where it ends, the thing, and the thing as it has to be."""
+        found: list[tuple[int, Ref | None, Ref]] = []
+        if self.text(i) not in ("if", "unless"):
+            return found
+        if self.said(i + 1, i + 3) in ("there is", "there are"):
+            # "unless there is something on the pallet"
+            k = i + 4 if self.text(i + 3) in ("still", "already", "currently") else i + 3
+            for j, ref in self.np(k):
+                if ref.relations and not ref.unknown and self._skip(j) > j:
+                    found.append((j, None, replace(ref, determiner="a", plural=False)))
+            return found
+        for j, ref in self.np(i + 1):
+            if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
+                continue
+            k = j + 2 if self.text(j + 1) in ("still", "already", "currently") else j + 1
+            states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
+            states += [(m, relation) for m, relation in self.relation(k) if not relation.directional]
+            for m, colour in self.tag(k, "COLOUR"):
+                found.append((m, ref, replace(ref, colours=(*ref.colours, colour), text=self.said(i + 1, m))))
+            for m, relation in states:
+                so = replace(ref, relations=(*ref.relations, relation), text=self.said(i + 1, m))
+                found.append((m, ref, so))
+        return found
 
     def _preambles(self, i: int, depth: int) -> list[int]:
         starts = [i]
@@ -59,14 +120,54 @@ class Commands(Clauses):
                 found.append((j, Command("home")))
                 found += [(k, Command("home")) for k in self._arm(j)]
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
+                # "leave the can on the table" is rather to let it be.
+                strain = 0.6 if self.text(i).startswith("leav") else 0.0
                 for k, elements in self.elements(start):
-                    found += [(k, command) for command in frame_command(verb, elements)]
+                    found += [
+                        (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
+                    ]
+            if verb == "tap":
+                # "tap the lid of the can": a tap lands on top.
+                for k in [
+                    end
+                    for m in self.optional(j, "THE")
+                    if self.text(m) in _TOPS
+                    for end in (m + 2,)
+                    if self.text(m + 1) == "of"
+                ]:
+                    for end, elements in self.elements(k):
+                        found += [(end, command) for command in frame_command(verb, elements)]
+            if verb in ("give", "put", "pick"):
+                # "give me the can, put it in the bin", "bring the can and put it on the tray": it is to be put.
+                for k, refs in self.np_list(j + 1 if self.text(j) in ("me", "us") else j):
+                    then = self._skip(k)
+                    then = self._skip(then + 1) if self.text(then) in ("and", "then") else then
+                    for end, command in self._verb_first(then) if then > k else []:
+                        if (
+                            command.verb in ("put", "stack")
+                            and command.objects
+                            and command.objects[0].determiner == "it"
+                        ):
+                            found.append((end, replace(command, objects=refs)))
+            if verb == "stack":
+                # "stack them: blue, green, red"
+                for k, whole in self.np(j):
+                    if self.text(k) == ":" and (whole.plural or whole.determiner == "all"):
+                        found += [(end, Command("stack", refs)) for end, refs in self.np_list(k + 1) if len(refs) > 1]
+            if verb == "put":
+                for k, refs in self.np_list(j):
+                    found += self._run_on(refs, k)
             if verb == "give":
                 found += self._light(j)
             if verb in ("go", "move", "put", "push"):
                 for k in self._arm(j):
                     for end in self._home(k):
                         found.append((end, Command("home")))
+        for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
+            if noun in ("bin", "bowl", "box", "drawer") and not plural and (self.tag(j, "THE") or self.tag(j, "PRON")):
+                # "crate the cube"
+                where = Relation("in", (Ref(text=self.said(i, j), nouns=(phrase,)),))
+                found += [(k, Command("put", refs, where, bare=0.3)) for k, refs in self.np_list(j)]
         for end in self._home(i):
             # "home"; but "start" alone is no place, nor is "rest".
             if end > i + 1 or self.text(i) == "home":
@@ -77,7 +178,8 @@ class Commands(Clauses):
         """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
         if self.text(i) in BASE_FORMS:
             return True
-        return i > 0 and (self.text(i).endswith("ing") or self.text(i - 1) in ("have", "having", "you", "got"))
+        asked = self.text(i - 1) in ("have", "having", "got") or (self.text(i - 1) == "you" and i > 1)
+        return i > 0 and (self.text(i).endswith("ing") or asked)
 
     def _light(self, i: int) -> Found[Command]:
         """As in "give the can a gentle push to the left": the noun is the verb."""
@@ -100,15 +202,50 @@ class Commands(Clauses):
             # "could the can go in the bin?"
             for j, refs in self.np_list(i + 1):
                 found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
+                for m, verb in self.tag(j, "VERB"):
+                    # "could the block scoot 2 cm to the right?"
+                    if verb in ("push", "move"):
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(m)
+                            for command in frame_command("push", (spoken(refs), *elements))
+                        ]
         if self.text(i) == "it" and self.text(i + 1) == "is":
             # "it is the apple that goes in the basket"
             for j, refs in self.np_list(i + 2):
                 for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
                     found += self._placed_there(refs, k)
         starts = [end for end, _ in self.tag(i, "DESIRE")]
+        for start in starts:
+            # "I want to see a tower of the cubes"
+            for end, elements in self.elements(start):
+                if elements and elements[0].kind == "objects" and elements[0].value[0].nouns[:1] == ("tower",):
+                    found += [(end, command) for command in frame_command("build", elements)]
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
-                copulas = [end for end, _ in self.tag(j, "COPULA")]
+                found += self._holding(refs, j, wished=start > i)
+                if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
+                    # "each can gets a tap"
+                    k = j + 1 if self.text(j) in _RECEIVES else j + 2
+                    for a, _ in self.tag(k, "A"):
+                        for adjective in self.optional(a, "LIGHT_ADJECTIVE"):
+                            for n, verb in self.tag(adjective, "LIGHT_NOUN"):
+                                found += [
+                                    (end, command)
+                                    for end, elements in self.elements(n)
+                                    for command in frame_command(verb, (spoken(refs), *elements))
+                                ]
+                if (
+                    self.text(j) in _MODALS
+                    and self.text(j + 1) in ("all", "both", "each")
+                    and self.text(j + 2) in _GOES
+                ):
+                    found += self._placed_there(refs, j + 3)
+                aside = j + 1 if len(refs) > 1 and self.text(j) == "," else j
+                copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
+                if refs[0].text.startswith("anything") and self.text(j) in _MODALS:
+                    # "anything but the apple can go in the bin" allows, and does not ask.
+                    continue
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
                     copulas += [end for end, _ in self.tag(j, "IS_NOW")]
@@ -120,11 +257,50 @@ class Commands(Clauses):
                                 objects = spoken(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
                     found += self._placed_there(refs, k)
+                    if self.text(k - 1) in ("goes", "go"):
+                        found += self._run_on(refs, k)
+        return found
+
+    def _holding(self, refs: tuple[Ref, ...], i: int, *, wished: bool) -> Found[Command]:
+        """As in "the tray should contain the ball": the container is named first."""
+        k = i + 1 if self.text(i) in (*_MODALS, "to") else i + 2 if self.said(i, i + 2) in _MODALS_TO else i
+        held = self.text(k)
+        plain = held in ("gets", "receives")
+        if len(refs) != 1 or not (plain or (held in _HOLDS and (k > i or wished))):
+            return []
+        found: Found[Command] = []
+        for j, objects in self.np_list(k + 1):
+            if any(part.determiner == "it" for ref in objects for where in ref.relations for part in where.refs):
+                continue
+            if self.text(j) == "on" and self.text(j + 1) in ("it", "top"):
+                found.append((j + 2, Command("put", objects, Relation("on", refs), bare=0.3)))
+            ends = [j + 1] if self.text(j) in ("inside", "in") else []
+            ends += [j + 2] if self.said(j, j + 2) in ("in it", "inside it") else []
+            found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in (*ends, j)]
+        return found
+
+    def _by_doing(self, i: int) -> Found[Command]:
+        """As in "clean up the toys by putting them in the box", "clear the table by putting everything in the bin"."""
+        found: Found[Command] = []
+        for j, verb in self.tag(i, "VERB") if self._asks(i) else []:
+            if verb not in _BY_DOING:
+                continue
+            for k, element in self.element(j):
+                if self.text(k) != "by" or not self.text(k + 1).endswith("ing"):
+                    continue
+                for end, command in self._verb_first(k + 1):
+                    if not command.objects or command.verb not in ("put", "stack"):
+                        continue
+                    it = command.objects[0].determiner == "it"
+                    if it and element.kind == "objects":
+                        found.append((end, replace(command, objects=element.value)))
+                    elif not it and (element.kind == "table" or verb == "build"):
+                        found.append((end, command))
         return found
 
     def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         return [
-            (end, command)
+            (end, _under(command))
             for end, elements in self.elements(i)
             if elements and any(e.kind in ("place", "matching") for e in elements)
             for command in frame_command("put", (spoken(refs), *elements))
@@ -152,13 +328,34 @@ class Commands(Clauses):
         if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
             # "start with the marble: put it in the tray"
             i += 2
+        orders: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
+        for tag, order in orders:
+            for k, _ in self.tag(i, tag):
+                # "from the bottom up: yellow, white, blue"
+                found += [
+                    (j, Command("stack", refs, None, (), order))
+                    for j, refs in (self.np_list(self._skip(k)) if self._skip(k) > k else ())
+                    if len(refs) > 1
+                ]
+        for k, ref in self.np(i):
+            if ref.nouns[:1] in (("tower",), ("stack",), ("pile",)) and self.text(k) in (":", ","):
+                # "tower: red, green, blue from bottom to top"
+                found += [
+                    (end, command)
+                    for end, elements in self.elements(k + 1)
+                    for command in frame_command("build", (Element("objects", (ref,)), *elements))
+                    if command.objects
+                ]
         for k, _ in self.tag(i, "LOOK"):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
             if element.kind == "objects" and self._skip(j) > j:
                 for start in self._preambles(self._skip(j), 0):
-                    for k, command in self._verb_first(start):
+                    for k, command in (
+                        *self._verb_first(start),
+                        *(self._wish(start) if start == self._skip(j) else ()),
+                    ):
                         if command.objects and command.objects[0].determiner == "it":
                             found.append((k, replace(command, objects=element.value)))
             elif element.kind in ("place", "direction"):
@@ -186,7 +383,7 @@ class Commands(Clauses):
                 continue
             which = replace(ref, determiner="the") if ref.determiner == "a" else ref
             for start in self._preambles(self._skip(j), 0):
-                for end, command in self._verb_first(start):
+                for end, command in (*self._verb_first(start), *self._wish(start)):
                     if command.objects and command.objects[0].determiner == "it":
                         found.append((end, replace(command, objects=(which,))))
         return found
@@ -195,9 +392,11 @@ class Commands(Clauses):
         """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
         for j, refs in self.np_list(i):
+            if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
+                continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
-            starts = {both, j + 1} if self.text(j) in (",", ":", "!") else {both}
+            starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
                 kinds = [element.kind for element in elements]
                 if "place" in kinds or "matching" in kinds:
@@ -205,7 +404,56 @@ class Commands(Clauses):
                 if sorted(kinds) == ["direction", "distance"]:
                     # "red cube: 5 cm left"
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+            up = j + 1 if self.text(j) == "," and self.text(j + 1) == "up" else j
+            if up > j and up + 1 >= len(self.tokens):
+                # "ball, up"
+                found += [
+                    (up + 1, replace(c, bare=0.9))
+                    for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
+                ]
+            if self.text(j) == "up" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                # "can up"
+                found += [
+                    (j + 1, replace(c, bare=0.9))
+                    for c in frame_command("pick", (spoken(refs), Element("particle", "up")))
+                ]
+            if self.text(j) == "away" and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                found.append((j + 1, Command("tidy", refs, bare=0.9)))
+            if self.text(j) == "swap" and len(refs) == 2:
+                ends = [j + 2] if self.text(j + 1) in ("places", "positions", "spots", "locations") else []
+                found += [(end, Command("swap", refs, bare=0.3)) for end in (*ends, j + 1)]
+            if self.text(j) in _STATES and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
+                # "drawer closed"
+                found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))
+            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":", ".") else j)
+            if self.text(j) == ":" and self._named_container(refs):
+                # "left bin: red cube and can"
+                put = Relation("in", refs)
+                found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found
+
+    def _joints_at(self, i: int) -> bool:
+        return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+
+    def _run_on(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        """As in "red cube left bin", "put can bin": the container alone says where."""
+        return [
+            (j, Command("put", refs, Relation("in", where), bare=0.6))
+            for j, where in self.np_list(i)
+            if self._named_container(where) and not any(ref.unknown for ref in refs)
+        ]
+
+    def _named_container(self, refs: tuple[Ref, ...]) -> bool:
+        plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
+        return plain and bool(refs[0].nouns) and NOUN_CLASS.get(refs[0].nouns[0]) in ("bin", "bowl", "drawer")
+
+
+def _under(command: Command) -> Command:
+    """As in "the red cube should be under the blue one": the blue one goes on it."""
+    place = command.place
+    if isinstance(place, Relation) and place.kind == "under" and len(command.objects) == len(place.refs) == 1:
+        return replace(command, objects=place.refs, place=Relation("on", command.objects))
+    return command
 
 
 def _counted_from(ref: Ref, key: str) -> Ref:

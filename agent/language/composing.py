@@ -13,13 +13,13 @@ from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Rel
 
 def stack(frame: Frame) -> list[Command]:
     """As in "stack the cubes", "stack red on green", "pile them up with the red one on top"."""
-    if len(frame.objects) > 1 or set(frame.rest) - {"particle", "order", "order_end", "direction"}:
+    if len(frame.objects) > 1 or set(frame.rest) - {"particle", "order", "order_end", "direction", "by_size"}:
         return []
     if frame.particle and frame.particle not in MUTUAL:
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
     order = _order(frame, objects)
-    if "direction" in frame.rest:
+    if "direction" in frame.rest or ("by_size" in frame.rest and (order or frame.places or len(objects) != 1)):
         return []
     if not frame.places:
         return [Command("stack", objects, None, (), order)] if frame.objects else []

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from robosandbox.agent.language.clauses import Element
-from robosandbox.agent.language.intent import Place, Ref
+from robosandbox.agent.language.intent import Place, Ref, Relation
 
 UP = frozenset({"up", "upward", "upwards", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
     "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
@@ -59,6 +59,14 @@ MUTUAL = frozenset(
 )
 
 
+MUTUAL |= frozenset(
+    f"{into} {one}{tower}"
+    for into in ("in", "into", "as")
+    for one in ("a ", "one ", "a single ", "one big ", "one tall ")
+    for tower in ("tower", "stack", "pile")
+)
+
+
 @dataclass(frozen=True, slots=True)
 class Frame:
     """The elements of one clause by kind.
@@ -101,6 +109,37 @@ class Frame:
     def particle(self) -> str | None:
         """The particle, if there is one."""
         return str(self.one("particle")) if "particle" in self.rest else None
+
+
+def chosen_by(elements: Sequence[Element]) -> Sequence[Element]:
+    """Attach "..., whichever is closer" at the end of a clause to the alternatives before it."""
+    ranks = [e.value for e in elements if e.kind == "choice"]
+    if not ranks:
+        return elements
+    made: list[Element] = []
+    open_choices = 0
+    for element in elements:
+        value = element.value
+        if element.kind == "objects" and len(value) == 1 and value[0].options and not value[0].ranks:
+            open_choices += 1
+            element = Element("objects", (replace(value[0], determiner="the", ranks=tuple(ranks)),))
+        elif element.kind == "place" and isinstance(value, Relation) and any(ref.options for ref in value.refs):
+            open_choices += 1
+            refs = tuple(replace(ref, determiner="the", ranks=tuple(ranks)) for ref in value.refs)
+            element = Element("place", replace(value, refs=refs))
+        if element.kind != "choice":
+            made.append(element)
+    return made if open_choices == 1 and len(ranks) == 1 else elements
+
+
+def joined(elements: Sequence[Element]) -> Sequence[Element]:
+    """Add "..., along with the ball" at the end of a clause to the objects at its start."""
+    also = [ref for e in elements if e.kind == "also" for ref in e.value]
+    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
+    if not also or first is None:
+        return elements
+    whole = Element("objects", (*elements[first].value, *also))
+    return [whole if k == first else e for k, e in enumerate(elements) if e.kind != "also"]
 
 
 def excepted(elements: Sequence[Element]) -> Sequence[Element]:

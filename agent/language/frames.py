@@ -7,13 +7,13 @@ from collections.abc import Callable, Sequence
 from robosandbox.agent.language.carrying import go, move, pick, pull, push, put, release, relocate, throw
 from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.composing import build, line_up, load, sort, stack, swap, tidy, unstack
-from robosandbox.agent.language.frame import Frame, excepted
+from robosandbox.agent.language.frame import Frame, chosen_by, excepted, joined
 from robosandbox.agent.language.intent import Command, Relation, Verb
 
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
     """Return the commands that a verb makes of its elements, the likeliest first."""
-    elements = excepted(elements)
+    elements = chosen_by(excepted(joined(elements)))
     frame = Frame.of(elements)
     builder = _FRAMES.get(verb)
     if builder is None or len(frame.objects) > 2 or len(frame.places) > 3:

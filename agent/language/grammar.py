@@ -10,7 +10,8 @@ from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.commands import Commands, spoken
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
-from robosandbox.agent.language.tokens import SceneWords, Token
+from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
+from robosandbox.agent.language.verbs import BASE_FORMS
 
 Part = Command | tuple[Ref, ...] | str
 MAX_SENTENCES = 8
@@ -80,6 +81,7 @@ def _ref_strain(ref: Ref) -> float:
         map(_ref_strain, ref.without)
     )
     # "everything but the trays and the tin" leaves both out.
+    inner += sum(map(_ref_strain, ref.options))
     bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
@@ -107,7 +109,8 @@ class Grammar(Commands):
                 continue
             for k in self._joints(j):
                 found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
-            late = [k for k, _ in self.tag(self._skip(j), "FIRST_BUT")]
+            after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
+            late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
                 late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
             for k in self._corrected(j):
@@ -127,7 +130,14 @@ class Grammar(Commands):
                 found += self._gapped(part, k) if self.text(k - 1) != "but" else []
             for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
-                    found.append((end, (*rest, *part)))
+                    if rest:
+                        found.append((end, (*_in_it(rest, part), *part)))
+            for k in self._joints(j):
+                # "put the can on the block, but tap the block first"
+                for m, second in self.part(k) if self.text(k - 1) in ("but", ",", ";", ".", "and") else []:
+                    asked = isinstance(second[0], Command) and not second[0].bare
+                    if asked and self.text(m) in ("first", "beforehand") and self._skip(m + 1) >= n:
+                        found.append((n, (*_in_it(second, part), *part)))
         return found[:20]
 
     def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
@@ -137,7 +147,7 @@ class Grammar(Commands):
         found: Found[tuple[Part, ...]] = []
         places = last.place.refs if isinstance(last.place, Relation) else ()
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
-            same = [bool(ref.nouns) and ref.nouns == refs[0].nouns for ref in (*last.objects, *places)]
+            same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
             if refs[0].one and refs[0].colours and not refs[0].nouns:
                 # "put the red cup on the tray, no, the white one": colours stand against each other.
                 same = [bool(ref.colours) for ref in (*last.objects, *places)]
@@ -145,6 +155,13 @@ class Grammar(Commands):
             if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
+            elif self._skip(j) >= len(self.tokens) and not any(same[1:]) and refs[0].names:
+                # "put red_1 in the bucket, make that blue_2": what makes sense decides.
+                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare + 0.3))))
+        better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
+        if better_distance and self._skip(k + 1) >= len(self.tokens):
+            # "5 cm to the left, no, make it 10"
+            found.append((len(self.tokens), (*part[:-1], replace(last, distance=better_distance))))
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
@@ -165,6 +182,9 @@ class Grammar(Commands):
             return []
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
+        if self.text(k) in ("whichever", "whatever"):
+            # "the left bin or the right bin, whichever is nearer" is no further thing.
+            return []
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object.
             again = replace(last, objects=refs, bare=0.9)
@@ -260,6 +280,10 @@ class Grammar(Commands):
                     for end, refs in self.np_list(j)
                 ]
             for j in negated:
+                for k, verb in self.tag(j, "VERB") if self.text(j) in BASE_FORMS else []:
+                    if verb in ("put", "move", "throw", "discard"):
+                        # "do not ship the box": wherever to.
+                        found += [(end, (Command("nothing", refs, negated="put"),)) for end, refs in self.np_list(k)]
                 for end, command in self.clause(j):
                     if command.verb != "tap" and not command.bare:
                         found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
@@ -295,6 +319,24 @@ class Grammar(Commands):
                     for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
+
+
+def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]:
+    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last."""
+    first, last = parts[0] if parts else None, named[0] if named else None
+    if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
+        return parts
+    place = first.place
+    if isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
+        first = replace(first, place=replace(place, refs=last.objects))
+    elif first.objects and first.objects[0].determiner == "it":
+        first = replace(first, objects=last.objects)
+    return (first, *parts[1:])
+
+
+def _kind(ref: Ref) -> tuple[str, ...]:
+    """Return what sort of thing a description names, by its noun or by the first word of its id."""
+    return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language import match
+from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.intent import Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation
 from robosandbox.agent.language.orders import Fits, Meaning, Orders
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.tokens import id_parts
@@ -46,14 +47,35 @@ class Grounder(Orders):
         elif ref.determiner == "it":
             meaning = self._pronoun(ref, fits, barred)
         else:
-            found = self._candidates(ref, fits, barred)
+            found = self._one_of(ref, fits, barred) if ref.options else self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
+            self._singled_out(ref, meaning)
             self.discourse.mention(meaning.ids, ref.nouns)
             if ref.nouns or ref.colours:
                 self.discourse.described.append(ref)
             return meaning
         self.discourse.mention(meaning.ids)
         return meaning
+
+    def _one_of(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
+        """As in "the can or the ball, whichever is closer": what any of the descriptions means, in order."""
+        names: list[str] = []
+        for option in ref.options:
+            names += [name for name in self.many(option, fits, barred).ids if name not in names]
+        for rank in ref.ranks:
+            names = self._ranked(names, rank, ref)
+        return names
+
+    def _singled_out(self, ref: Ref, meaning: Meaning) -> None:
+        """Refuse to choose by what cannot be seen: "a wooden cube" where there are several cubes."""
+        if ref.claims and (meaning.others or len(meaning.ids) > 1):
+            quoted = listed([f"“{word}”" for word in ref.claims])
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"I cannot see which is {quoted}; which do you mean by “{ref.text}”: {listed([*meaning.ids, *meaning.others], 'or')}?",
+                (*meaning.ids, *meaning.others),
+                about=ref.text,
+            )
 
     def _pronoun(self, ref: Ref, fits: Fits | None, barred: set[str]) -> Meaning:
         groups = [ids for ids in reversed(self.discourse.themes)] + [ids for ids in reversed(self.discourse.mentioned)]
@@ -107,8 +129,11 @@ class Grounder(Orders):
             found = [item for item in found if item.id not in self.discourse.spoken_of() | {self.world.held}]
             if ref.one and not ref.colours and self.discourse.described and not several:
                 # "one red cube on the other": another red cube, if there is one.
-                like = self._named(replace(self.discourse.described[-1], names=()), found, False, None)
-                found = like or found
+                spoken = (
+                    reversed(self.discourse.described) if fits == self.world.movable else self.discourse.described[-1:]
+                )
+                likes = (self._named(replace(ref, names=()), found, False, None) for ref in spoken)
+                found = next((like for like in likes if like), found)
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]
@@ -142,6 +167,8 @@ class Grounder(Orders):
             found = [item for item in found if match.colour_of(item) not in ref.not_colours]
         if ref.names:
             found = match.with_names(found, ref.names)
+        for shape in ref.shapes:
+            found = [item for item in found if item.kind in SHAPES[shape]]
         if ref.nouns and ref.nouns != ("tower",):
             if fits is not None and ref.nouns == ("box",) and not several:
                 # "in the box" means a container, if there is one that could be called so.
@@ -184,6 +211,8 @@ class Grounder(Orders):
         """Return everything that fits a description, with no claim that it is one."""
         if ref.determiner == "it":
             return list(self._pronoun(ref, None, set()).ids)
+        if ref.options:
+            return list(dict.fromkeys(name for option in ref.options for name in self._loosely(option, among)))
         self._known(ref)
         pool = [self.world.objects[name] for name in among]
         several = ref.plural or ref.determiner != "the"
@@ -204,6 +233,14 @@ class Grounder(Orders):
         kind, world = relation.kind, self.world
         if kind == "held":
             found = [name for name in names if name == world.held]
+        elif kind == "than":
+            found = self._exceeding(names, relation)
+        elif kind in ("holds", "lacks"):
+            inner = set(self._loosely(relation.refs[0], list(world.objects)))
+            found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
+        elif kind == "empty":
+            holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
+            found = [name for name in holders if not world.inside(name)] if holders else names
         elif kind in ("open", "closed"):
             found = [
                 name
@@ -237,6 +274,19 @@ class Grounder(Orders):
                 names,
             )
         return found
+
+    def _exceeding(self, names: list[str], relation: Relation) -> list[str]:
+        """As in "taller than the can": what comes before it in the order."""
+        anchor = self.one(relation.refs[0], lambda name: True).ids[0]
+        rank = Rank(relation.order)
+        if relation.order in ("near", "far"):
+            origin = self.world.base_xy
+            sign = 1.0 if relation.order == "near" else -1.0
+            score = {name: sign * math.dist(self.world.at[name], origin) for name in {*names, anchor}}
+        else:
+            score = self._score([*names, anchor], rank)
+        limit = score[anchor] - 0.03 * abs(score[anchor])
+        return [name for name in names if name != anchor and score[name] < limit]
 
     def _anchors(self, ref: Ref, *, loose: bool) -> list[str]:
         if loose and ref.determiner != "it":
@@ -294,6 +344,16 @@ class Grounder(Orders):
         return found
 
     def _counted(self, ref: Ref, names: list[str]) -> Meaning:
+        if ref.total is not None and len(names) != ref.total:
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see {listed(names)}.", names)
+        if ref.share is not None:
+            count = round(ref.share * len(names))
+            if abs(count - ref.share * len(names)) > 1e-6 or not count:
+                raise RefusedError(
+                    RefusalCode.IMPOSSIBLE, f"“{ref.text}”: {listed(names)} do not divide into equal parts.", names
+                )
+            chosen = sorted(names, key=self._handiness)
+            return Meaning(tuple(chosen[:count]), tuple(chosen[count:]), several=True)
         if (ref.count and ref.count > 1) or (ref.count and ref.determiner == "all"):
             count = ref.count or 1
             if len(names) < count:
@@ -306,7 +366,7 @@ class Grounder(Orders):
             return Meaning(tuple(names), several=True)
         if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
             return Meaning(tuple(names), several=True)
-        if ref.plural:
+        if ref.plural and not (ref.count == 1 and ref.determiner == "a"):
             raise RefusedError(
                 RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
             )

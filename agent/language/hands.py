@@ -30,6 +30,8 @@ class Hands:
         self.start_held = scene.held
         self.last_side: tuple[str, str] | None = None
         self.put_down: set[str] = set()
+        self.set_free: set[str] = set()
+        self.spared: set[str] = set()
         self.called: tuple[str, ...] = ()
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
@@ -95,9 +97,11 @@ class Hands:
                 # "a cup on the block and another on the tray": another cup.
                 ref = replace(ref, nouns=self.called)
             self.called = ref.nouns or self.called
-            meaning = self.ground.many(
-                ref, fits or self.world.movable, (*exclude, *names) if ref.determiner != "the" else exclude
-            )
+            barred = (*exclude, *names) if ref.determiner != "the" else (*exclude,)
+            if ref.determiner == "a" or (ref.determiner == "bare" and ref.count):
+                # "two bricks in the box, the yellow one stays": any two of the others.
+                barred = (*barred, *self.spared)
+            meaning = self.ground.many(ref, fits or self.world.movable, barred)
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
             names += [name for name in meaning.ids if name not in names]

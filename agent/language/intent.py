@@ -52,16 +52,18 @@ class Relation:
 
     Attributes:
         kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
-            closed (of drawers).
+            closed (of drawers), empty (of containers), holds or lacks (something inside), than ("taller than the can").
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
+        order: For than: what is compared, as the key of a `Rank`; "from" for "from under".
     """
 
     kind: str
     refs: tuple[Ref, ...] = ()
     distance: float | None = None
     directional: bool = False
+    order: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,6 +139,12 @@ class Ref:
         other: "the other one", "the rest": not what was spoken of before.
         one: The noun is "one": inherits the noun spoken of before.
         unknown: Words nobody can look up, kept for the refusal.
+        options: "the can or the ball": one of these.
+        claims: What is said of it and cannot be seen ("wooden"); harmless only where the rest fits one thing.
+        shapes: Shapes by adjective ("round").
+        share: "half of the cubes": this part of all that fit.
+        total: "two of the three cubes": how many must fit.
+        distinct: "different bins": each thing gets one of its own.
     """
 
     text: str
@@ -154,6 +162,12 @@ class Ref:
     other: bool = False
     one: bool = False
     unknown: tuple[str, ...] = ()
+    options: tuple[Ref, ...] = ()
+    claims: tuple[str, ...] = ()
+    shapes: tuple[str, ...] = ()
+    share: float | None = None
+    total: int | None = None
+    distinct: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,6 +186,8 @@ class Command:
         times: How often.
         bare: How much is left unsaid: no verb, or no place.
         negated: For nothing: the verb that is not to be done.
+        condition: "if the drawer is open": what has to be there, as it is described.
+        unless: It must not be there.
     """
 
     verb: Verb
@@ -184,6 +200,8 @@ class Command:
     times: int = 1
     bare: float = 0.0
     negated: str = ""
+    condition: Ref | None = None
+    unless: bool = False
 
 
 @dataclass(frozen=True, slots=True)

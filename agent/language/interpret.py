@@ -11,13 +11,16 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.intent import Sentence
-from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.lexicon import LEXICON, REAL_WORDS, WORDS
+from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
+from robosandbox.agent.language.spelling import respelled
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
+STRANGE = 20.0
 Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
@@ -50,11 +53,25 @@ def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings |
     known = scene_words(tuple(item.id for item in scene.objects))
     try:
         tokens = tokenize(prompt, known)
-        return parse(tokens, known) or _not_understood(tokens, known, skills)
+        readings = parse(tokens, known)
+        if not readings or readings[0][0] >= STRANGE:
+            plain = without_remarks(_respelled(tokens, known), known)
+            better = parse(plain, known) if plain and plain != tokens else ()
+            readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
+        return readings or _not_understood(tokens, known, skills)
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
         return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
+
+
+def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:
+    words = respelled([token.text for token in tokens], WORDS | REAL_WORDS | known.parts, known.parts)
+    return tuple(
+        token if token.kind != "word" or token.text == word else Token(word, token.raw, "word")
+        for token, word in zip(tokens, words, strict=True)
+        if word
+    )
 
 
 def choose(
@@ -83,7 +100,8 @@ def choose(
             continue
         best = strain if not plans else best
         context.last = reading
-        plans.setdefault(_effect(draft), (draft, context))
+        if not any(_same_in_the_end(_effect(draft), other) for other in plans):
+            plans[_effect(draft)] = (draft, context)
     if len(plans) > 1:
         both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
@@ -95,6 +113,17 @@ def choose(
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def _same_in_the_end(one: tuple[str, ...], other: tuple[str, ...]) -> bool:
+    """Say whether two plans carry the same things into the same containers, in whatever order."""
+
+    def carried(calls: tuple[str, ...]) -> list[tuple[str, str]] | None:
+        pairs = list(zip(calls[::2], calls[1::2], strict=False))
+        plain = len(calls) % 2 == 0 and all(a.startswith("pick(") and b.startswith("place_in(") for a, b in pairs)
+        return sorted(pairs) if plain else None
+
+    return one == other or (carried(one) is not None and carried(one) == carried(other))
 
 
 def _effect(draft: Draft) -> tuple[str, ...]:

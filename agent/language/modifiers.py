@@ -15,8 +15,25 @@ STATES = {
     "opened": Relation("open"),
     "closed": Relation("closed"),
     "shut": Relation("closed"),
+    "empty": Relation("empty"),
+    "vacant": Relation("empty"),
 }
 _COLOUR_WORDS = frozenset({"colour", "color"})
+_COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
+_SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
+_ALL_OF_THEM = tuple(
+    tuple(phrase.split())
+    for phrase in (
+        "all of them",
+        "both of them",
+        "each of them",
+        "every one of them",
+        "each one",
+        "every one",
+        "all",
+        "both",
+    )
+)
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
 
@@ -34,6 +51,7 @@ class Modifiers(Positions):
     def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
         start = i + 1 if self.text(i) == "," else i
+        found += self._filled_with(i, ref)
         for j, _ in self.tag(i, "OF_THEM"):
             found.append((j, ref))
         for j, _ in self.tag(i, "HELD"):
@@ -44,9 +62,18 @@ class Modifiers(Positions):
                 if whole.plural and not whole.ranks:
                     merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
                     found.append((j, merged))
+            # "the taller of the can and the cube"
+            compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours
+            found += [
+                (j, replace(ref, options=refs, one=False))
+                for j, refs in (self.np_list(i + 1) if compared else ())
+                if len(refs) > 1
+            ]
+        if ref.plural:
+            found += [(j, ref) for j in self._all_of_them(i, ref)]
         if ref.ranks:
             found += self._anchored(i, ref)
-        for j, key in self.tag(i, "FROM"):
+        for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
                 # "the last one on the right" is the rightmost; "the last one from the right" is not.
                 index = {rank.index for rank in ref.ranks if not rank.key}.pop()
@@ -61,6 +88,18 @@ class Modifiers(Positions):
                 if self.text(j - 2) in ("to", "the") and j > i + 2
             ]
         for j, excluded in self._exceptions(start, ref):
+            best = excluded[0] if len(excluded) == 1 else None
+            if (
+                ref.text == "all"
+                and not ref.nouns
+                and best
+                and best.ranks
+                and best.nouns
+                and best.ranks[0].key in _SIZES
+            ):
+                # "all but the biggest cube": of the cubes.
+                found.append((j, replace(ref, nouns=best.nouns, without=(*ref.without, best))))
+                continue
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
         for k in self.optional(start, "IS"):
             if k == start and start > i:
@@ -70,6 +109,9 @@ class Modifiers(Positions):
                     for j, key in self.tag(m, "SUPER"):
                         whichever = replace(ref, determiner="the", ranks=(*ref.ranks, Rank(key)))
                         found += [*self._anchored(j, whichever), (j, whichever)]
+            for m, key in self.tag(k, "SUPER") if not ref.ranks else []:
+                if self.text(m) == "than":
+                    found += self._compared(m + 1, key, ref)
             for j, relation in self.relation(k):
                 if not relation.directional and relation.distance is None:
                     found.append((j, replace(ref, relations=(*ref.relations, relation))))
@@ -82,6 +124,17 @@ class Modifiers(Positions):
                         j, second = self.tag(j + 1, "COLOUR")[0]
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
+            if k > i and (not ref.nouns or ref.nouns == ("thing",)):
+                # "everything that is a cube"
+                for m in self.optional(k, "A"):
+                    found += [
+                        (j, replace(ref, nouns=(phrase,)))
+                        for j, (noun, phrase, plural) in self.tag(m, "NOUN")
+                        if noun not in ("one", "thing") and (m > k or plural)
+                    ]
+            for m, index in self.tag(k, "ORDINAL"):
+                # "the cube second from the right"
+                found += [(j, replace(ref, ranks=(*ref.ranks, Rank(key, index)))) for j, key in self.tag(m, "FROM")]
             for m in self.optional(k, "THE"):
                 if k > i and self.text(m) in STATES:
                     found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
@@ -96,6 +149,11 @@ class Modifiers(Positions):
         if self.text(i) in ("with", "of", "in"):
             found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
         for k, _ in self.tag(start, "NOT_IS"):
+            found += [
+                (j, replace(ref, without=(*ref.without, replace(kind, determiner="all"))))
+                for j, kind in (self.np(k) if not self.tag(k, "COLOUR") else ())
+                if kind.plural and kind.determiner == "bare" and kind.nouns and not (kind.colours or kind.ranks)
+            ]
             if self.tag(k, "A"):
                 found += [
                     (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
@@ -107,17 +165,70 @@ class Modifiers(Positions):
             if self.tag(k, "THE"):
                 # "a ball that is not the tennis ball"
                 found += [(j, replace(ref, without=(*ref.without, other))) for j, other in self.np(k)]
+                # "neither the tallest nor the shortest"
+                for j, other in self.np(k):
+                    if self.text(j) in ("nor", "or") and not other.options:
+                        both = replace(ref, without=(*ref.without, other))
+                        found += [(m, replace(both, without=(*both.without, more))) for m, more in self.np(j + 1)]
             for j, colour in self.tag(k, "COLOUR"):
                 negated = replace(ref, not_colours=(*ref.not_colours, colour))
                 found.append((j, negated))
-                for m, _ in self.tag(j, "NOR"):
-                    for end, second in self.tag(m, "COLOUR"):
-                        found.append((end, replace(negated, not_colours=(*negated.not_colours, second))))
+                while True:
+                    # "not red, green or blue"
+                    m = j + 1 if self.text(j) == "," else j
+                    m = next((end for end, _ in self.tag(m, "NOR")), m)
+                    if m == j or not self.tag(m, "COLOUR"):
+                        break
+                    j, second = self.tag(m, "COLOUR")[0]
+                    negated = replace(negated, not_colours=(*negated.not_colours, second))
+                    found.append((j, negated))
             for j, relation in self.relation(k):
                 if not relation.directional and relation.refs:
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
         return found
+
+    def _filled_with(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "the mug with the beans in it", "the bin that has no ball in it", "the bowl with nothing in it"."""
+        k = i + 1 if self.text(i) in ("that", "which") else i
+        if self.text(k) not in (("has", "have", "contains", "holds") if k > i else ("with", "containing", "holding")):
+            return []
+        plain = self.text(k) in ("contains", "holds", "containing", "holding")
+        if self.text(k + 1) in ("nothing", "none"):
+            found = [(k + 2, replace(ref, relations=(*ref.relations, Relation("empty"))))]
+        else:
+            lacks = self.text(k + 1) == "no"
+            found = [
+                (j, replace(ref, relations=(*ref.relations, Relation("lacks" if lacks else "holds", (inner,)))))
+                for j, inner in self.np(k + 2 if lacks else k + 1)
+                if not inner.unknown
+            ]
+        ends = {"in it": 2, "inside it": 2, "inside of it": 3, "in there": 2, "in them": 2, "inside": 1}
+        return [(j + n, full) for j, full in found for said, n in ends.items() if self.said(j, j + n) == said] + (
+            found if plain else []
+        )
+
+    def _compared(self, i: int, key: str, ref: Ref) -> Found[Ref]:
+        """As in "taller than the can", "bigger than the others"."""
+        found: Found[Ref] = []
+        for j in self.optional(i, "ALL", "THE", "A"):
+            rest = [end for tag in ("OTHER", "REST") for end, _ in self.tag(j, tag)]
+            found += [(end, replace(ref, ranks=(*ref.ranks, Rank(key)))) for end in rest]
+        for j, anchor in self.np(i):
+            if not (anchor.other or anchor.plural or anchor.unknown):
+                than = Relation("than", (anchor,), order=key)
+                found.append((j, replace(ref, relations=(*ref.relations, than))))
+        return found
+
+    def _all_of_them(self, i: int, ref: Ref) -> list[int]:
+        """As in "the cubes, all of them,": nothing new, but for how many there are."""
+        start = i + 1 if self.text(i) == "," else i
+        ends = [
+            start + len(words)
+            for words in _ALL_OF_THEM
+            if tuple(map(self.text, range(start, start + len(words)))) == words
+        ]
+        return [end + 1 if start > i and self.text(end) == "," else end for end in ends]
 
     def _of_colour(self, i: int) -> Found[str]:
         """As in "with a green colour", "of colour pink"; "in red" could be a place."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
@@ -49,12 +50,24 @@ class Nouns(Modifiers):
                 for k in self.optional(j + 1, "THE"):
                     if k > j + 1:
                         add(k, "a", count=number, plural=number > 1)
+                        for m, total in self._count(k):
+                            if total > number:
+                                add(m, "a", count=number, plural=True, total=total)
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
                     add(m, "a", count=1)
         if self.text(i) == "another":
             add(i + 1, "a", other=True)
+        if self.text(i) == "half":
+            # "half of the cubes", "half the cubes"
+            start = i + 2 if self.text(i + 1) == "of" else i + 1
+            for k in self.optional(start, "THE", "ALL"):
+                if k > start:
+                    add(k, "a", share=0.5, plural=True)
+        exact = i + 1 if self.text(i) in _EXACTLY else i + 2 if self.said(i, i + 2) == "at least" else 0
+        if exact:
+            found += [(j, ref) for j, ref in self._determiners(exact) if j > exact]
         return found
 
     def _count(self, i: int) -> Found[int]:
@@ -78,8 +91,11 @@ class Nouns(Modifiers):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
             ranked = any(rank.key not in PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
-            bare = ranked or ref.colours or ref.not_colours or ref.unknown
+            part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
+            bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
+            if j > i and ref.nouns == ("thing",):
+                found.append((j, ref))
             if (j > i and bare) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
@@ -111,11 +127,27 @@ class Nouns(Modifiers):
         for j, _ in self.tag(start, "NON"):
             for k, colour in self.tag(j, "COLOUR"):
                 step.append((k, replace(ref, not_colours=(*ref.not_colours, colour))))
+        for j, _ in self.tag(start, "NON"):
+            for k, (noun, phrase, many) in self.tag(j, "NOUN") if self.text(start) == "non" else []:
+                # "all non-cubes"
+                kind = Ref(text=self.said(j, k), determiner="all", nouns=(phrase,), plural=True)
+                if noun != "one" and many:
+                    step.append((k, replace(ref, nouns=("thing",), plural=True, without=(*ref.without, kind))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
         if self.text(start) in STATES:
             step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
-        if start < len(self.tokens) and self._is_strange(start):
+        word = self.text(start)
+        if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
+            step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
+        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
+            step.append((start + 1, ref))
+        if word in DISTINCT:
+            step.append((start + 1, replace(ref, distinct=True)))
+        verbal = word in UNSUPPORTED_VERBS or "VERB" in (self.tags[start] if start < len(self.tokens) else {})
+        if word in CLAIMS and word not in self.words.parts and not (verbal and ref.determiner == "bare"):
+            step.append((start + 1, replace(ref, claims=(*ref.claims, word))))
+        elif start < len(self.tokens) and self._is_strange(start):
             step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
         for j, nexts in step:
             found += self._adjectives(j, nexts, depth + 1)
@@ -126,6 +158,14 @@ class Nouns(Modifiers):
         if i >= len(self.tokens):
             return found
         token = self.tokens[i]
+        if (
+            token.text in MEASURES
+            and self.text(i + 1) == "of"
+            and token.text not in self.words.parts
+            and i + 2 < len(self.tokens)
+        ):
+            # "the roll of tape"
+            found += [(j, named) for j, named in self._noun(i + 2, ref) if not named.unknown]
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
@@ -220,6 +260,7 @@ _NOT_NAMES = word_set(
     REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN
     """
 )
+_EXACTLY = frozenset({"exactly", "precisely", "only", "just"})
 _LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
 _AFTER_A_NAME = word_set("on in into onto to next and or beside behind from off under above , . ; ? !") | {""}
 _THINGS = word_set("thing thingy object item toy")

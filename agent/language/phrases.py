@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.intent import Ref
+from robosandbox.agent.language.intent import Rank, Ref, Relation
 from robosandbox.agent.language.modifiers import HELD
 from robosandbox.agent.language.nouns import Nouns
 
@@ -29,15 +29,34 @@ class Phrasing(Nouns):
                 found += self._modified(k, replace(ref, text=self.said(i, k)), 0)
         for j, base in self._determiners(i):
             for k, ref in self._head(j, base):
+                if ref.share and not self.text(k - 1).endswith("s"):
+                    # "half the cake" is no number of things.
+                    continue
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
         if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
             # "whatever is closest to the bin"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            for j, ref in self._modifier(i + 2, thing):
-                found.append((j, replace(ref, text=self.said(i, j))))
+            modified = self._modifier(i + 2, thing)
+            if self.text(i + 2) == "not":
+                modified = [*modified, *self._modifier(i + 1, replace(thing, text="what"))]
+            for j, ref in modified:
+                # "whatever is closest" is one thing, "whatever is not blue" all such things.
+                each = ref if ref.ranks else replace(ref, determiner="all", plural=True)
+                found.append((j, replace(each, text=self.said(i, j))))
+        if self.said(i, i + 2) == "the same":
+            # "the same bin as the can"
+            for j, (_, phrase, plural) in self.tag(i + 2, "NOUN"):
+                for k, inner in self.np(j + 1) if self.text(j) == "as" and not plural else []:
+                    where = Relation("holds", (inner,))
+                    found.append((k, Ref(text=self.said(i, k), nouns=(phrase,), relations=(where,))))
+        if self.text(i) in ("number", "no") and self._suffix(i + 1):
+            # "all vials except number two"
+            found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
+        found += self._broken_off(i)
+        found += self._alternatives(i, found)
         if self.text(i) == "not":
             for j, _ in self.np(i + 1):
                 if self.text(j) == "but":
@@ -58,6 +77,74 @@ class Phrasing(Nouns):
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
+    def _alternatives(self, i: int, found: Found[Ref]) -> Found[Ref]:
+        """As in "the red cube or the green one, whichever is closer", "either cube or ball"."""
+        made: Found[Ref] = []
+        if self.text(i) == "either":
+            made += [(j, ref) for j, ref in self.np(i + 1) if ref.options]
+        for j, first in found:
+            k = j + 1 if self.text(j) == "," else j
+            if self.text(k) != "or" or first.determiner == "all" or first.plural or first.options:
+                continue
+            k += 2 if self.text(k + 1) == "else" else 1
+            for end, second in self.np(k):
+                if second.plural or second.determiner == "all" or (second.ranks and second.options):
+                    continue
+                others = second.options or (second,)
+                if first.one and not first.nouns and not first.names:
+                    head = replace(first, nouns=others[0].nouns, one=others[0].one)
+                else:
+                    head = first
+                    others = tuple(
+                        replace(o, nouns=first.nouns, one=False) if o.one and not o.nouns else o for o in others
+                    )
+                made.append((end, Ref(text="", determiner="a", options=(head, *others))))
+        if self.text(i) in ("whichever", "whatever"):
+            # "whichever of the red and blue cubes is larger"
+            start = i + 2 if self.text(i + 1) == "of" else i + 3 if self.said(i + 1, i + 3) == "one of" else 0
+            for j, refs in self.np_list(start) if start else []:
+                ranks = self._whichever_is(j) if len(refs) > 1 else []
+                made += [(end, Ref(text="", determiner="the", options=refs, ranks=(rank,))) for end, rank in ranks]
+        chosen = [
+            (end, replace(ref, determiner="the", ranks=(rank,)))
+            for j, ref in made
+            if not ref.ranks
+            for end, rank in self.whichever(j)
+        ]
+        return [(end, replace(ref, text=self.said(i, end))) for end, ref in (*chosen, *made)]
+
+    @rule
+    def whichever(self, i: int) -> Found[Rank]:
+        """As in "whichever is closer", "whichever one is the biggest"."""
+        start = i + 1 if self.text(i) == "," else i
+        if self.text(start) not in ("whichever", "whatever"):
+            return []
+        start += 2 if self.text(start + 1) == "one" else 1
+        start += 2 if self.said(start, start + 2) in ("of them", "of these") else 0
+        return self._whichever_is(start)
+
+    def _whichever_is(self, i: int) -> Found[Rank]:
+        found: Found[Rank] = []
+        if self.text(i) not in ("is", "are", "stands", "sits", "lies"):
+            return found
+        for start in self.optional(i + 1, "THE"):
+            for j, key in self.tag(start, "SUPER"):
+                thing = Ref(text="", ranks=(Rank(key),))
+                found += [(end, ref.ranks[-1]) for end, ref in self._anchored(j, thing)]
+                found.append((j, Rank(key)))
+        return found
+
+    def _broken_off(self, i: int) -> Found[Ref]:
+        """As in "the left, no wait, right bin": an adjective that was taken back."""
+        found: Found[Ref] = []
+        for j, _ in self.tag(i, "THE"):
+            for k in [end for tag in ("POS", "SUPER", "SIZE", "COLOUR") for end, _ in self.tag(j, tag)]:
+                for m in self._corrected(k):
+                    for end, ref in self.np(m):
+                        if ref.determiner == "bare" and not ref.one and not ref.unknown and (ref.ranks or ref.colours):
+                            found.append((end, replace(ref, determiner="the", text=self.said(m, end))))
+        return found
+
     def _apposed(self, found: Found[Ref]) -> Found[Ref]:
         """As in "the ball, the pink one": the second says which."""
         apposed: Found[Ref] = []
@@ -68,14 +155,14 @@ class Phrasing(Nouns):
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
                 ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
-            if not which or self.text(j) != "," or not self.tag(j + 1, "THE"):
+            if not which or self.text(j) not in (",", ".") or not self.tag(j + 1, "THE"):
                 continue
             for k, better in self.np(j + 1):
                 closer = better.one and not (better.nouns or better.plural or better.other or better.count)
                 if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
                     merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
                     merged = replace(merged, relations=(*ref.relations, *better.relations))
-                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) == "," else [])
+                    apposed += [(k, merged)] + ([(k + 1, merged)] if self.text(k) in (",", ".") else [])
         return apposed
 
     @rule
@@ -89,11 +176,24 @@ class Phrasing(Nouns):
             for j, first in self.np(i + 2):
                 k = j + 1 if self.text(j) == "," else j
                 found += [(end, (first, other)) for end, other in self.np(k + 1)] if self.text(k) == "but" else []
+        if self.text(i) == "both":
+            # "both the can and the ball"
+            found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) == 2]
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
             if k:
-                found += [(end, (first, *others)) for end, others in self.np_list(k) if len(others) < 10]
+                again = first.plural and self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
+                for end, others in self.np_list(k):
+                    # "the cubes, all of them" adds nothing.
+                    if len(others) < 10 and not (
+                        again and not (others[0].nouns or others[0].colours or others[0].names)
+                    ):
+                        found.append((end, (first, *others)))
+        found = [
+            (j, _sharing(refs)) if self.text(j - 1) not in ("one", "ones") or len(refs) < 2 else (j, refs)
+            for j, refs in found
+        ]
         for j, refs in list(found):
             for k in self._corrected(j):
                 for end, better in self.np_list(k):
@@ -196,3 +296,27 @@ class Phrasing(Nouns):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
+    """As in "the first and the last vial, from the left": a noun and an order that serve for all of a list."""
+    shared = list(refs)
+    for k in range(len(refs) - 2, -1, -1):
+        ref, after = shared[k], shared[k + 1]
+        bare = ref.one and not (ref.nouns or ref.names or ref.other) and not ref.text.endswith(("one", "ones"))
+        if bare and ref.ranks and not after.nouns and after.names and not any(name.isdigit() for name in after.names):
+            shared[k] = replace(ref, names=after.names, one=False)
+        if (
+            bare
+            and ref.determiner == "the"
+            and after.nouns
+            and after.determiner in ("the", "bare")
+            and not after.plural
+        ):
+            shared[k] = replace(ref, nouns=after.nouns, one=False)
+        keys = {rank.key for rank in after.ranks if rank.key in ("left", "right", "near", "far", "top", "bottom")}
+        if len(keys) == 1 and any(not rank.key for rank in ref.ranks):
+            key = keys.pop()
+            ranks = tuple(replace(rank, key=rank.key or key) for rank in ref.ranks)
+            shared[k] = replace(shared[k], ranks=ranks)
+    return tuple(shared)

@@ -43,8 +43,27 @@ DIRECTIONS: dict[str, str] = {
         "to the robot right, further to the right, over to your right, rightways"
     ),
 }
+
+
+def _axes(axis: str, sign: str) -> str:
+    signed = (sign, f"the {sign}") if sign else ("", "the", "positive", "the positive", "plus")
+    return "".join(
+        f", {lead} {s} {axis}{tail}".replace("  ", " ")
+        for lead in ("in", "along", "in direction", "towards", "on")
+        for s in signed
+        for tail in ("", " direction", " axis")
+    )
+
+
+for _name, _axis, _sign in (
+    ("forward", "x", ""),
+    ("back", "x", "negative"),
+    ("left", "y", ""),
+    ("right", "y", "negative"),
+):
+    DIRECTIONS[_name] += _axes(_axis, _sign) + (_axes(_axis, "minus") if _sign else "")
 PARTICLES = (
-    "places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
+    "into a tower, into one tower, into a stack, into one stack, in one stack, in a stack, in a tower, in one tower, in a pile, into a pile, into one pile, in one pile, as a tower, as a stack, into a single stack, into a single tower, in a single stack, into one big tower, into one big stack, into one tall tower, places, positions, spots, locations, places with each other, out of my way, out of our way, out of my way, out of our way, out of the road, up, down, off, out, away, over, together, apart, aside, open, closed, shut, to one side, out of the way, "
     "to the side, "
     "in the air, into the air, up in the air, up into the air, off the table, up off the table, up from the table, "
     "off of the table, off the ground, from the ground, off the desk, off the surface, around, round, over here, "
@@ -93,11 +112,40 @@ RELATIONS: dict[str, str] = {
         "up next to, directly next to, in the vicinity of, at, on the side of, touching"
     ),
     "between": (
-        "between, in between, in the middle of, midway between, halfway between, half way between, "
+        "between, exactly between, right between, directly between, precisely between, somewhere between, right in between, right in the middle of, in between, in the middle of, midway between, halfway between, half way between, "
         "in the gap between, in the space between"
     ),
     "under": "under, underneath, below, beneath",
 }
+_CLOSER = [
+    "straight",
+    "directly",
+    "right",
+    "just",
+    "immediately",
+    "exactly",
+    "precisely",
+    "slightly",
+    "somewhere",
+    "anywhere",
+]
+for _kind, _plain in (
+    ("left", "left of, to the left of, on the left of"),
+    ("right", "right of, to the right of, on the right of"),
+    ("front", "in front of"),
+    ("back", "behind"),
+    ("beside", "next to, beside, near, close to, by"),
+    ("on", "on top of, on, above"),
+    ("in", "in, inside"),
+    ("between", "between, in between"),
+):
+    _known = {phrase.strip() for phrase in RELATIONS[_kind].split(",")}
+    RELATIONS[_kind] += "".join(
+        f", {closer} {phrase}"
+        for closer in _CLOSER
+        for phrase in _plain.split(", ")
+        if f"{closer} {phrase}" not in _known and not (closer in ("right", "just") and phrase in ("on", "in", "by"))
+    )
 DIRECTIONAL: dict[str, str] = {
     "on": "onto, on to, onto the top of, onto top of, up onto, up on, down on, down onto",
     "in": "into, in to, down into, inside, to the inside of, over into, back into, back in, back inside",
@@ -107,7 +155,7 @@ DIRECTIONAL: dict[str, str] = {
     "against": "against, up against, until it touches, so that it touches, so it touches",
 }
 SOURCES = (
-    "from, off, off of, out of, from off, from on top of, from inside, from off of, from within, out from, "
+    "from under, from underneath, from beneath, from below, out from under, out from underneath, from, off, off of, out of, from off, from on top of, from inside, from off of, from within, out from, "
     "out from inside, up from, from on, from atop, from the top of, off the top of, from inside of"
 )
 TABLE = (
@@ -138,6 +186,10 @@ BY_COLOUR = (
     "depending on colour, depending on color, depending on their color, depending on their colour, "
     "on the basis of color"
 )
+BY_SIZE = (
+    "from biggest to smallest, from largest to smallest, biggest to smallest, largest to smallest, from big to small, from large to small, in order of size, in size order, biggest first, largest first, "
+    "with the biggest at the bottom, from the biggest to the smallest, from the largest to the smallest, from widest to narrowest"
+)
 BY_OTHER = (
     "by size, by shape, by type, by kind, by weight, by height, alphabetically, by their size, by their shape, "
     "according to size, according to shape, based on size, based on shape, by name, from smallest to largest, "
@@ -149,7 +201,7 @@ MATCHING = (
     "correctly colored, color matched, correctly coloured"
 )
 SAME_COLOUR = (
-    "with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
+    "of their own colour, of their own color, of its own colour, of its own color, in their own colour, in their own color, in the same colour, in the same color, in its own colour, in its colour, in its color, in their colour, in their color, that is the same colour, that is the same color, that are the same colour, that are the same color, that have the same colour, that have the same color, with matching colors, with matching colours, of matching colors, of matching colours, with the same colours, with the same colors, "
     "of the same colour, of the same color, with the same colour, with the same color, of its colour, "
     "of its color, of their colour, of their color, that matches its colour, "
     "that matches its color, that matches, that match, of matching colour, of matching color, "
@@ -173,7 +225,7 @@ ARM = (
     "system, machine, fingers, position, pose"
 )
 ORIGINAL = (
-    "back where it was, back where you found it, where it was, where you found it, back to where it was, "
+    "where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
     "back in its place, back in place, back to its place, where it came from, back where it came from, "
     "back to its original position, back to its original place, to its original position, "
     "to its original place, in its original position, in its original place, to where it was, "

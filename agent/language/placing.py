@@ -84,7 +84,7 @@ class Placing(Hands):
                     or (kind == "on" and holder)
                 ):
                     self._put_in(name, target)
-                elif kind == "on":
+                elif kind == "on" or (kind == "to" and self._carries(target, name)):
                     self._put_on(name, target, stack=stack)
                 elif kind == "to":
                     raise RefusedError(
@@ -123,7 +123,15 @@ class Placing(Hands):
             case Region():
                 self._put_region(name, place, radius)
             case _:
-                self._put_free(name, world.at[name], ignore=(name,))
+                # What stands on the table already goes to another spot.
+                stands = name not in world.parent and name != world.held
+                self._put_free(name, world.at[name], ignore=() if stands else (name,))
+
+    def _carries(self, target: str, name: str) -> bool:
+        """Say whether a thing is flat and wide, so that "to the plate" means onto it."""
+        x, y, z = self.world.extents(target)
+        wide, deep, _ = self.world.extents(name)
+        return z < 0.5 * min(x, y) and min(x, y) > max(wide, deep)
 
     def _vessel(self, name: str) -> str:
         """Return what beads would be poured from, or the thing itself."""
@@ -147,6 +155,7 @@ class Placing(Hands):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in {vessel} to pour.", (vessel,))
         self._take(vessel)
         self._add("pour", target=target)
+        self.discourse.mention((vessel,), ("thing",))
         for name in beads:
             world.parent[name] = ("in", target)
 
@@ -185,6 +194,9 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is in the gripper; nothing can be put on it.", (target,)
             )
+        small, large = min(world.extents(target)[:2]), min(world.extents(name)[:2])
+        if world.objects[name].kind in match.CONTAINERS and small < 0.5 * large:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is too wide to stand on {target}.", (name, target))
         if ("on", name) == world.parent.get(target):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} stands on {name}; say where to put {target} first.", (target,)
@@ -261,6 +273,7 @@ class Placing(Hands):
         if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "There is no free spot on the table.")
         self._take(name)
+        self.set_free.add(name)
         (x, y), *rest = spots
         self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
         self.world.put(name, (x, y))

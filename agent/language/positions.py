@@ -37,13 +37,24 @@ class Positions(Chart, ABC):
                         if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
                             found.append((k, Relation(kind, refs)))
                     elif single:
-                        found.append((k, Relation(kind, refs, None, directional)))
+                        below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
+                        out = Relation("under", refs, order="from")
+                        found.append((k, out if below else Relation(kind, refs, None, directional)))
         return found
 
     @rule
     def region(self, i: int) -> Found[Region]:
         """As in "in the far left corner of the table", "on the right", "at the edge"."""
         found: Found[Region] = []
+        if self.text(i) in ("close", "next", "right", "over", "near") and self.text(i + 1) in (
+            "to",
+            "at",
+            "by",
+            "in",
+            "on",
+        ):
+            # "close to the left edge"
+            found += self.region(i + 1)
         if self.text(i) not in _REGION_PREPOSITIONS:
             return found
         start = i + 1
@@ -79,6 +90,7 @@ class Positions(Chart, ABC):
         return ends
 
 
+_BELOW = frozenset({"under", "underneath", "beneath", "below"})
 _REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
 _REGION_SIDES = {
     "left": "left", "right": "right", "front": "near", "near": "near", "nearest": "near", "closest": "near", "close": "near", "bottom": "near",

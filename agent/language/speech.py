@@ -43,7 +43,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
-    "would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
@@ -90,7 +90,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "what i need is for, what i want is for, all i want is for, all i need is for, all i ask is for, what i would like is for, what i want is, what i need is, all i want is, all i need is, what i would like is, i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -100,6 +100,21 @@ DESIRES = (
     "i wanna, i like, the goal is to have, "
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
+_GOALS = "goal, aim, objective, target, desired outcome, outcome, end result, result, desired state, final state, end state, desired result, idea, intention, wish"
+DESIRES += "".join(
+    f", {whose} {goal} {is_}"
+    for goal in _GOALS.split(", ")
+    for whose in ("the", "my", "your", "our")
+    for is_ in ("is", "should be", "is to have", "is to see", "is to get", "is that", "is for", "is having", "would be")
+)
+DESIRES += (
+    ", it would be great if, it would be good if, it would be lovely if, it would be best if, i would be glad if, it would help if, would be great if, "
+    "it would be better if, i would prefer it if, i would love it if, i would appreciate it if, i want that, it is necessary that, "
+    "make it so, make it so that, make it such that, arrange things so that, arrange it so that, set things up so that, "
+    "arrange things so, fix it so that, arrange for, see to it, it is important that, i would be happy if, be sure that, "
+    "i am after, i would rather have, i should like, i would like there to be, there should be, there needs to be, i want there to be"
+)
+
 COPULAS = (
     "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
@@ -110,6 +125,50 @@ COPULAS = (
     "wants to sit, want to sit, wants to go, want to go, would like to sit, would like to be, "
     "to stand, should stand, is supposed to be, is supposed to go, are supposed to go, is meant to be, "
     "is meant to go, wants to be, wants to go, has gotta be, gotta be, gotta go"
+)
+COPULAS += ", would look good, would look nice, would look great, would look better, would be better, would be better off, would fit nicely, would be best, would be nice, would be great"
+COPULAS += "".join(
+    f", {modal} {verb}"
+    for modal in [
+        "should",
+        "must",
+        "shall",
+        "will",
+        "has to",
+        "have to",
+        "needs to",
+        "need to",
+        "ought to",
+        "is to",
+        "are to",
+        "is supposed to",
+        "are supposed to",
+        "is meant to",
+        "are meant to",
+        "had better",
+        "would better",
+        "wants to",
+        "want to",
+        "is going to",
+        "are going to",
+    ]
+    for verb in [
+        "be",
+        "go",
+        "sit",
+        "stand",
+        "rest",
+        "lie",
+        "end up",
+        "come",
+        "land",
+        "get",
+        "live",
+        "belong",
+        "finish up",
+        "stay",
+    ]
+    if verb != "stay"
 )
 IS = (
     "that is, which is, that are, which are, that sits, which sits, that lies, which lies, that stands, "
@@ -128,7 +187,7 @@ IS = (
     "just, immediately"
 )
 NOT_IS = (
-    "that is not, which is not, that are not, which are not, that do not, is not, not, that is neither, "
+    "which is neither, that is not, which is not, that are not, which are not, that do not, is not, not, that is neither, "
     "which are neither, that are neither"
 )
 EXCEPT = (
@@ -137,7 +196,7 @@ EXCEPT = (
     "not including, without"
 )
 AVOID = (
-    "without touching, without bumping, without bumping into, "
+    "keep, spare, without touching, without bumping, without bumping into, "
     "without hitting, without knocking, "
     "without picking up, without pushing, without using, without affecting, "
     "without colliding with, "
@@ -172,7 +231,7 @@ AVOID = (
     "but keep away from"
 )
 AVOID_TAILS = (
-    "alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
+    "out here, where it is now, where they are now, on the table, outside, behind, as they were, over there, over here, alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
     "as is, there, undisturbed, in peace, out of it, out of this, still, at all, unmoved, where it was, "
     "as they are, in their place, out, over, under any circumstances, whatever you do"
 )
@@ -250,9 +309,7 @@ SWAP_OF = (
     "the spots of, the place of, places between, positions between, the order of, locations of, "
     "the location of"
 )
-LOOK = (
-    "see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
-)
+LOOK = "if you see, if there is, if you find, if you spot, if you can see, if you can find, if you notice, i see, i can see, i spy, see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
 NOR = "nor, or, and, or is, nor is"
 START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
 CORRECTION = (
@@ -262,7 +319,7 @@ CORRECTION = (
     "no i meant, no make that, oh wait, oh sorry, wait i mean, wait i meant, oops i mean, oops i meant, "
     "strike that, on second thought, on second thoughts, no wait actually, wait actually, no not that one, "
     "no not that, no hang on, my bad, my mistake, well actually, well no, better, er no, no no, or actually, "
-    "oops no, oops sorry"
+    "oops no, oops sorry, make it, no make it, no make that, or better, better make that, nope, nah, wait sorry, sorry wait, apologies, i misspoke, let us say, or should i say, i should say, no instead"
 )
 INSTEAD = (
     "instead of, rather than, and not, not, as opposed to, but not, instead of picking up, "
@@ -273,7 +330,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
@@ -282,7 +339,7 @@ END_FILLERS = (
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
-    "right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
+    "any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
     "you know what, guess what, alright, very good, brilliant, thanks, no rush, quick one, listen, listen up, "
     "cheers, wow, hang on, hold on"
 )
@@ -312,5 +369,5 @@ SAME = (
     "do that with, do that for, do likewise with, likewise with, likewise for, repeat with, repeat for, repeat this with, repeat that with, repeat that for, "
     "do it for, do so with, do this with, do it again with, do the same thing to, repeat the same with, repeat the process with, repeat this for"
 )
-IS_NOW = "is, are, is already, are already, is now"
+IS_NOW = "is, are, is already, are already, is now, was, were, could be, would be, could go, went, ended up, lands, lies, stands, sat"
 STILL = "without moving, without disturbing, without shifting, without displacing, without knocking over, without toppling, without disrupting"

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import re
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 
 from rapidfuzz import process
 from rapidfuzz.distance import OSA, Indel
 
-from robosandbox.agent.language.lexicon import MEANING, VOCABULARY, WORDS
+from robosandbox.agent.language.lexicon import MEANING, REAL_WORDS, VOCABULARY, WORDS
 
 
 def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
@@ -53,6 +54,71 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
     if len(word) == 3:
         return swapped or len(candidate) == 4
     return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
+
+
+def respelled(words: Sequence[str], known: Collection[str], parts: frozenset[str]) -> tuple[str, ...]:
+    """Return the words of a sentence that was not understood with what its place in the sentence tells of their spelling.
+
+    Where a command begins, the nearest verb is meant ("pik up"); elsewhere letters may have been left out ("rd cube").
+    """
+    made: list[str] = []
+    for i, word in enumerate(words):
+        opens = i == 0 or words[i - 1] in _BEFORE_COMMANDS
+        better = None
+        if opens and word.isalpha() and len(word) > 2 and (word not in known or _REAL_SLIPS.get(word)):
+            better = _nearest_verb(word)
+        if better is None and word.isalpha() and word not in known and 1 < len(word) < 6:
+            better = _filled(word, parts)
+        if better is None and word.isalpha() and len(word) > 3 and (word not in known or word in REAL_WORDS):
+            better = _sounding(word, parts) if word not in parts else None
+        better = better or _ACCENTS.get(word)
+        if made and made[-1] == word and word in _TWICE:
+            better = ""
+        made.append(word if better is None else better)
+    return tuple(made)
+
+
+_ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
+_TWICE = frozenset({"the", "a", "in", "on", "up", "to", "and", "pick", "put", "push", "cube", "of"})
+_BEFORE_COMMANDS = frozenset({",", ".", "!", ";", ":", "and", "then", "please", "to", "you"})
+_VERBS = ("pick", "put", "push", "place", "take", "grab", "move", "stack", "drop", "lift", "get", "open", "close", "tap", "touch", "pull", "slide", "set", "swap", "pour")  # fmt: skip
+_REAL_SLIPS = {"pic": "pick", "puck": "pick", "pink": "", "pip": "", "plate": "", "plane": "", "lace": ""}
+
+
+@lru_cache(maxsize=1024)
+def _nearest_verb(word: str) -> str | None:
+    if word in _REAL_SLIPS:
+        return _REAL_SLIPS[word] or None
+    near = [verb for verb in _VERBS if verb[0] == word[0] and OSA.distance(word, verb) == 1]
+    return near[0] if len(near) == 1 else None
+
+
+@lru_cache(maxsize=1024)
+def _sounding(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one word of the scene that sounds like this, or lies a letter beside it: "qube", "bowel" for "bowl"."""
+    words = {w for w in (*parts, *(w for w, m in MEANING.items() if m.startswith(("colour", "noun")))) if w.isalpha()}
+    same = [w for w in words if _sound(w) == _sound(word) and len(w) > 2]
+    if len(same) == 1:
+        return same[0]
+    near = [w for w in parts if w.isalpha() and len(w) > 3 and w[0] == word[0] and OSA.distance(word, w) == 1]
+    return near[0] if len(near) == 1 and not same else None
+
+
+def _sound(word: str) -> str:
+    """Return a rough image of how a word sounds."""
+    for old, new in (("ph", "f"), ("ck", "c"), ("qu", "cu"), ("q", "c"), ("k", "c"), ("z", "s"), ("y", "i"), ("ee", "i"), ("ea", "i"), ("oo", "u")):  # fmt: skip
+        word = word.replace(old, new)
+    return re.sub(r"(.)\1", r"\1", word)
+
+
+@lru_cache(maxsize=1024)
+def _filled(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one word of which this has the consonants: "rd" for "red", "th" for "the"."""
+    words = {*_VERBS, *(w for w, m in MEANING.items() if m.startswith("colour")), *parts, "the", "and", "with", "from"}
+    if any(letter in "aeiou" for letter in word):
+        return None
+    near = [w for w in words if w.isalpha() and w[0] + "".join(c for c in w[1:] if c not in "aeiou") == word]
+    return near[0] if len(near) == 1 else None
 
 
 def suggestions(word: str, names: Iterable[str], limit: int = 3) -> tuple[str, ...]:

@@ -130,7 +130,7 @@ SIZES: dict[str, str] = {
     "short": "short, low, squat",
     "wide": "wide, broad, thick",
     "narrow": "narrow, thin, slim, skinny, slender",
-    "medium": "medium, medium sized, middle sized, mid sized, medium size, mid size",
+    "medium": "middle height, medium height, mid height, middle sized, average sized, medium, medium sized, middle sized, mid sized, medium size, mid size",
     "long": "long",
     "flat": "flat",
 }
@@ -179,18 +179,18 @@ POSITIONS: dict[str, str] = {
 }
 ORDINALS: dict[str, int] = {
     "first": 1, "1st": 1, "second": 2, "2nd": 2, "third": 3, "3rd": 3, "fourth": 4, "4th": 4, "fifth": 5, "5th": 5,
-    "sixth": 6, "6th": 6, "seventh": 7, "7th": 7, "eighth": 8, "8th": 8, "last": -1, "final": -1, "next": 0,
+    "sixth": 6, "6th": 6, "seventh": 7, "7th": 7, "eighth": 8, "8th": 8, "last": -1, "final": -1, "second to last": -2, "next to last": -2, "last but one": -2, "penultimate": -2, "second last": -2, "third to last": -3, "next": 0,
 }  # fmt: skip
 ORDER_FROM: dict[str, str] = {
     "left": (
         "from the left, from left, counting from the left, from left to right, going left to right, "
-        "starting from the left, "
+        "starting from the left, starting on the left, starting left, beginning on the left, beginning from the left, "
         "on the left, when counting from the left, left to right, from the left side, from the left hand side, "
         "starting at the left"
     ),
     "right": (
         "from the right, from right, counting from the right, from right to left, going right to left, "
-        "starting from the right, "
+        "starting from the right, starting on the right, starting right, beginning on the right, beginning from the right, "
         "on the right, when counting from the right, right to left, from the right side, from the right hand side, "
         "starting at the right"
     ),
@@ -208,7 +208,7 @@ NUMBERS: dict[str, float] = {
     "nineteen": 19, "twenty": 20, "thirty": 30, "forty": 40, "fifty": 50, "sixty": 60, "seventy": 70, "eighty": 80, "ninety": 90,
     "hundred": 100, "half": 0.5, "one half": 0.5, "one quarter": 0.25, "one third": 1 / 3, "half a": 0.5, "half an": 0.5, "a quarter": 0.25, "quarter": 0.25, "three quarters": 0.75, "a half": 0.5, "quarter of a": 0.25, "a quarter of a": 0.25, "a": 1, "an": 1,
     "a couple of": 2, "a couple": 2, "couple of": 2, "a few": 3, "several": 3, "one and a half": 1.5, "two and a half": 2.5,
-    "twenty five": 25, "a hundred": 100, "one hundred": 100, "a dozen": 12,
+    "twenty five": 25, "a hundred": 100, "half a dozen": 6, "one hundred": 100, "a dozen": 12,
     "a single": 1, "half of a": 0.5, "three quarters of a": 0.75, "a third of a": 1 / 3,
 }  # fmt: skip
 UNITS: dict[str, float] = {
@@ -229,7 +229,7 @@ AMOUNTS: dict[str, float] = {
 ABOUT = (
     "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
     "by around, by roughly, by approximately, by exactly, for, some, maybe, a distance of, by a distance of, "
-    "at least, up to, by another"
+    "at least, up to, by another, at most, no more than, not more than, by no more than, by at most, by at least, a full, by a full, something like, by something like"
 )
 PRONOUNS: dict[str, str] = {
     "it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves",
@@ -256,7 +256,7 @@ RESTS = (
     "ones that are left, ones left"
 )
 OF_THEM = (
-    "of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, "
+    "over there, over here, right over there, right there, right here, of them, of them all, of all, of the two, of the three, of the four, of these, of those, of the lot, "
     "of the bunch, of all of them, of the group, of the set, out of them, out of the two, out of all of them, "
     "of both, of the pair, of the bunch, in the scene, there is, around, here, available, in the bunch, "
     "in the lot, of any, you can find, you can see, in sight, you see, among them, in view, in the set, "

@@ -80,7 +80,10 @@ _CONTRACTIONS = [
         (r"\bur\b", "your"),
         (r"\bda\b", "the"),
         (r"\b(n|an')\b(?= )", "and"),
-        (r"\bcuz\b", "because"),
+        (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
+        (r"\bluv\b", "love"),
+        (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
+        (r"\.{2,}(?=\s*\S)", " , "),
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
@@ -105,6 +108,8 @@ _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
 _DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
+_ARROWS = re.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
+_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z]+)\((\w+)\)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -134,6 +139,7 @@ class SceneWords:
 
 _FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
 _WAYS = frozenset({"left", "right", "forward", "forwards", "back", "backward", "backwards"})
+_HESITATIONS = frozenset({"um", "umm", "uh", "uhh", "uhm", "er", "erm", "err", "hmm", "hm", "oh", "ah"})
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
 _FORBIDDING = frozenset("🚫❌⛔✋🛑")
 _DESCRIBING = frozenset(
@@ -189,6 +195,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
+    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", prompt)
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
@@ -205,6 +212,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
     for pattern, replacement in _CONTRACTIONS:
         text = pattern.sub(replacement, text)
+    text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
     text = _numbered_steps(text)
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
@@ -276,6 +284,13 @@ def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
     return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
 
 
+def _turns(tokens: Sequence[Token], kept: Sequence[Token], i: int, after: int) -> bool:
+    """Say whether a hesitation stands between two directions, commas aside."""
+    before = [token.text for token in kept[-2:] if token.text != ","]
+    behind = [token.text for token in tokens[after : after + 2] if token.text != ","]
+    return bool(before and behind) and before[-1] in _WAYS and behind[0] in _WAYS
+
+
 def _is_plural(word: str, parts: frozenset[str]) -> bool:
     return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
 
@@ -326,7 +341,11 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
                 # "..., hang on, the blue one": corrects what was said before it.
                 length, after = 0, i
             length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
-        opening = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag == "PREAMBLE"), default=i) if edge else i
+        opening = (
+            max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in ("PREAMBLE", "DESIRE")), default=i)
+            if edge
+            else i
+        )
         if opening > i + max(length, 1):
             # "your task is to": what would be a filler by itself belongs to the opening.
             kept += tokens[i:opening]
@@ -340,6 +359,12 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             kept += tokens[i:forbidding]
             i = forbidding
         elif length:
+            if tokens[i].text == "so" and kept and kept[-1].kind != "mark" and i + length < len(tokens):
+                # "the can is empty so please bin it"
+                kept.append(Token(",", ",", "mark"))
+            if tokens[i].text in _HESITATIONS and _turns(tokens, kept, i, i + length):
+                # "left, er, right" takes the left back.
+                kept.append(Token("no", tokens[i].raw, "word"))
             i += length
         else:
             if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):

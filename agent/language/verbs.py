@@ -24,7 +24,7 @@ VERBS: dict[str, str] = {
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
         "lay down, hang, "
         "whisk, slap, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
-        "push down, hide, stand, shelve, collect, gather, gather up, round up, heap"
+        "push down, hide, stand, shelve, serve, ship, release, collect, gather, gather up, round up, heap"
     ),
     "load": "load, fill, load up, fill up, stock, pack",
     "discard": (
@@ -35,7 +35,7 @@ VERBS: dict[str, str] = {
     "relocate": "move, shift, relocate, reposition, transfer",
     "push": (
         "push, shove, slide, nudge, drag, pull, tug, haul, scoot, poke, prod, press, thrust, sweep, knock, bump, "
-        "edge, "
+        "edge, translate, jog, "
         "jostle, inch, propel, bulldoze, scooch, drive, glide, wheel, draw, give a push, give a shove, give a nudge"
     ),
     "release": (
@@ -47,11 +47,11 @@ VERBS: dict[str, str] = {
     "open": "open, open up, pull open, slide open, unclose",
     "close": "close, shut, close up, push shut, slide shut, push closed, slide closed",
     "tap": (
-        "tap, touch, poke, press, tap on, press on, prod, boop, press down on, pat, push down on, hit, bump, "
+        "tap, touch, bop, poke, press, tap on, press on, prod, boop, press down on, pat, push down on, hit, bump, "
         "knock on, dab, contact"
     ),
     "swap": (
-        "swap, switch, exchange, trade, interchange, swap over, switch over, swap around, switch around, "
+        "change places, change positions, trade places, swap, switch, exchange, trade, interchange, swap over, switch over, swap around, switch around, "
         "transpose, swap round"
     ),
     "sort": (

@@ -1,0 +1,460 @@
+"""What people say beside a command: courtesies, reasons, purposes, small talk; left out only where it binds nothing.
+
+A remark goes only if none of its words could ask for something, forbid it, or say when, where or how: what is doubtful
+stays, and the sentence is refused as a whole.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.tokens import SceneWords, Token
+from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
+from robosandbox.agent.language.wordlist import word_set
+
+_COURTESIES = tuple(
+    re.compile(rf"(?<= )(?:{pattern})(?= )")
+    for pattern in (
+        r"(?:(?:i|we) (?:am|are|was|were|have been) )?(?:wondering|hoping|thinking)(?: whether| if| that| maybe| of)?(?= you | we | , )",
+        r"(?:i|we) (?:wonder|hope|think|reckon|suppose|believe|guess)(?: whether| if| that)?(?= you (?:could|would|can|might|may|will|should) )",
+        r"(?:i|it|we|that) would (?:(?:be|really|so|very|ever|much|just|mean|a|lot|make|me|us|my|day|help|it|do|like|love|"
+        r"appreciate|great|good|nice|lovely|kind|super|helpful|handy|happy|glad|grateful|thankful|delighted|awfully|most|"
+        r"extremely|of|you|fantastic|wonderful|brilliant|big|huge|world|the|to|world) )*(?:if|that|were)(?= you )",
+        r"(?:i|we) (?:do not|did not) suppose(?= you )",
+        r"(?:do|would|did) you (?:think|reckon|suppose)(?: that| maybe| perhaps)?(?= you )",
+        r"(?:is there |there is )?(?:any|a|some) (?:chance|way|possibility)(?: that| of)?(?= you | getting| putting| moving| picking)",
+        r"(?:(?:i am )?sorry |(?<=^ ))(?:to (?:bother|trouble|disturb|interrupt|ask|be a (?:pain|bother|nuisance))|for (?:the )?(?:bother|trouble|\w+ing))"
+        r"(?: you)?(?: again)?(?: ,)?(?: but)?",
+        r"i (?:hate|do not want|do not like) to (?:bother|trouble|disturb|interrupt|ask|impose|nag)(?: you)?(?: again)?(?: ,)?(?: but)?",
+        r"i know (?:you are|it is|this is) [a-z ]{1,30}? but",
+        r"(?:i|we) (?:could )?(?:need|could use|would like|have) (?:your|some|a little|a bit of|a|another) "
+        r"(?:help|hand|favou?r|assistance|task|job|request|quick task|quick job|small task|little job|small favou?r|quick favou?r)"
+        r"(?: for you| from you| to ask| of you| with something| here)*",
+        r"let us get (?:going|started|cracking|moving|on with it|to work)",
+        r"(?:your|the) (?:next|first|new|second|last|final)? ?(?:job|task|order|instruction|assignment|mission|challenge|objective|goal)"
+        r"(?: is this| is as follows| is simple| today| now| for today| here| will be)?(?= [:,.])",
+        r"(?:for|as) (?:your|the|my|a)(?: next| first| second| last| final)?(?: (?:job|task|trick|challenge|request))?(?= [:,])",
+        r"for(?= $)|(?<=^ )(?:the|your|my|a)(?= [:,])|(?<=^ )as to|(?<=^ )\w+ (?:robot|arm|machine)(?= ,)",
+        r"(?:first|next|last|one|final) (?:thing|up|job|order|order of business|task)(?: first)?(?= [:,])",
+        r"(?:here|this) is (?:what|the (?:plan|deal|task|thing|job|idea|situation))(?: (?:i|we) (?:want|need|would like)(?: from)? ?(?:you)? ?(?:to do)?)?(?= [:,.])",
+        r"(?:the )?(?:thing|fact|point|deal|truth|long and short of it) is(?: that| this| ,| :)?",
+        r"(?:can|could|would|will) you (?:please )?do (?:this|something|that|one thing|me this)(?: for me| for us)?(?= [:,?])",
+        r"(?:please )?do (?:this|the following|as follows|something)(?: for me| for us| now)?(?= [:,])",
+        r"in advance|and thank you|and thanks",
+        r"there is a (?:good|nice|dear|clever) \w+",
+        r"(?:and )?that is (?:it|all|everything|enough)(?: for now| for today| i need| i want| i ask)?(?= [,.!] | $)",
+        r"(?:i|we) (?:beg|implore|beseech|urge|ask|pray)(?: of)? you(?: to)?",
+        r"for (?:goodness|heaven|heavens|god|gods|pete|petes|christ|my|crying out|the love of \w+)(?: s)?(?: sake| loud)?(?= [,.!] | $)",
+        r"as (?:quickly|fast|soon|carefully|gently|slowly|neatly|best|well|precisely|accurately) as (?:possible|you can|you like|you possibly can)",
+        r"(?:with no|without|no) (?:delay|hurry|rush|fuss|ado|further ado|any fuss|hesitation|further delay|pressure)",
+        r"at your (?:earliest )?(?:convenience|leisure)|in your own time|in no time|any time now|at some point",
+        r"(?:let me|might i|may i|can i|could i)(?: please)? (?:ask|request|trouble|bother|get|have) (?:of )?you(?: to)?",
+        r"(?:my|oh|o)(?: my)?(?: \w+)? (?:robot|arm|assistant|machine|helper)",
+        r"(?:what|how) do you say",
+        r"if (?:you|i) (?:ask|asked) me",
+        r"do not (?:worry|panic|rush|hurry)(?: about it)?|no worries",
+        r"(?:of|from) (?:where it (?:is|stands|sits|was)|its (?:current|present) (?:place|position|spot|location)|here|there)(?: right| just)?(?: now)?",
+        r"(?:by the time|when|once|after|as soon as) you are(?: all)? (?:done|finished|through)(?= (?:the|my|your|all|every|both|each|a|i|there) )",
+        r"(?:once|when|after|as soon as) (?:you are|you have|it is|everything is|all is|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
+        r"(?:with|by) you(?= (?:[,.!?] )?$)|in the end(?= (?:[,.!?] )?$)|at the end(?= (?:[,.!?] )?$)",
+        r"terribly|awfully|by any chance|per chance|perchance|as usual|as always|as before|as discussed|as agreed|as promised|as requested",
+        r"(?:i|we) do not (?:mind|care)(?: about)?(?: in)? ?(?:the|which|what|whatever)? order(?: you (?:do|use|pick|choose|like)(?: it| them)?(?: in)?)?",
+        r"(?:i|we) do not (?:mind|care)(?: which| what| whichever| at all)?(?: one| of them| you (?:pick|choose|take))?",
+        r"(?:it|that) does not (?:really )?matter(?: which| to me| at all)?(?: one| you (?:pick|choose|take))?",
+        r"(?:which|what)ever (?:one )?you (?:prefer|like|want|fancy|choose|please|feel like|find)(?: most)?(?: best| better| first| easier| easiest)?",
+        r"(?:either|any|both) (?:one |of them |way )?(?:is|are|will|would|works?) ?(?:be |do )?(?:fine|okay|ok|good|great|acceptable|alright)?(?: with me| by me| for me)?(?= [,.!] | $)",
+    )
+)
+"""Searched in the words, joined by single spaces."""
+
+_PERHAPS = word_set(
+    """
+    if when whenever you it that is would be are were can could may might i so kind good nice sweet lovely able willing
+    not too much trouble bother ask asking of to a an moment minute second sec time chance possible convenient okay ok
+    alright fine up for free ready busy feel like do mind have get got find please the problem all no as long spare and
+    there me my day care
+    """
+)
+_WILLING = word_set(
+    "mind kind good nice sweet lovely can could would able willing minute moment second sec time chance ready free like care please"
+)
+_NO_TROUBLE = word_set("trouble bother possible convenient ask asking okay ok alright fine problem")
+_MAKING_SURE = frozenset({"if", "when", "whenever"})
+_BINDING = word_set(
+    """
+    if unless until till when whenever otherwise else instead except only first then after once twice again yet later
+    tomorrow tonight never joke joking kidding changed mind cancel stop abort wrong mistake mistaken lying meant mean
+    should must shall ought supposed said says say told tells asked asks wrote quote upright upside sideways facing vertical horizontal not_ allowed forbidden without
+    careful carefully avoid beware whether or
+    """
+)
+_SPEAKERS = word_set(
+    """
+    i we he she they everyone everybody someone somebody nobody people mum mom dad mother father grandma grandpa kids
+    children guests visitors customers boss
+    """
+)
+_WHOSE = frozenset({"my", "our", "his", "her", "their"})
+_STATES = word_set(
+    "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being"
+)
+_HARMLESS = (
+    CLAIMS
+    | FEELINGS
+    | word_set(
+        """
+        a an the very too so really quite rather all just now here there today this that it them they my our your me us in
+        of way everywhere anymore any more longer getting been being is are was were mess messy untidy crowded cluttered
+        busy late early almost nearly already finally always still for at with and bit little lot big small
+        fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
+        slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
+        right over side corner yours mine
+        empty room space full enough needed necessary required useful important wanted good great ready done finished
+        dinner lunch breakfast
+        """
+    )
+)
+_DENIABLE = word_set(
+    "needed necessary required useful important wanted good safe nice helpful fall roll break tip spill slip get hurt in be any"
+)
+_WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
+_MARKS = frozenset(",.;!?:")
+_JOINTS = frozenset({"and", "then", "but", "so"})
+_PURPOSES = re.compile(
+    r"(?:in order )?to (?:"
+    r"(?:make|free|get|create|clear|save|leave|give|have|gain)(?: up)?(?: me| us| you)?(?: (?:some|more|a bit more|a little more|enough|extra|a bit of))? (?:room|space)(?: for \w+(?: \w+)?)?"
+    r"|(?:make|clear|free)(?: the| some| a)? way(?: for \w+)?"
+    r"|(?:get|keep|move) (?:it|this|that|them|things) out of (?:the|my|our) way"
+    r"|keep (?:it|this|them|things|everything|the (?:table|place|desk)) (?:safe|tidy|clean|neat|out of the way|organi[sz]ed|nice)"
+    r"|be (?:safe|helpful|nice|sure|on the safe side|tidy)"
+    r"|(?:help|please|impress|assist) (?:me|us|my \w+|them|him|her)(?: out)?"
+    r"|(?:tidy|clean) (?:things )?up(?: a (?:bit|little))?"
+    r"|(?:avoid|prevent) (?:accidents|an accident|trouble|a mess|confusion|clutter))$"
+)
+
+
+def without_remarks(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
+    """Return the tokens without courtesies, reasons and small talk that bind nothing; the same tokens if there are none."""
+    return _Remarks(_without_courtesies(_restarted(tokens)), words).removed()
+
+
+def _restarted(tokens: Sequence[Token]) -> Sequence[Token]:
+    """As in "both cans need to... no, forget that, just tap the lid": what was broken off does not count."""
+    for i in range(len(tokens) - 3, 0, -1):
+        if tokens[i].text in ("forget", "scratch", "strike", "ignore") and tokens[i + 1].text in ("that", "it", "this"):
+            return tokens[i + 2 :] if tokens[i + 2].text in _MARKS else tokens
+    return tokens
+
+
+def _without_courtesies(tokens: Sequence[Token]) -> tuple[Token, ...]:
+    text = f" {' '.join(token.text for token in tokens)} "
+    starts: dict[int, int] = {}
+    at = 1
+    for k, token in enumerate(tokens):
+        starts[at] = k
+        at += len(token.text) + 1
+    gone: set[int] = set()
+    for pattern in _COURTESIES:
+        for match in pattern.finditer(text):
+            first = starts.get(match.start())
+            if first is not None and match[0].strip():
+                gone.update(range(first, first + len(match[0].split())))
+    kept: list[Token] = []
+    for k, token in enumerate(tokens):
+        if k in gone:
+            continue
+        if token.text == "you" and k - 1 in gone and not (kept and kept[-1].text in ("could", "would", "can", "will")):
+            # "I'd be glad if you picked it up": an asking, as in "could you".
+            kept.append(Token("could", "could", "word"))
+            following = tokens[k + 1].text if k + 1 < len(tokens) else ""
+            if following in ("could", "would", "can", "will", "might", "may"):
+                kept.append(token)
+                gone.add(k + 1)
+                continue
+        kept.append(token)
+    return tuple(kept)
+
+
+class _Remarks:
+    """One sentence, looked through for remarks."""
+
+    def __init__(self, tokens: Sequence[Token], words: SceneWords) -> None:
+        self.tokens = tokens
+        self.words = words
+        self.tags = [{tag for _, tag, _ in LEXICON.at(tokens, i)} for i in range(len(tokens))]
+
+    def removed(self) -> tuple[Token, ...]:
+        kept: list[Token] = []
+        i, n = 0, len(self.tokens)
+        while i < n:
+            edge = not kept or kept[-1].text in _MARKS
+            end = (
+                self._conditional(i)
+                or self._reason(i, edge=edge)
+                or self._making_room(i)
+                or (self._statement(i, kept) if edge else 0)
+            )
+            if end:
+                kept += self._subject(i, end) if edge else ()
+                i = end
+                if edge and i < n and self.tokens[i].text in _MARKS and self.tokens[i].text != "?":
+                    i += 1
+                continue
+            token = self.tokens[i]
+            if not (token.text in _MARKS and (not kept or kept[-1].text in _MARKS)):
+                kept.append(token)
+            i += 1
+        while kept and kept[-1].text in (",", ";", ":"):
+            kept.pop()
+        return tuple(kept)
+
+    def _text(self, i: int) -> str:
+        return self.tokens[i].text if i < len(self.tokens) else ""
+
+    def _making_room(self, i: int) -> int:
+        """As in "make room around the can: move the ball aside"."""
+        if self._text(i) not in ("make", "clear", "free", "create") or i:
+            return 0
+        end = self._segment_end(i)
+        return (
+            end
+            if {"room", "space"} & {self._text(k) for k in range(i, min(end, i + 5))} and self._text(end) == ":"
+            else 0
+        )
+
+    def _topic(self, i: int, end: int) -> Sequence[Token]:
+        """Return the thing that a remark ends with: "I am looking for the ball, pick it up"."""
+        k = next((k for k in range(end - 1, i, -1) if "THE" in self.tags[k]), end)
+        named = all(
+            {"COLOUR", "NOUN", "SIZE", "SHADE", "ABSENT"} & self.tags[m] or self._thing(m) for m in range(k + 1, end)
+        )
+        return (*self.tokens[k:end], Token(",", ",", "mark")) if k + 1 < end and named else ()
+
+    def _segment_end(self, i: int) -> int:
+        """Return where the clause at `i` ends: at a mark, or where "and" joins a command to it."""
+        j = i
+        while j < len(self.tokens) and self._text(j) not in _MARKS:
+            if j > i and self._text(j) in _JOINTS and (self._commands(j + 1) or self._text(j) == "then"):
+                break
+            j += 1
+        return j
+
+    def _commands(self, i: int) -> bool:
+        """Say whether a command could start here."""
+        while self._text(i) in ("please", "then", "also", "so"):
+            i += 1
+        return self._text(i) in BASE_FORMS or bool(
+            {"PREAMBLE", "NEGATION", "AVOID"} & (self.tags[i] if i < len(self.tags) else set())
+        )
+
+    def _conditional(self, i: int) -> int:
+        """As in "if you would be so kind", "when you have a minute"."""
+        if self._text(i) not in _MAKING_SURE:
+            return 0
+        j = i
+        while self._text(j) in _PERHAPS:
+            j += 1
+        said = {self._text(k) for k in range(i, j)}
+        polite = ("you" in said and said & _WILLING) or ("i" not in said and said & _NO_TROUBLE)
+        if not polite or self._text(j - 1) in ("it", "that"):
+            return 0
+        if j >= len(self.tokens) or self._text(j) in _MARKS:
+            return j
+        return j if self._text(j - 1) == "to" and self._text(j - 2) == "as" else 0
+
+    def _reason(self, i: int, *, edge: bool) -> int:
+        """As in "because it is in the way", "so that I can reach it", "before my boss arrives", "to make room"."""
+        text = self._text(i)
+        start = i
+        if text in ("and", "just") and self._text(i + 1) in ("because", "since"):
+            start, text = i + 1, self._text(i + 1)
+        if text in (
+            "because",
+            "since",
+            "as",
+            "seeing",
+            "given",
+            "considering",
+            "for",
+            "before",
+            "while",
+            "so",
+            "to",
+            "in",
+            "now",
+            "such",
+        ):
+            end = self._segment_end(start)
+            if edge and i == 0 and (end >= len(self.tokens) or self._text(end) not in ",;:."):
+                return 0
+            return end if end > start + 1 and self._binds_nothing(start, end) else 0
+        return 0
+
+    def _subject(self, i: int, end: int) -> Sequence[Token]:
+        """As in "as the can is in the way, push it": the thing that is spoken of, where a pronoun follows."""
+        if self._text(i) not in ("because", "since", "as") or not any("PRON" in tags for tags in self.tags[end:]):
+            return ()
+        start = i + 2 if self._text(i + 1) == "that" else i + 1
+        verb = next((k for k in range(start, end) if self._text(k) in _STATES), start)
+        told = "THE" in self.tags[start] and self._names_things(start, verb)
+        return (*self.tokens[start:verb], Token(",", ",", "mark")) if told else ()
+
+    def _binds_nothing(self, i: int, end: int) -> bool:
+        text = self._text(i)
+        said = " ".join(self._text(k) for k in range(i, end))
+        if text in ("to", "in"):
+            return bool(_PURPOSES.match(said))
+        if text == "because" and self._text(i + 1) == "of":
+            return self._idle(i + 2, end)
+        if text == "for":
+            names = [
+                k
+                for k in range(i + 1, end)
+                if self._text(k)
+                not in ("the", "a", "an", "my", "our", "your", "his", "her", "this", "later", "good", "ever")
+            ]
+            short = len(names) <= 2 and all(self._unknown(k) for k in names)
+            return short and end > i + 1
+        subject = i + 1
+        while self._text(subject) in ("that", "as", "how"):
+            subject += 1
+        if text in ("since", "as", "because", "given", "seeing", "considering", "now"):
+            about = (
+                self._text(subject) in ("it", "this", "that", "they", "there", "these", "those")
+                or "THE" in self.tags[subject]
+            )
+            if (text == "now" and self._text(i + 1) != "that") or not (about or self._speaks(subject)):
+                return False
+            return self._told(subject, end)
+        if text in ("before", "while"):
+            if text == "before" and end == subject + 1:
+                return self._unknown(subject) or self._text(subject) in ("dinner", "lunch", "breakfast")
+            return self._speaks(subject) and self._told(subject, end) and not self._names_things(subject, end)
+        # "so that I can reach it", "so it does not roll away"
+        if text in ("so", "such"):
+            if self._speaks(subject):
+                return self._told(subject, end)
+            return self._text(subject) in ("it", "they", "nothing", "that") and self._idle(subject + 1, end, known=True)
+        return False
+
+    def _speaks(self, i: int) -> bool:
+        """Say whether a clause at `i` is about people: what they do is theirs."""
+        return (
+            self._text(i) in _SPEAKERS
+            or (self._text(i) in _WHOSE and not self._thing(i + 1))
+            or (self._text(i) == "the" and self._text(i + 1) in _SPEAKERS)
+        )
+
+    def _told(self, i: int, end: int) -> bool:
+        """Say whether a clause tells of something and neither asks nor rules out."""
+        whole = any({"ALL", "EVERYTHING", "BOTH"} & tags for tags in (*self.tags[:i], *self.tags[end:]))
+        if end <= i + 1 or (whole and self._names_things(i, end)):
+            # "the can is mine, put everything away" might spare the can.
+            return False
+        if self._text(i) in ("nobody", "no") and any("VERB" in self.tags[k] for k in range(i, end)):
+            return False
+        span = range(i, end)
+        texts = [self._text(k) for k in span]
+        if _BINDING & {*texts} or any(self.tokens[k].kind in ("number", "mark") for k in span):
+            return False
+        if "you" in texts and any("VERB" in self.tags[k] for k in span):
+            return False
+        for k in span:
+            if self._text(k) in _WISHES and self._text(k + 1) != "to" and self._asks(k + 1, end):
+                return False
+            if self._text(k) == "not" and self._names_things(k, end):
+                return False
+        speaks = self._speaks(i)
+        if speaks:
+            return True
+        # About things: how they are, not what is done with them.
+        verb = next((k for k in span if self._text(k) in _STATES), None)
+        return verb is not None and verb > i and self._idle(verb + 1, end)
+
+    def _asks(self, i: int, end: int) -> bool:
+        doing = any({"VERB", "DIR", "REL", "TO"} & self.tags[k] for k in range(i, end))
+        return doing or self._names_things(i, end)
+
+    def _names_things(self, i: int, end: int) -> bool:
+        return any(self._thing(k) for k in range(i, end))
+
+    def _thing(self, k: int) -> bool:
+        if k >= len(self.tokens):
+            return False
+        text = self._text(k)
+        return (
+            self.tokens[k].kind == "id"
+            or bool({"NOUN", "COLOUR", "TABLE", "ABSENT"} & self.tags[k])
+            or text in self.words.parts
+            or text.rstrip("s") in self.words.parts
+        )
+
+    def _unknown(self, k: int) -> bool:
+        token = self.tokens[k]
+        plain = token.kind == "word" and not self.tags[k] and token.text not in UNSUPPORTED_VERBS
+        return plain and not self._thing(k) and token.text not in _BINDING and token.text not in _TIMES
+
+    def _idle(self, i: int, end: int, *, known: bool = False) -> bool:
+        """Say whether words only describe: known to bind nothing, or unknown to the grammar."""
+        if i >= end:
+            return False
+        for k in range(i, end):
+            text = self._text(k)
+            if text == "not":
+                after = next(
+                    (self._text(m) for m in range(k + 1, end) if self._text(m) not in ("very", "really", "so")), ""
+                )
+                if after not in _DENIABLE:
+                    return False
+            elif text in _BINDING or not (text in _HARMLESS or (self._unknown(k) and not known)):
+                return False
+        return True
+
+    def _statement(self, i: int, kept: list[Token]) -> int:
+        """As in "my hands are full, ...", "the can is empty, throw it away"; what "it" refers to stays."""
+        end = self._segment_end(i)
+        if end < len(self.tokens) and self._text(end) in ("and", "then", "but"):
+            return 0
+        whole = (i == 0 and end >= len(self.tokens)) or (end <= i + 1 and i > 0)
+        if i == 0 and end == 1 and self._text(end) in ("!", ",") and self._unknown(0) and end + 1 < len(self.tokens):
+            # "Jeeves, ..."
+            return end
+        if whole or self._text(end) == "?":
+            return 0
+        text = self._text(i)
+        if self._speaks(i):
+            refers = any("PRON" in tags for tags in self.tags[end:])
+            topic = self._topic(i, end) if refers else ()
+            if topic and self._told(i, end):
+                kept += topic
+                return end
+            asks = (refers or any("DESIRE" in self.tags[k] for k in range(i, end))) and self._names_things(i, end)
+            return end if not asks and self._told(i, end) else 0
+        if text in ("it", "this", "that", "they", "there", "things", "these"):
+            belongs = (
+                self._text(i + 1) in ("belongs", "belong", "goes", "go")
+                and self._text(i + 2) in ("there", "in")
+                and end <= i + 4
+            )
+            stated = self._text(i + 1) in _STATES and self._idle(i + 2, end)
+            return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
+        points = end >= len(self.tokens) and self._text(end - 1) in ("is", "are")
+        if {"THE"} & self.tags[i] and (points or self._told(i, end)):
+            verb = next((k for k in range(i + 1, end) if self._text(k) in _STATES), None)
+            pointing = verb is not None and verb + 1 == end and end >= len(self.tokens)
+            if verb is None or not (pointing or self._idle(verb + 1, end)):
+                return 0
+            refers = any("PRON" in self.tags[k] for k in range(end, len(self.tokens)))
+            if refers and self._names_things(i, verb):
+                kept += self.tokens[i:verb]
+                kept.append(Token(",", ",", "mark"))
+            return end
+        return 0
+
+
+_TIMES = word_set(
+    "second seconds minute minutes hour hours day days week weeks month months year years moment while sec secs min mins"
+)
