@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from robosandbox.perception.fit import Fit, Shape, Surface, fit
+from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, fit
 from robosandbox.perception.groups import Group, alike
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Look, Scenery
@@ -114,10 +114,10 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
-    rows, surfaces = _outer(members, family, rim, scenery)
+    seen = _outer(members, family, rim, scenery)
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
-        found = fit(shape, rows, surfaces, scenery.table.height)
+        found = fit(shape, seen, scenery.table.height)
         if found is not None and _holds_something(found) and _is_hollow(found, scenery):
             options.append((kind, found))
     if not options:
@@ -182,7 +182,7 @@ def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> Evidence:
     """Return the outer hull's tangents, and the points on the rim; those on inner walls say nothing of the hull."""
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
@@ -194,4 +194,6 @@ def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:
             surfaces.append(Surface(top, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
-    return Rows.stack(rows), surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)]
+    return Evidence(
+        Rows.stack(rows), Surface.stack(surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)])
+    )

@@ -165,7 +165,7 @@ def _renew(track: Track, thing: Thing) -> None:
         return
     clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
     if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
-        if cost_of(old.fit, thing.rows, thing.surfaces) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
+        if cost_of(old.fit, thing.seen) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
             # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
@@ -207,7 +207,7 @@ def _with_known_size(thing: Thing, old: Thing) -> Thing:
     if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS:
         return thing
     prior = Prior(old.fit.sizes, _KNOWN_SIZE)
-    found = fit(old.fit.shape, thing.rows, thing.surfaces, thing.resting, prior)
+    found = fit(old.fit.shape, thing.seen, thing.resting, prior)
     if found is None or found.cost > thing.fit.cost + _WORSE:
         return thing
     size, pose = described(old.kind, found)

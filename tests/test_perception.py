@@ -7,7 +7,7 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
-from robosandbox.perception.fit import SIZES, Surface, fit, support_terms
+from robosandbox.perception.fit import SIZES, Evidence, Surface, fit, support_terms, turn_terms
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.rgbd import RgbdPerception
@@ -102,11 +102,21 @@ def test_a_shape_is_recovered_from_its_tangent_planes(shape):
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     top = centre + [0.0, 0.0, height]
     surface = Surface(np.repeat(top[None], 12, axis=0), cameras[1], 500.0)
-    found = fit(shape, rows, [surface], 0.04)
+    found = fit(shape, Evidence(rows, surface), 0.04)
     assert found is not None
     assert np.abs(found.centre - centre).max() < 0.0015
     assert np.abs(np.sort(found.sizes) - np.sort(sizes)).max() < 0.0015
     assert found.cost < 0.6
+
+
+@pytest.mark.parametrize("shape", ["box", "lying"])
+def test_turning_a_shape_changes_its_reach_as_the_derivatives_say(shape):
+    rng = np.random.default_rng(1)
+    normals = rng.standard_normal((50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    step = 1e-6
+    ahead, behind = (support_terms(shape, 0.3 + sign * step, normals) for sign in (1.0, -1.0))
+    assert np.abs(turn_terms(shape, 0.3, normals) - (ahead - behind) / (2.0 * step)).max() < 1e-4
 
 
 def test_declared_names_go_to_the_things_that_fit_them_best():
