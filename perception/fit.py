@@ -34,6 +34,7 @@ _ROUGH = 0.008
 _TRIES = 2
 _HOPELESS = 0.25
 _UP = np.array([0.0, 0.0, 1.0])
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 _COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
 
 
@@ -120,6 +121,15 @@ class Fit:
     def axes(self) -> Array:
         """The shape's own axes in the world as columns, (3, 3); a cylinder's axis is the last."""
         return axes_of(self.shape, self.yaw)
+
+    def corners(self, room: float = 0.0) -> Array:
+        """Return points of the world (n, 3) whose hull holds it, with so much room around it, metres."""
+        if self.shape == "box":
+            half = self.sizes + room
+        else:
+            radius = float(self.sizes[0]) + room
+            half = np.array([radius, radius, (float(self.sizes[-1]) if len(self.sizes) > 1 else radius - room) + room])
+        return np.asarray(self.centre + (_CORNERS * half) @ self.axes.T)
 
     @property
     def top(self) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import find_containers
+from robosandbox.perception.hollow import Hull, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
@@ -63,9 +63,15 @@ class Thing:
         return self.fit.top
 
 
-def recognize(groups: Sequence[Group], scenery: Scenery) -> list[Thing]:
-    """Return what the groups are, the lowest first."""
-    containers, rest = find_containers(groups, scenery)
+def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] = ()) -> list[Thing]:
+    """Return what the groups are, the lowest first.
+
+    Args:
+        groups: The pieces of each thing.
+        scenery: Where they are seen.
+        known: The hulls of containers that were seen before.
+    """
+    containers, rest, scenery = find_containers(groups, scenery, known)
     things = [
         _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
         for kind, found, members in containers

@@ -21,6 +21,7 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # What is seen less clearly is told of, and not acted on.
 _CLEAR = 0.3
+_AROUND_HELD = 0.003
 CAMERAS = ("scene", "top", "wrist")
 
 
@@ -85,6 +86,7 @@ class RgbdPerception:
             # A second look at the same moment would show the same.
             return self._last
         self._episode = sim.episode
+        self._feel(sim)
         self.look([sim.capture(camera) for camera in self._cameras], sim)
         self._last = scene = self._observed(sim)
         if self._sensed is not None:
@@ -100,13 +102,16 @@ class RgbdPerception:
         """
         self.scenery = self._scenery(frames, sim)
         segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
-        self.things = recognize(group(segments), self.scenery)
+        held = self._hands.hold.id if self._hands.hold else None
+        self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held))
         return self.things
 
     def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
         looks, notes = {}, []
+        hold = self._hands.hold
+        carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
         if self._calibration is not None:
             frames = [self._calibration.apply(frame) for frame in frames]
         for frame in frames:
@@ -115,17 +120,21 @@ class RgbdPerception:
                 notes.append(problem)
                 continue
             silhouette.place(frame.q, frame.gripper_q)
-            robot, near = silhouette.masks(frame)
+            robot, near = silhouette.masks(frame, carried)
             looks[frame.camera] = take_look(make_view(frame, table, robot), table, robot, near)
         self.notes = tuple(notes)
         return Scenery(looks, table)
 
-    def _observed(self, sim: Sim) -> ObservedScene:
-        seen, robot = sim.observe(), sim.robot
+    def _feel(self, sim: Sim) -> None:
+        """Find out from the gripper's readings what it holds, and move that along with it."""
+        robot = sim.robot
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
-        self._hands.update(seen, self._tracker.tracks.values())
+        self._hands.update(sim.observe(), self._tracker.tracks.values())
+
+    def _observed(self, sim: Sim) -> ObservedScene:
+        seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
         base = robot.base_position

@@ -101,7 +101,7 @@ def _cut(
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
+        (standing & ~jumps(view, crop)).astype(np.uint8), connectivity=4
     )
     small = np.bincount(labels[raised], minlength=count) < _LEAST_PIXELS
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
@@ -188,13 +188,13 @@ def _quadratic(v: Array, u: Array) -> Array:
     return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
 
 
-def _jumps(view: View, crop: tuple[slice, slice]) -> Mask:
+def jumps(view: View, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels beside a step in depth or in colour; shading is no colour."""
     depth = view.depth[crop]
     kernel = np.ones((3, 3), np.uint8)
     far = cv2.dilate(depth, kernel)
     near = cv2.erode(np.where(depth > 0.0, depth, np.float32(9.0)), kernel)
-    jumps = (far - near) > _DEPTH_JUMP
+    steps = (far - near) > _DEPTH_JUMP
     rgb = cv2.blur(view.rgb[crop], (3, 3)).astype(np.float32)
     ones = np.ones((1, 3), np.float32)
     total = np.maximum(cv2.transform(rgb, ones), 1.0)
@@ -203,11 +203,11 @@ def _jumps(view: View, crop: tuple[slice, slice]) -> Mask:
     sharp = cv2.transform(view.rgb[crop].astype(np.float32), ones)
     dark, light = np.maximum(cv2.erode(sharp, kernel), 12.0), cv2.dilate(sharp, kernel)
     # Black has no colour to tell from others; no shade makes a face of another thing so dark.
-    jumps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
+    steps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
     for channel in (0, 1):
         share = rgb[..., channel] / total
-        jumps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step
-    return np.asarray(jumps)
+        steps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step
+    return np.asarray(steps)
 
 
 def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tuple[slice, slice]) -> Labels:
@@ -278,10 +278,21 @@ def _segment(
     right = min(int(stats[0] + stats[2]) + _REACH, labels.shape[1])
     bottom = min(int(stats[1] + stats[3]) + _REACH, labels.shape[0])
     inside = np.s_[top:bottom, left:right]
-    mask = _largest(grown[inside] == number)
     box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
+    return segment_of(view, _largest(grown[inside] == number), labels[inside] == number, box)
+
+
+def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
+    """Return a piece of a picture; None where too little of it is sure.
+
+    Args:
+        view: Where it is seen.
+        mask: Its pixels within `box`.
+        core: Those of which depth and colour are sure.
+        box: Left, top, right, bottom in the picture; right and bottom are outside.
+    """
     picture = np.s_[box[1] : box[3], box[0] : box[2]]
-    core = labels[inside] == number
+    core = core & view.valid[picture]
     points = view.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
     if len(points) < _LEAST_PIXELS:
         return None

@@ -64,11 +64,12 @@ class RobotSilhouette:
             self._data.qpos[self._robot.gripper.joint_indices] = gripper_q
         mujoco.mj_kinematics(self._model, self._data)
 
-    def masks(self, frame: RgbdFrame) -> tuple[Mask, NDArray[np.float32]]:
+    def masks(self, frame: RgbdFrame, carried: Array | None = None) -> tuple[Mask, NDArray[np.float32]]:
         """Return where the robot is, and how near its nearest part there may be; call `place` first.
 
         Args:
             frame: Gives the camera; a distorted picture is taken as straightened.
+            carried: Points of the world (n, 3) whose hull is what the hand holds: it counts as part of the robot.
 
         Returns:
             The mask (height, width), a few pixels wider than the robot, and depths (height, width), metres: what is
@@ -81,10 +82,14 @@ class RobotSilhouette:
         turns = rotation.T @ self._data.xmat[self._bodies].reshape(-1, 3, 3)
         shifts = (self._data.xpos[self._bodies] - position) @ rotation
         every = np.einsum("nij,nj->ni", turns[self._part_of], self._vertices) + shifts[self._part_of]
+        ends = list(self._ends)
+        if carried is not None:
+            every = np.vstack([every, (carried - position) @ rotation])
+            ends.append(len(every))
         depths = np.maximum(every[:, 2], _NEAR)
         flat = every[:, :2] / depths[:, None] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
         covered = []
-        for first, end in pairwise(self._ends):
+        for first, end in pairwise(ends):
             pixels, depth = flat[first:end], float(depths[first:end].min())
             if (every[first:end, 2] < _NEAR).all():
                 continue
