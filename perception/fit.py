@@ -33,6 +33,11 @@ _ROUGH = 0.008
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 _HOPELESS = 0.25
+_DRAWS = 120
+_IN_PLANE = 0.003
+_MUCH_OF_IT = 0.3
+_LEAST_LEAN = np.radians(8.0)
+_MOST_LEAN = np.radians(65.0)
 _UP = np.array([0.0, 0.0, 1.0])
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 _COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
@@ -79,6 +84,14 @@ class Evidence:
         """How many measurements there are."""
         return len(self.rows.values) + len(self.surface.points)
 
+    def turned(self, rotation: Array) -> Evidence:
+        """Return the same in a frame whose axes are the columns of a rotation (3, 3)."""
+        rows, surface = self.rows, self.surface
+        return Evidence(
+            Rows(rows.normals @ rotation, rows.values, rows.weights),
+            Surface(surface.points @ rotation, surface.camera @ rotation, surface.weight),
+        )
+
     @cached_property
     def tops(self) -> tuple[float, float]:
         """Where its points end upwards, without outliers, and with fewer of them left out, metres."""
@@ -107,6 +120,7 @@ class Fit:
         cost: Mean of the squared, clipped residuals over their standard deviations; about 1 for a right shape.
         covariance: Of centre, sizes and yaw, in that order.
         rows: How many measurements it rests on.
+        lean: The rotation (3, 3) by which it leans over from standing upright; None where it does not.
     """
 
     shape: Shape
@@ -116,30 +130,42 @@ class Fit:
     cost: float
     covariance: Array
     rows: int
+    lean: Array | None = None
 
     @property
     def axes(self) -> Array:
         """The shape's own axes in the world as columns, (3, 3); a cylinder's axis is the last."""
-        return axes_of(self.shape, self.yaw)
+        upright = axes_of(self.shape, self.yaw)
+        return upright if self.lean is None else np.asarray(self.lean @ upright)
+
+    def terms(self, normals: Array) -> Array:
+        """Return d h(m) / d sizes (n, k) for unit vectors m (n, 3)."""
+        return support_terms(self.shape, self.yaw, normals if self.lean is None else normals @ self.lean)
 
     def corners(self, room: float = 0.0) -> Array:
         """Return points of the world (n, 3) whose hull holds it, with so much room around it, metres."""
+        return np.asarray(self.centre + (_CORNERS * (self._half + room)) @ self.axes.T)
+
+    def outside(self, place: Array) -> float:
+        """Return how far a point (3,) is from the box around the shape, along its own axes, metres; below 0 within."""
+        return float((np.abs((place - self.centre) @ self.axes) - self._half).max())
+
+    @property
+    def _half(self) -> Array:
         if self.shape == "box":
-            half = self.sizes + room
-        else:
-            radius = float(self.sizes[0]) + room
-            half = np.array([radius, radius, (float(self.sizes[-1]) if len(self.sizes) > 1 else radius - room) + room])
-        return np.asarray(self.centre + (_CORNERS * half) @ self.axes.T)
+            return self.sizes
+        radius = float(self.sizes[0])
+        return np.array([radius, radius, float(self.sizes[-1]) if len(self.sizes) > 1 else radius])
 
     @property
     def top(self) -> float:
         """Height of its highest point, metres."""
-        return float(self.centre[2] + support_terms(self.shape, self.yaw, _UP[None])[0] @ self.sizes)
+        return float(self.centre[2] + self.terms(_UP[None])[0] @ self.sizes)
 
     @property
     def bottom(self) -> float:
         """Height of its lowest point, metres."""
-        return float(self.centre[2] - support_terms(self.shape, self.yaw, _UP[None])[0] @ self.sizes)
+        return float(self.centre[2] - self.terms(_UP[None])[0] @ self.sizes)
 
 
 def axes_of(shape: Shape, yaw: float) -> Array:
@@ -228,6 +254,48 @@ def best_fit(shapes: Sequence[Shape], seen: Evidence, resting: float | None, cha
     return best
 
 
+def fit_leaning(seen: Evidence) -> Fit | None:
+    """Return the box that leans with its largest face in the plane of most points; None where no such plane is seen.
+
+    The plane is the best of many through three points (Fischler and Bolles, Random Sample Consensus, 1981).
+    """
+    lean = lean_of(seen.surface.points)
+    if lean is None:
+        return None
+    there = seen.turned(lean)
+    found = _refined_or_none(_start("box", there, None, None), there, None, None, np.inf)
+    return None if found is None else replace(found, centre=lean @ found.centre, lean=lean)
+
+
+def lean_of(points: Array) -> Array | None:
+    """Return the least rotation (3, 3) that takes the vertical to the normal of the points' plane, if that is oblique."""
+    rng = np.random.default_rng(0)
+    a, b, c = (points[rng.integers(len(points), size=_DRAWS)] for _ in range(3))
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1)
+    normals, starts = normals[lengths > 1e-6] / lengths[lengths > 1e-6, None], a[lengths > 1e-6]
+    if not len(normals):
+        return None
+    near = np.abs(points @ normals.T - np.einsum("ij,ij->i", normals, starts)) < _IN_PLANE
+    best = near[:, int(near.sum(axis=0).argmax())]
+    if best.mean() < _MUCH_OF_IT:
+        return None
+    chosen = points[best]
+    normal = np.linalg.svd(chosen - chosen.mean(axis=0), full_matrices=False)[2][2]
+    normal = normal * np.sign(normal[2])
+    if not _LEAST_LEAN < np.arccos(np.clip(normal[2], -1.0, 1.0)) < _MOST_LEAN:
+        return None
+    x, y, z = normal
+    # Rodrigues' rotation about the horizontal axis across the normal's slope.
+    return np.array(
+        [
+            [1.0 - x * x / (1.0 + z), -x * y / (1.0 + z), x],
+            [-x * y / (1.0 + z), 1.0 - y * y / (1.0 + z), y],
+            [-x, -y, z],
+        ]
+    )
+
+
 def _start(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
     """Return the shape as the silhouettes and the points' extents have it."""
     if seen.count < _LEAST_EVIDENCE:
@@ -255,8 +323,7 @@ def _levels(top: float, sigma: float, resting: float | None) -> Rows:
 def cost_of(known: Fit, seen: Evidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
     every = Rows.stack([seen.rows, _on_surface(known, seen.surface)])
-    terms = support_terms(known.shape, known.yaw, every.normals)
-    rest = (every.values - every.normals @ known.centre - terms @ known.sizes) * every.weights
+    rest = (every.values - every.normals @ known.centre - known.terms(every.normals) @ known.sizes) * every.weights
     return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
 
 

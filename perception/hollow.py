@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import take_out
-from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, fit
+from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, fit, lean_of
 from robosandbox.perception.groups import Group, alike, group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Look, Scenery
@@ -100,7 +100,9 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
         and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
     ]
     # Of hulls that fit about equally the one that explains more.
-    return min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    # Walls stand and floors lie; what is oblique is a board that leans.
+    return None if best is None or lean_of(best[2].points) is not None else best
 
 
 def _belongs(points: Array, hull: Fit) -> bool:

@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit
+from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, find_containers
 from robosandbox.perception.outline import Rows, tangents
@@ -22,6 +22,9 @@ _AIR = 0.015
 _AIR_GAIN = 0.15
 _UNDER = 0.008
 _COMPLEXITY = 0.012
+# A shape that stands explains what is seen at about this cost; one that leans has to do it a good deal better.
+_MAY_LEAN = 0.45
+_LEAN_GAIN = 0.2
 _POOR_COST = 0.35
 _ENOUGH_TANGENTS = 14.0
 _USUAL_SIGMA = 0.004
@@ -109,6 +112,10 @@ def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing |
         floating = best_fit(_SHAPES, seen, None, _COMPLEXITY)
         if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
             found, resting = floating, None
+    if found is None or found.cost > _MAY_LEAN:
+        leaning = fit_leaning(seen)
+        if leaning is not None and (found is None or leaning.cost < found.cost - _LEAN_GAIN):
+            found, resting = leaning, None
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
     return _thing(named(found.shape), found, members, seen, resting, scenery)

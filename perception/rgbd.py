@@ -69,7 +69,7 @@ class RgbdPerception:
 
     def view(self, sim: Sim) -> Sim:
         """Return the sim without its truth: its model holds what was seen."""
-        self._sensed = SensedSim(sim, self._setup.scene, [item.id for item in self._setup.declared])
+        self._sensed = SensedSim(sim, self._setup.scene)
         return self._sensed
 
     def perceive(self, sim: Sim) -> ObservedScene:
@@ -106,6 +106,15 @@ class RgbdPerception:
         self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held))
         return self.things
 
+    def christen(self) -> None:
+        """Give what is remembered other names, with `rename`; here things keep those that they have."""
+
+    def rename(self, old: str, new: str) -> None:
+        """Call a remembered thing something else from now on."""
+        self._tracker.rename(old, new)
+        if self._hands.hold is not None and self._hands.hold.id == old:
+            self._hands.hold.id = new
+
     def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
@@ -137,6 +146,8 @@ class RgbdPerception:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        self.christen()
+        held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]

@@ -92,6 +92,12 @@ class Tracker:
             if track.thing.kind in CONTAINER_KINDS and track.id != held and track.confidence > _SURELY
         ]
 
+    def rename(self, old: str, new: str) -> None:
+        """Call a remembered thing something else; the new name must be free."""
+        track = self.tracks.pop(old)
+        track.id = new
+        self.tracks[new] = track
+
     def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None, hand: Array) -> None:
         """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
 
