@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -26,22 +27,85 @@ _ITERATIONS = 4
 _SETTLED = 0.0001
 _CLIP = 3.0
 _LEAST_SIZE = 0.003
+_LEAST_EVIDENCE = 12
+_STANDS = 0.0008
+_ROUGH = 0.008
+# After so many steps a shape whose cost is this far over another's is given up.
+_TRIES = 2
+_HOPELESS = 0.25
+_DRAWS = 120
+_IN_PLANE = 0.003
+_MUCH_OF_IT = 0.3
+_LEAST_LEAN = np.radians(8.0)
+_MOST_LEAN = np.radians(65.0)
 _UP = np.array([0.0, 0.0, 1.0])
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surface:
-    """Surface points of one view.
+    """Surface points, each with where it was seen from.
 
     Attributes:
         points: World, (n, 3).
-        camera: Where it was seen from, (3,).
-        weight: 1 / standard deviation of each point along its normal, 1/m.
+        camera: The same for all, (3,), or one for each, (n, 3).
+        weight: 1 / standard deviation along the normal, 1/m; one number, or one for each, (n,).
     """
 
     points: Array
     camera: Array
-    weight: float
+    weight: float | Array
+
+    @staticmethod
+    def stack(parts: Sequence[Surface]) -> Surface:
+        """Return all points as one surface."""
+        return Surface(
+            np.vstack([part.points for part in parts]),
+            np.vstack([np.broadcast_to(part.camera, part.points.shape) for part in parts]),
+            np.concatenate([np.broadcast_to(part.weight, len(part.points)) for part in parts]),
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """All that was measured of one thing.
+
+    Attributes:
+        rows: Tangent planes of all views.
+        surface: Surface points of all views.
+    """
+
+    rows: Rows
+    surface: Surface
+
+    @property
+    def count(self) -> int:
+        """How many measurements there are."""
+        return len(self.rows.values) + len(self.surface.points)
+
+    def turned(self, rotation: Array) -> Evidence:
+        """Return the same in a frame whose axes are the columns of a rotation (3, 3)."""
+        rows, surface = self.rows, self.surface
+        return Evidence(
+            Rows(rows.normals @ rotation, rows.values, rows.weights),
+            Surface(surface.points @ rotation, surface.camera @ rotation, surface.weight),
+        )
+
+    @cached_property
+    def tops(self) -> tuple[float, float]:
+        """Where its points end upwards, without outliers, and with fewer of them left out, metres."""
+        heights = self.surface.points[:, 2]
+        first, second = int(0.92 * (len(heights) - 1)), int(np.ceil(0.98 * (len(heights) - 1)))
+        ordered = np.partition(heights, (first, second))
+        return float(ordered[first]), float(ordered[second])
+
+    @cached_property
+    def rough(self) -> Rows:
+        """Tangents, and how far the points reach to eight sides: they say where the shape is, even without a tangent."""
+        place = round(0.96 * (len(self.surface.points) - 1))
+        values = np.partition(self.surface.points @ _COMPASS.T, place, axis=0)[place]
+        return Rows.stack([self.rows, Rows(_COMPASS, values, np.full(len(_COMPASS), 1.0 / _ROUGH))])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +120,7 @@ class Fit:
         cost: Mean of the squared, clipped residuals over their standard deviations; about 1 for a right shape.
         covariance: Of centre, sizes and yaw, in that order.
         rows: How many measurements it rests on.
+        lean: The rotation (3, 3) by which it leans over from standing upright; None where it does not.
     """
 
     shape: Shape
@@ -65,21 +130,42 @@ class Fit:
     cost: float
     covariance: Array
     rows: int
+    lean: Array | None = None
 
     @property
     def axes(self) -> Array:
         """The shape's own axes in the world as columns, (3, 3); a cylinder's axis is the last."""
-        return axes_of(self.shape, self.yaw)
+        upright = axes_of(self.shape, self.yaw)
+        return upright if self.lean is None else np.asarray(self.lean @ upright)
+
+    def terms(self, normals: Array) -> Array:
+        """Return d h(m) / d sizes (n, k) for unit vectors m (n, 3)."""
+        return support_terms(self.shape, self.yaw, normals if self.lean is None else normals @ self.lean)
+
+    def corners(self, room: float = 0.0) -> Array:
+        """Return points of the world (n, 3) whose hull holds it, with so much room around it, metres."""
+        return np.asarray(self.centre + (_CORNERS * (self._half + room)) @ self.axes.T)
+
+    def outside(self, place: Array) -> float:
+        """Return how far a point (3,) is from the box around the shape, along its own axes, metres; below 0 within."""
+        return float((np.abs((place - self.centre) @ self.axes) - self._half).max())
+
+    @property
+    def _half(self) -> Array:
+        if self.shape == "box":
+            return self.sizes
+        radius = float(self.sizes[0])
+        return np.array([radius, radius, float(self.sizes[-1]) if len(self.sizes) > 1 else radius])
 
     @property
     def top(self) -> float:
         """Height of its highest point, metres."""
-        return float(self.centre[2] + support_terms(self.shape, self.yaw, _UP[None])[0] @ self.sizes)
+        return float(self.centre[2] + self.terms(_UP[None])[0] @ self.sizes)
 
     @property
     def bottom(self) -> float:
         """Height of its lowest point, metres."""
-        return float(self.centre[2] - support_terms(self.shape, self.yaw, _UP[None])[0] @ self.sizes)
+        return float(self.centre[2] - self.terms(_UP[None])[0] @ self.sizes)
 
 
 def axes_of(shape: Shape, yaw: float) -> Array:
@@ -105,6 +191,21 @@ def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
     return np.stack([np.sqrt(np.clip(1.0 - axial**2, 0.0, None)), axial], axis=-1)
 
 
+def turn_terms(shape: Shape, yaw: float, normals: Array) -> Array:
+    """Return the derivatives (n, k) of `support_terms` by the heading."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y = normals[:, 0], normals[:, 1]
+    ahead, aside = c * x + s * y, c * y - s * x
+    terms = np.zeros((len(normals), SIZES[shape]))
+    if shape == "box":
+        terms[:, 0] = np.sign(ahead) * aside
+        terms[:, 1] = -np.sign(aside) * ahead
+    elif shape == "lying":
+        terms[:, 1] = np.sign(ahead) * aside
+        terms[:, 0] = -ahead * aside / np.sqrt(np.clip(1.0 - ahead**2, 1e-9, None))
+    return terms
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Prior:
     """What sizes are expected before anything is measured.
@@ -123,50 +224,107 @@ def usual(shape: Shape) -> Prior:
     return Prior(np.full(SIZES[shape], 0.025), 0.06)
 
 
-def fit(
-    shape: Shape, rows: Rows, surfaces: Sequence[Surface], resting: float | None, prior: Prior | None = None
-) -> Fit | None:
+def fit(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None = None) -> Fit | None:
     """Return the shape that fits best, or None where the measurements do not determine it.
 
     Args:
         shape: Which.
-        rows: Tangent planes of all views.
-        surfaces: Surface points of all views.
+        seen: The measurements.
         resting: Height of what it stands on, metres; None for something in the air.
         prior: What is known of its size.
     """
-    prior = prior or usual(shape)
-    points = np.vstack([surface.points for surface in surfaces])
-    if len(rows.values) + len(points) < 12:
+    return _refined_or_none(_start(shape, seen, resting, prior), seen, resting, prior, np.inf)
+
+
+def best_fit(shapes: Sequence[Shape], seen: Evidence, resting: float | None, charge: float) -> Fit | None:
+    """Return the cheapest of several shapes, None where the measurements determine none.
+
+    Args:
+        shapes: Which may be.
+        seen: The measurements.
+        resting: As for `fit`.
+        charge: Added to the cost for each parameter.
+    """
+    starts = [start for shape in shapes if (start := _start(shape, seen, resting, None)) is not None]
+    best, least = None, np.inf
+    for start in sorted(starts, key=lambda each: each.cost):
+        found = _refined_or_none(start, seen, resting, None, least)
+        if found is not None and found.cost + charge * len(found.covariance) < least:
+            best, least = found, found.cost + charge * len(found.covariance)
+    return best
+
+
+def fit_leaning(seen: Evidence) -> Fit | None:
+    """Return the box that leans with its largest face in the plane of most points; None where no such plane is seen.
+
+    The plane is the best of many through three points (Fischler and Bolles, Random Sample Consensus, 1981).
+    """
+    lean = lean_of(seen.surface.points)
+    if lean is None:
         return None
-    high, highest = (float(value) for value in np.percentile(points[:, 2], [92, 98]))
-    known = [rows, Rows(_UP[None], np.array([high]), np.array([1.0 / 0.004]))]
-    if resting is not None:
-        known.append(Rows(-_UP[None], np.array([-resting]), np.array([1.0 / 0.0008])))
-    base = Rows.stack(known)
-    # Points say roughly where the shape is, even where no tangent does.
-    base = Rows.stack([base, _extents(points, 0.008)])
-    best = _grid(shape, base, prior)
-    if best is None:
+    there = seen.turned(lean)
+    found = _refined_or_none(_start("box", there, None, None), there, None, None, np.inf)
+    return None if found is None else replace(found, centre=lean @ found.centre, lean=lean)
+
+
+def lean_of(points: Array) -> Array | None:
+    """Return the least rotation (3, 3) that takes the vertical to the normal of the points' plane, if that is oblique."""
+    rng = np.random.default_rng(0)
+    a, b, c = (points[rng.integers(len(points), size=_DRAWS)] for _ in range(3))
+    normals = np.cross(b - a, c - a)
+    lengths = np.linalg.norm(normals, axis=1)
+    normals, starts = normals[lengths > 1e-6] / lengths[lengths > 1e-6, None], a[lengths > 1e-6]
+    if not len(normals):
+        return None
+    near = np.abs(points @ normals.T - np.einsum("ij,ij->i", normals, starts)) < _IN_PLANE
+    best = near[:, int(near.sum(axis=0).argmax())]
+    if best.mean() < _MUCH_OF_IT:
+        return None
+    chosen = points[best]
+    normal = np.linalg.svd(chosen - chosen.mean(axis=0), full_matrices=False)[2][2]
+    normal = normal * np.sign(normal[2])
+    if not _LEAST_LEAN < np.arccos(np.clip(normal[2], -1.0, 1.0)) < _MOST_LEAN:
+        return None
+    x, y, z = normal
+    # Rodrigues' rotation about the horizontal axis across the normal's slope.
+    return np.array(
+        [
+            [1.0 - x * x / (1.0 + z), -x * y / (1.0 + z), x],
+            [-x * y / (1.0 + z), 1.0 - y * y / (1.0 + z), y],
+            [-x, -y, z],
+        ]
+    )
+
+
+def _start(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
+    """Return the shape as the silhouettes and the points' extents have it."""
+    if seen.count < _LEAST_EVIDENCE:
+        return None
+    return _grid(shape, Rows.stack([seen.rough, _levels(seen.tops[0], 0.004, resting)]), prior or usual(shape))
+
+
+def _refined_or_none(
+    start: Fit | None, seen: Evidence, resting: float | None, prior: Prior | None, least: float
+) -> Fit | None:
+    if start is None:
         return None
     # A covered top shows no surface, but the sides end there.
-    known[1] = Rows(_UP[None], np.array([highest]), np.array([1.0 / 0.005]))
-    return _refined(best, Rows.stack(known), surfaces, prior)
+    known = Rows.stack([seen.rows, _levels(seen.tops[1], 0.005, resting)])
+    return _refined(start, known, seen.surface, prior or usual(start.shape), least)
 
 
-def cost_of(known: Fit, rows: Rows, surfaces: Sequence[Surface]) -> float:
+def _levels(top: float, sigma: float, resting: float | None) -> Rows:
+    """Return what is known of the heights at which a thing ends."""
+    if resting is None:
+        return Rows(_UP[None], np.array([top]), np.array([1.0 / sigma]))
+    return Rows(np.vstack([_UP, -_UP]), np.array([top, -resting]), np.array([1.0 / sigma, 1.0 / _STANDS]))
+
+
+def cost_of(known: Fit, seen: Evidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
-    every = Rows.stack([rows, *(_on_surface(known, surface) for surface in surfaces)])
-    terms = support_terms(known.shape, known.yaw, every.normals)
-    rest = (every.values - every.normals @ known.centre - terms @ known.sizes) * every.weights
+    every = Rows.stack([seen.rows, _on_surface(known, seen.surface)])
+    rest = (every.values - every.normals @ known.centre - known.terms(every.normals) @ known.sizes) * every.weights
     return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
-
-
-def _extents(points: Array, sigma: float) -> Rows:
-    angles = np.arange(8) * np.pi / 4.0
-    normals = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(8)])
-    values = np.percentile(points @ normals.T, 96, axis=0)
-    return Rows(normals, values, np.full(8, 1.0 / sigma))
 
 
 def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
@@ -202,24 +360,28 @@ def _solve(design: Array, values: Array, weights: Array, prior: Prior) -> Array:
     return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
 
 
-def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface], prior: Prior) -> Fit:
-    """Return the shape refined with surface points, each on the face that it is nearest to."""
+def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: float) -> Fit | None:
+    """Return the shape refined with surface points, each on the face that it is nearest to.
+
+    None as soon as it is clear that its cost will not come down to `least`.
+    """
     found, turning = start, _TURNS[start.shape] > 0.0
     count = 3 + SIZES[start.shape]
     last = False
     for iteration in range(_ITERATIONS + 1):
-        rows = Rows.stack([fixed, *(_on_surface(found, surface) for surface in surfaces)])
+        rows = Rows.stack([fixed, _on_surface(found, surface)])
         terms = support_terms(found.shape, found.yaw, rows.normals)
         rest = rows.values - rows.normals @ found.centre - terms @ found.sizes
         scaled = np.abs(rest * rows.weights)
+        cost = float((np.minimum(scaled, _CLIP) ** 2).mean())
+        if iteration >= _TRIES and cost > least + _HOPELESS:
+            return None
         # Huber's weights: what is far off says little.
         weights = rows.weights * np.sqrt(np.minimum(1.0, 1.5 / np.maximum(scaled, 1e-9)))
-        design = np.hstack([rows.normals, terms])
+        design = np.empty((len(rest), count + turning))
+        design[:, :3], design[:, 3:count] = rows.normals, terms
         if turning:
-            step = 1e-3
-            ahead = support_terms(found.shape, found.yaw + step, rows.normals)
-            behind = support_terms(found.shape, found.yaw - step, rows.normals)
-            design = np.column_stack([design, (ahead - behind) @ found.sizes / (2.0 * step)])
+            design[:, count] = turn_terms(found.shape, found.yaw, rows.normals) @ found.sizes
         weighted = design * weights[:, None]
         normal = weighted.T @ weighted
         right = weighted.T @ (rest * weights)
@@ -230,7 +392,6 @@ def _refined(start: Fit, fixed: Rows, surfaces: Sequence[Surface], prior: Prior)
         if turning:
             normal[-1, -1] += 1.0
         if last:
-            cost = float((np.minimum(scaled, _CLIP) ** 2).mean())
             return replace(
                 found, cost=cost, covariance=np.array(np.linalg.inv(normal), dtype=np.float64), rows=len(rows.values)
             )
@@ -251,7 +412,7 @@ def _on_surface(found: Fit, surface: Surface) -> Rows:
     """Return the rows of points, each with the outward normal of the face that it lies on."""
     normals = surface_normals(found, surface)
     values = np.einsum("ij,ij->i", normals, surface.points)
-    return Rows(normals, values, np.full(len(values), surface.weight))
+    return Rows(normals, values, np.broadcast_to(surface.weight, values.shape))
 
 
 def surface_normals(found: Fit, surface: Surface) -> Array:

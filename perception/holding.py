@@ -60,6 +60,9 @@ class Hands:
         if geometry is None or state is None:
             return
         if self.hold is not None and (self.hold.id not in known or not self._still_holds(state)):
+            if self.hold.id in known:
+                # It stays where the hand leaves it, until a look says otherwise.
+                _carry(known[self.hold.id], seen.tcp_pose @ self.hold.object_in_tcp)
             self.hold = None
         if self.hold is None and self._grips(state):
             held = _between_fingers(seen.tcp_pose, state.width, geometry, known.values())
@@ -68,10 +71,7 @@ class Hands:
                 self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, state.width)
         if self.hold is not None:
             track = known[self.hold.id]
-            pose = seen.tcp_pose @ self.hold.object_in_tcp
-            shift = pose.position - track.thing.pose.position
-            moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
-            track.thing = replace(track.thing, pose=pose, fit=moved)
+            _carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
             track.hidden = False
 
     def _grips(self, state: GripperState) -> bool:
@@ -87,6 +87,12 @@ class Hands:
         assert self.hold is not None and self._geometry is not None
         empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
         return empty < state.width < self.hold.width + _OPENED
+
+
+def _carry(track: Track, pose: Pose) -> None:
+    shift = pose.position - track.thing.pose.position
+    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
+    track.thing = replace(track.thing, pose=pose, fit=moved)
 
 
 def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:

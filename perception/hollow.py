@@ -7,8 +7,9 @@ from itertools import combinations
 
 import numpy as np
 
-from robosandbox.perception.fit import Fit, Shape, Surface, fit
-from robosandbox.perception.groups import Group, alike
+from robosandbox.perception.contents import take_out
+from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, fit, lean_of
+from robosandbox.perception.groups import Group, alike, group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
@@ -29,28 +30,62 @@ _POOREST = 0.9
 _VAGUE = 0.006
 _MORE = 0.00005
 _INSIDE = 0.8
+_SHELL = 0.5
+_SAME_SIZE = 0.12
+# A cup is at least so many times as high as its inner radius; a bowl is flatter.
+_TALL = 1.4
 
 _HULLS: tuple[tuple[ObjectKind, Shape], ...] = (("bin", "box"), ("bowl", "cylinder"))
 
 Container = tuple[ObjectKind, Fit, Group]
+Hull = tuple[ObjectKind, Fit]
 
 
-def find_containers(groups: Sequence[Group], scenery: Scenery) -> tuple[list[Container], list[Group]]:
-    """Return the containers, each with its outer hull and all its pieces, and the groups that are none of theirs."""
+def find_containers(
+    groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] = ()
+) -> tuple[list[Container], list[Group], Scenery]:
+    """Return the containers, each with its outer hull and all its pieces, and the groups that are none of theirs.
+
+    The scenery comes back with what lies in a container of its own colour as pieces of their own.
+
+    Args:
+        groups: What was seen.
+        scenery: Where.
+        known: The containers that were seen before: half covered each is still the one that it was, where it was.
+    """
     containers: list[Container] = []
     rest: list[Group] = []
     for family in _families(groups):
-        found = _best_container(family, scenery)
+        found = _as_known(family, _best_container(family, scenery), known)
         if found is None:
             rest += family
             continue
         kind, hull, members = found
-        own = [item for item in family if _belongs(item, hull)]
-        whole = Group(tuple(dict.fromkeys((*members.segments, *(s for item in own for s in item.segments)))))
-        containers.append((kind, hull, whole))
-        taken = {id(segment) for segment in whole.segments}
-        rest += [item for item in family if not any(id(segment) in taken for segment in item.segments)]
-    return containers, rest
+        every = dict.fromkeys((*members.segments, *(s for item in family for s in item.segments)))
+        own, inside, scenery = take_out(hull, [s for s in every if _belongs(s.points, hull)], scenery)
+        containers.append((kind, hull, Group(tuple(own)) if own else members))
+        taken = {id(segment) for segment in every if _belongs(segment.points, hull)}
+        rest += group(inside)
+        left = [tuple(s for s in item.segments if id(s) not in taken) for item in family]
+        rest += [Group(segments) for segments in left if segments]
+    return containers, rest, scenery
+
+
+def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[Hull]) -> Container | None:
+    """Return what was found, or the known container whose pieces these are, where they do not show one like it."""
+    points = np.vstack([item.points for item in family])
+    for kind, hull in known:
+        if found is not None and found[1].shape == hull.shape and _as_large(found[1], hull):
+            continue
+        share = _at_shell(points, hull)
+        if share > _SHELL:
+            return kind, hull, Group(tuple(segment for item in family for segment in item.segments))
+    return found
+
+
+def _as_large(a: Fit, b: Fit) -> bool:
+    one, other = (np.sort(hull.sizes[:-1]) for hull in (a, b))
+    return bool((np.abs(one / other - 1.0) < _SAME_SIZE).all())
 
 
 def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
@@ -65,21 +100,31 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
         and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
     ]
     # Of hulls that fit about equally the one that explains more.
-    return min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    # Walls stand and floors lie; what is oblique is a board that leans.
+    return None if best is None or lean_of(best[2].points) is not None else best
 
 
-def _belongs(item: Group, hull: Fit) -> bool:
+def _belongs(points: Array, hull: Fit) -> bool:
     """Tell whether a piece is of a hull's walls or floor; what stands out of the floor lies in it and is another thing."""
-    local = (item.points - hull.centre) @ hull.axes
+    local = (points - hull.centre) @ hull.axes
     half = hull.sizes if hull.shape == "box" else np.array([hull.sizes[0], hull.sizes[0], hull.sizes[1]])
     if (np.abs(local) < half + _RIM).all(axis=1).mean() < _INSIDE:
         return False
+    return _at_shell(points, hull) > _SHELL
+
+
+def _at_shell(points: Array, hull: Fit) -> float:
+    """Return the share of points (n, 3) that lie at a hull's walls or on its floor."""
+    local = (points - hull.centre) @ hull.axes
+    half = hull.sizes if hull.shape == "box" else np.array([hull.sizes[0], hull.sizes[0], hull.sizes[1]])
+    within = (np.abs(local) < half + _RIM).all(axis=1)
     if hull.shape == "box":
         at_wall = (np.abs(local[:, :2]) > half[:2] - _WALL).any(axis=1)
     else:
         at_wall = np.hypot(local[:, 0], local[:, 1]) > half[0] - _WALL
     on_floor = local[:, 2] < -half[2] + _WALL
-    return bool((at_wall | on_floor).mean() > 0.5)
+    return float((within & (at_wall | on_floor)).mean())
 
 
 def _families(groups: Sequence[Group]) -> list[list[Group]]:
@@ -114,15 +159,17 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
-    rows, surfaces = _outer(members, family, rim, scenery)
+    seen = _outer(members, family, rim, scenery)
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
-        found = fit(shape, rows, surfaces, scenery.table.height)
+        found = fit(shape, seen, scenery.table.height)
         if found is not None and _holds_something(found) and _is_hollow(found, scenery):
             options.append((kind, found))
     if not options:
         return None
     kind, found = min(options, key=lambda option: option[1].cost)
+    if kind == "bowl" and 2.0 * found.sizes[1] > _TALL * (found.sizes[0] - CONTAINER_WALL):
+        kind = "cup"
     return kind, found, members
 
 
@@ -182,7 +229,7 @@ def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> Evidence:
     """Return the outer hull's tangents, and the points on the rim; those on inner walls say nothing of the hull."""
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
@@ -194,4 +241,6 @@ def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:
             surfaces.append(Surface(top, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
-    return Rows.stack(rows), surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)]
+    return Evidence(
+        Rows.stack(rows), Surface.stack(surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)])
+    )

@@ -21,6 +21,8 @@ _ALIKE = (
     frozenset({"cylinder", "capsule", "mesh"}),
     frozenset({"sphere", "capsule", "mesh"}),
     frozenset({"bowl", "cylinder", "bin"}),
+    frozenset({"bowl", "cup"}),
+    frozenset({"cup", "cylinder"}),
     frozenset({"drawer", "box", "bin"}),
 )
 
@@ -81,7 +83,7 @@ def colour_difference(a: Sequence[float] | Array, b: Sequence[float] | Array) ->
 def extents(kind: ObjectKind, size: Sequence[float]) -> Array:
     """Return a shape's three full extents, the smallest first, metres."""
     match kind:
-        case "sphere":
+        case "sphere" | "beads":
             found = [2.0 * size[0]] * 3
         case "cylinder":
             found = [2.0 * size[0], 2.0 * size[0], 2.0 * size[1]]
@@ -89,7 +91,7 @@ def extents(kind: ObjectKind, size: Sequence[float]) -> Array:
             found = [2.0 * size[0], 2.0 * size[0], 2.0 * (size[0] + size[1])]
         case "bin":
             found = [2.0 * size[0], 2.0 * size[1], size[2]]
-        case "bowl":
+        case "bowl" | "cup":
             found = [2.0 * size[0], 2.0 * size[0], size[1]]
         case "drawer":
             found = [size[0], size[1], size[2]]

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.perception.fit import Fit, Surface, surface_normals
-from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.view import Mask, Table
+from robosandbox.perception.view import Table
 from robosandbox.types import CONTAINER_WALL, Array
 
-_AROUND = 40
+# Light is read off the table so many pixels around, or farther where there is none, as within a bin.
+_AROUND = (40, 120)
+_LEAST_TABLE = 30
 _ON_TABLE = 0.006
 _FACING_UP = 0.8
 _LEAST = 8
@@ -26,7 +28,7 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
     """
     readings, weights = [], []
     for segment in segments:
-        light = _light(segment, scenery.table, scenery.looks[segment.view.camera].robot)
+        light = _light(segment, scenery.table, scenery.looks[segment.view.camera])
         if light is None:
             continue
         normals = surface_normals(found, Surface(segment.points, segment.view.position, 1.0))
@@ -46,15 +48,17 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
     return np.clip(np.average(readings, axis=0, weights=weights), 0.0, 1.0)
 
 
-def _light(segment: Segment, table: Table, robot: Mask) -> Array | None:
+def _light(segment: Segment, table: Table, look: Look) -> Array | None:
     """Return what a white table would send here, 0..255 per channel, (3,)."""
     view = segment.view
     left, top, right, bottom = segment.box
-    # Every other pixel tells the light as well as all do.
-    picture = np.s_[max(top - _AROUND, 0) : bottom + _AROUND : 2, max(left - _AROUND, 0) : right + _AROUND : 2]
-    xyz = view.xyz[:, picture[0], picture[1]]
-    bare = view.valid[picture] & ~robot[picture] & (np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise))
-    bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
-    if bare.sum() < 30:
-        return None
-    return np.asarray(np.median(view.rgb[picture][bare], axis=0) / np.array(table.rgb), dtype=np.float64)
+    for around in _AROUND:
+        # Every other pixel tells the light as well as all do.
+        picture = np.s_[max(top - around, 0) : bottom + around : 2, max(left - around, 0) : right + around : 2]
+        xyz = view.xyz[:, picture[0], picture[1]]
+        bare = view.valid[picture] & ~look.robot[picture] & (look.pieces[picture] == 0)
+        bare &= np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise)
+        bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
+        if bare.sum() >= _LEAST_TABLE:
+            return np.asarray(np.median(view.rgb[picture][bare], axis=0) / np.array(table.rgb), dtype=np.float64)
+    return None

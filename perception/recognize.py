@@ -8,9 +8,9 @@ from typing import get_args
 
 import numpy as np
 
-from robosandbox.perception.fit import Fit, Shape, Surface, fit
+from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import find_containers
+from robosandbox.perception.hollow import Hull, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
@@ -22,6 +22,9 @@ _AIR = 0.015
 _AIR_GAIN = 0.15
 _UNDER = 0.008
 _COMPLEXITY = 0.012
+# A shape that stands explains what is seen at about this cost; one that leans has to do it a good deal better.
+_MAY_LEAN = 0.45
+_LEAN_GAIN = 0.2
 _POOR_COST = 0.35
 _ENOUGH_TANGENTS = 14.0
 _USUAL_SIGMA = 0.004
@@ -42,8 +45,7 @@ class Thing:
         sigma: Standard deviations of x, y, z, metres, and of the heading, radians, (4,).
         group: The pieces that it was seen by.
         fit: Its hull as fitted.
-        rows: The tangent planes that it was fitted to.
-        surfaces: The surface points that it was fitted to.
+        seen: What it was fitted to.
         resting: Height of what it stands on, metres; None in the air.
     """
 
@@ -55,8 +57,7 @@ class Thing:
     sigma: Array
     group: Group
     fit: Fit
-    rows: Rows
-    surfaces: Sequence[Surface]
+    seen: Evidence
     resting: float | None
 
     @property
@@ -65,11 +66,17 @@ class Thing:
         return self.fit.top
 
 
-def recognize(groups: Sequence[Group], scenery: Scenery) -> list[Thing]:
-    """Return what the groups are, the lowest first."""
-    containers, rest = find_containers(groups, scenery)
+def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] = ()) -> list[Thing]:
+    """Return what the groups are, the lowest first.
+
+    Args:
+        groups: The pieces of each thing.
+        scenery: Where they are seen.
+        known: The hulls of containers that were seen before.
+    """
+    containers, rest, scenery = find_containers(groups, scenery, known)
     things = [
-        _thing(kind, found, members, *measurements(members, scenery), scenery.table.height, scenery)
+        _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
         for kind, found, members in containers
     ]
     for members in sorted(rest, key=lambda item: float(item.bounds[1][2])):
@@ -79,7 +86,7 @@ def recognize(groups: Sequence[Group], scenery: Scenery) -> list[Thing]:
     return things
 
 
-def measurements(members: Group, scenery: Scenery) -> tuple[Rows, list[Surface]]:
+def measurements(members: Group, scenery: Scenery) -> Evidence:
     """Return the tangent planes and the surface points of a group."""
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
@@ -93,21 +100,25 @@ def measurements(members: Group, scenery: Scenery) -> tuple[Rows, list[Surface]]
             pixels = float(segment.mask.sum())
             share = min(1.0, pixels / _CORRELATED / len(segment.points))
             surfaces.append(Surface(segment.points, look.view.position, np.sqrt(share) / sigma))
-    return Rows.stack(rows), surfaces
+    return Evidence(Rows.stack(rows), Surface.stack(surfaces))
 
 
 def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing | None:
-    rows, surfaces = measurements(members, scenery)
+    seen = measurements(members, scenery)
     under = _support(members, things, scenery)
     resting: float | None = under
-    found = _best(rows, surfaces, under)
+    found = best_fit(_SHAPES, seen, under, _COMPLEXITY)
     if float(members.bounds[0][2]) - under > _AIR:
-        floating = _best(rows, surfaces, None)
+        floating = best_fit(_SHAPES, seen, None, _COMPLEXITY)
         if floating and (found is None or floating.cost < found.cost - _AIR_GAIN) and floating.bottom > under + _AIR:
             found, resting = floating, None
+    if found is None or found.cost > _MAY_LEAN:
+        leaning = fit_leaning(seen)
+        if leaning is not None and (found is None or leaning.cost < found.cost - _LEAN_GAIN):
+            found, resting = leaning, None
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
-    return _thing(named(found.shape), found, members, rows, surfaces, resting, scenery)
+    return _thing(named(found.shape), found, members, seen, resting, scenery)
 
 
 def named(shape: Shape) -> ObjectKind:
@@ -119,8 +130,7 @@ def _thing(
     kind: ObjectKind,
     found: Fit,
     members: Group,
-    rows: Rows,
-    surfaces: Sequence[Surface],
+    seen: Evidence,
     resting: float | None,
     scenery: Scenery,
 ) -> Thing:
@@ -130,12 +140,11 @@ def _thing(
         size=size,
         pose=pose,
         rgb=paint_of(members.segments, found, scenery, hollow=kind in CONTAINER_KINDS),
-        confidence=_confidence(found, rows),
+        confidence=_confidence(found, seen.rows),
         sigma=_sigma(found),
         group=members,
         fit=found,
-        rows=rows,
-        surfaces=surfaces,
+        seen=seen,
         resting=resting,
     )
 
@@ -159,11 +168,6 @@ def aligned(found: Fit, known: Fit) -> Fit:
     quarters = round((known.yaw - found.yaw) / (np.pi / 2.0))
     sizes = found.sizes[[1, 0, 2]] if quarters % 2 else found.sizes
     return replace(found, yaw=found.yaw + quarters * np.pi / 2.0, sizes=sizes)
-
-
-def _best(rows: Rows, surfaces: Sequence[Surface], resting: float | None) -> Fit | None:
-    found = [shape for name in _SHAPES if (shape := fit(name, rows, surfaces, resting)) is not None]
-    return min(found, key=lambda shape: shape.cost + _COMPLEXITY * len(shape.covariance), default=None)
 
 
 def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float:

@@ -21,6 +21,7 @@ from robosandbox.types import ObservedScene, RgbdFrame
 _log = logging.getLogger(__name__)
 # What is seen less clearly is told of, and not acted on.
 _CLEAR = 0.3
+_AROUND_HELD = 0.003
 CAMERAS = ("scene", "top", "wrist")
 
 
@@ -68,7 +69,7 @@ class RgbdPerception:
 
     def view(self, sim: Sim) -> Sim:
         """Return the sim without its truth: its model holds what was seen."""
-        self._sensed = SensedSim(sim, self._setup.scene, [item.id for item in self._setup.declared])
+        self._sensed = SensedSim(sim, self._setup.scene)
         return self._sensed
 
     def perceive(self, sim: Sim) -> ObservedScene:
@@ -85,6 +86,7 @@ class RgbdPerception:
             # A second look at the same moment would show the same.
             return self._last
         self._episode = sim.episode
+        self._feel(sim)
         self.look([sim.capture(camera) for camera in self._cameras], sim)
         self._last = scene = self._observed(sim)
         if self._sensed is not None:
@@ -100,13 +102,25 @@ class RgbdPerception:
         """
         self.scenery = self._scenery(frames, sim)
         segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
-        self.things = recognize(group(segments), self.scenery)
+        held = self._hands.hold.id if self._hands.hold else None
+        self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held))
         return self.things
+
+    def christen(self) -> None:
+        """Give what is remembered other names, with `rename`; here things keep those that they have."""
+
+    def rename(self, old: str, new: str) -> None:
+        """Call a remembered thing something else from now on."""
+        self._tracker.rename(old, new)
+        if self._hands.hold is not None and self._hands.hold.id == old:
+            self._hands.hold.id = new
 
     def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
         looks, notes = {}, []
+        hold = self._hands.hold
+        carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
         if self._calibration is not None:
             frames = [self._calibration.apply(frame) for frame in frames]
         for frame in frames:
@@ -115,19 +129,25 @@ class RgbdPerception:
                 notes.append(problem)
                 continue
             silhouette.place(frame.q, frame.gripper_q)
-            robot, near = silhouette.masks(frame)
+            robot, near = silhouette.masks(frame, carried)
             looks[frame.camera] = take_look(make_view(frame, table, robot), table, robot, near)
         self.notes = tuple(notes)
         return Scenery(looks, table)
 
-    def _observed(self, sim: Sim) -> ObservedScene:
-        seen, robot = sim.observe(), sim.robot
+    def _feel(self, sim: Sim) -> None:
+        """Find out from the gripper's readings what it holds, and move that along with it."""
+        robot = sim.robot
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
-        self._hands.update(seen, self._tracker.tracks.values())
+        self._hands.update(sim.observe(), self._tracker.tracks.values())
+
+    def _observed(self, sim: Sim) -> ObservedScene:
+        seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        self.christen()
+        held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
         unclear = [_unclear(track) for track in self.tracks if track not in clear]

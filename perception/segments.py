@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import cv2
@@ -24,6 +25,9 @@ _SHARE_NOISE = 5.0
 _BLACK = 110.0
 _BLACK_STEP = 3.2
 _COARSE = 8
+# Parts are found in cells of so many pixels a side; in an empty one there are so many stray pixels at most.
+_CELL = 12
+_STRAY = 3
 _LEAST_TABLE = 200
 _OTHER_COLOUR = 36.0
 _LEAST_PIXELS = 14
@@ -70,7 +74,6 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     """
     free = view.valid & (~robot | (view.depth < robot_near))
     height = view.xyz[2] - np.float32(table.height)
-    limit = np.float32(table.half_extent + _EDGE)
     low = max(_LEAST_HEIGHT, 3.0 * view.noise)
     limit = np.float32(table.half_extent + _EDGE)
     free &= (np.abs(view.xyz[0]) < limit) & (np.abs(view.xyz[1]) < limit) & (height > -low) & (height < _HEADROOM)
@@ -86,24 +89,68 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     blind = ~view.valid[crop] & ~beyond & ~robot[crop]
     painted = _painted(view, free & ~raised, crop) & (free[crop] | blind)
     standing = raised[crop] | (free[crop] & painted)
+    segments = []
+    for part in _parts(standing):
+        inside = _within(crop, part)
+        segments += _cut(view, standing[part], painted[part], raised[inside], height[inside], inside)
+    return segments
+
+
+def _cut(
+    view: View, standing: Mask, painted: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
+) -> list[Segment]:
+    """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        (standing & ~_jumps(view, crop)).astype(np.uint8), connectivity=4
+        (standing & ~jumps(view, crop)).astype(np.uint8), connectivity=4
     )
-    small = np.bincount(labels[raised[crop]], minlength=count) < _LEAST_PIXELS
+    small = np.bincount(labels[raised], minlength=count) < _LEAST_PIXELS
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
-    mean = np.bincount(labels.ravel(), weights=height[crop].ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
+    mean = np.bincount(labels.ravel(), weights=height.ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
     small &= (stats[:, cv2.CC_STAT_AREA] < _WIDE) | (mean < _LEAST_FLOOR)
     small[0] = False
+    if small[1:].all():
+        return []
     labels[small[labels]] = 0
     masks = _grown(labels, standing, painted, view, crop)
-    segments = []
-    for number in range(1, count):
-        if small[number]:
-            continue
-        segment = _segment(view, labels, masks, number, stats[number], (left, top))
-        if segment is not None:
-            segments.append(segment)
-    return segments
+    corner = (crop[1].start, crop[0].start)
+    pieces = (_segment(view, labels, masks, n, stats[n], corner) for n in range(1, count) if not small[n])
+    return [piece for piece in pieces if piece is not None]
+
+
+def _parts(standing: Mask) -> list[tuple[slice, slice]]:
+    """Return the parts of a picture that hold something, with room around it; no two overlap."""
+    height, width = standing.shape
+    cells = -(-height // _CELL), -(-width // _CELL)
+    padded = np.zeros((cells[0] * _CELL, cells[1] * _CELL), dtype=np.uint8)
+    padded[:height, :width] = standing
+    counts = cv2.resize(255 * padded, (cells[1], cells[0]), interpolation=cv2.INTER_AREA)
+    full = (counts > 255 * _STRAY // _CELL**2).astype(np.uint8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(cv2.dilate(full, np.ones((3, 3), np.uint8)), connectivity=8)
+    boxes = [(int(x) - 1, int(y) - 1, int(x + w) + 1, int(y + h) + 1) for x, y, w, h, _ in stats[1:]]
+    merged = True
+    while merged:
+        merged = False
+        for a, b in combinations(boxes, 2):
+            if a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]:
+                boxes = [box for box in boxes if box is not a and box is not b]
+                boxes.append((min(a[0], b[0]), min(a[1], b[1]), max(a[2], b[2]), max(a[3], b[3])))
+                merged = True
+                break
+    return [
+        (
+            slice(max(top, 0) * _CELL, min(bottom * _CELL, height)),
+            slice(max(left, 0) * _CELL, min(right * _CELL, width)),
+        )
+        for left, top, right, bottom in boxes
+    ]
+
+
+def _within(crop: tuple[slice, slice], part: tuple[slice, slice]) -> tuple[slice, slice]:
+    """Return a part of a crop as a part of the whole picture."""
+    rows, columns = (
+        slice(outer.start + inner.start, outer.start + inner.stop) for outer, inner in zip(crop, part, strict=True)
+    )
+    return rows, columns
 
 
 def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
@@ -141,26 +188,26 @@ def _quadratic(v: Array, u: Array) -> Array:
     return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
 
 
-def _jumps(view: View, crop: tuple[slice, slice]) -> Mask:
+def jumps(view: View, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels beside a step in depth or in colour; shading is no colour."""
     depth = view.depth[crop]
     kernel = np.ones((3, 3), np.uint8)
-    known = np.where(depth > 0.0, depth, np.float32(np.nan))
-    far = cv2.dilate(np.nan_to_num(known, nan=-1.0), kernel)
-    near = cv2.erode(np.nan_to_num(known, nan=9.0), kernel)
-    jumps = (far - near) > _DEPTH_JUMP
+    far = cv2.dilate(depth, kernel)
+    near = cv2.erode(np.where(depth > 0.0, depth, np.float32(9.0)), kernel)
+    steps = (far - near) > _DEPTH_JUMP
     rgb = cv2.blur(view.rgb[crop], (3, 3)).astype(np.float32)
-    total = np.maximum(rgb.sum(axis=2), 1.0)
+    ones = np.ones((1, 3), np.float32)
+    total = np.maximum(cv2.transform(rgb, ones), 1.0)
     # The darker, the less a share says.
     step = np.float32(_CHROMA_JUMP) + np.float32(_SHARE_NOISE) / cv2.erode(total, kernel)
-    sharp = cv2.transform(view.rgb[crop].astype(np.float32), np.ones((1, 3), np.float32))
+    sharp = cv2.transform(view.rgb[crop].astype(np.float32), ones)
     dark, light = np.maximum(cv2.erode(sharp, kernel), 12.0), cv2.dilate(sharp, kernel)
     # Black has no colour to tell from others; no shade makes a face of another thing so dark.
-    jumps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
+    steps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
     for channel in (0, 1):
         share = rgb[..., channel] / total
-        jumps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step
-    return np.asarray(jumps)
+        steps |= (cv2.dilate(share, kernel) - cv2.erode(share, kernel)) > step
+    return np.asarray(steps)
 
 
 def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tuple[slice, slice]) -> Labels:
@@ -231,10 +278,21 @@ def _segment(
     right = min(int(stats[0] + stats[2]) + _REACH, labels.shape[1])
     bottom = min(int(stats[1] + stats[3]) + _REACH, labels.shape[0])
     inside = np.s_[top:bottom, left:right]
-    mask = _largest(grown[inside] == number)
     box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
+    return segment_of(view, _largest(grown[inside] == number), labels[inside] == number, box)
+
+
+def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
+    """Return a piece of a picture; None where too little of it is sure.
+
+    Args:
+        view: Where it is seen.
+        mask: Its pixels within `box`.
+        core: Those of which depth and colour are sure.
+        box: Left, top, right, bottom in the picture; right and bottom are outside.
+    """
     picture = np.s_[box[1] : box[3], box[0] : box[2]]
-    core = labels[inside] == number
+    core = core & view.valid[picture]
     points = view.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
     if len(points) < _LEAST_PIXELS:
         return None

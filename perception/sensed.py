@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import mujoco
 
-from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Sim
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
@@ -33,12 +32,10 @@ class SensedSim:
     Args:
         sim: The real one.
         scene: Names the robot and the table; its objects are not read.
-        named: What the task calls its objects.
     """
 
-    def __init__(self, sim: Sim, scene: Scene, named: Collection[str] = ()) -> None:
+    def __init__(self, sim: Sim, scene: Scene) -> None:
         self._sim = sim
-        self._named = frozenset(named)
         self._frame = scene.model_copy(update={"objects": ()})
         self._robot_model = load_robot(scene.robot_urdf, scene.robot_config, table_height=scene.table_height)
         self._believed: dict[str, DetectedObject] = {}
@@ -94,27 +91,15 @@ class SensedSim:
         force, link, _ = self._sim.strongest_contact()
         return force, link, "something" if link else ""
 
-    def force_on(self, object_id: str) -> Array:
-        """Return what a force sensor at the wrist feels of an object, N in the world, shape (3,).
+    def force_on(self, object_id: str | None) -> Array:
+        """Return what a force sensor at the wrist feels, N in the world, shape (3,); it cannot tell of which object."""
+        del object_id
+        return self._sim.force_on(None)
 
-        Raises:
-            UnsupportedError: It is a thing that only the cameras have a name for.
-        """
-        self._require_named(object_id)
-        return self._sim.force_on(object_id)
-
-    def grip_on(self, object_id: str) -> float:
-        """Return what pads that feel would tell of how hard they press on an object, N.
-
-        Raises:
-            UnsupportedError: It is a thing that only the cameras have a name for.
-        """
-        self._require_named(object_id)
-        return self._sim.grip_on(object_id)
-
-    def _require_named(self, object_id: str) -> None:
-        if object_id not in self._named:
-            raise UnsupportedError(f"no force is felt of {object_id!r}, which the task does not name")
+    def grip_on(self, object_id: str | None) -> float:
+        """Return how hard pads that feel are pressed, N; they cannot tell by which object."""
+        del object_id
+        return self._sim.grip_on(None)
 
     # What the robot itself knows and does.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import cv2
 import mujoco
@@ -19,6 +20,7 @@ _MARGIN_PIXELS = 3
 _NEAR = 0.02
 _IN_FRONT = 0.012
 _ROUND = 14
+_MOST_VERTICES = 150
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +43,7 @@ class RobotSilhouette:
         self._model = model
         self._robot = robot
         self._data = mujoco.MjData(model)
-        self._parts = [
+        parts = [
             _Part(int(model.geom_bodyid[geom]), vertices)
             for geom in range(model.ngeom)
             if int(model.geom_bodyid[geom]) in robot.bodies
@@ -49,6 +51,11 @@ class RobotSilhouette:
             and model.geom_rgba[geom, 3] > 0.0
             and (vertices := _vertices(model, geom)) is not None
         ]
+        self._bodies = np.array([part.body for part in parts], dtype=int)
+        self._vertices = np.vstack([np.zeros((0, 3)), *(part.vertices for part in parts)])
+        counts = np.array([len(part.vertices) for part in parts], dtype=int)
+        self._part_of = np.repeat(np.arange(len(parts)), counts)
+        self._ends = np.concatenate([[0], np.cumsum(counts)])
 
     def place(self, q: Array, gripper_q: Array) -> None:
         """Put the robot as its encoders say it stood."""
@@ -57,11 +64,12 @@ class RobotSilhouette:
             self._data.qpos[self._robot.gripper.joint_indices] = gripper_q
         mujoco.mj_kinematics(self._model, self._data)
 
-    def masks(self, frame: RgbdFrame) -> tuple[Mask, NDArray[np.float32]]:
+    def masks(self, frame: RgbdFrame, carried: Array | None = None) -> tuple[Mask, NDArray[np.float32]]:
         """Return where the robot is, and how near its nearest part there may be; call `place` first.
 
         Args:
             frame: Gives the camera; a distorted picture is taken as straightened.
+            carried: Points of the world (n, 3) whose hull is what the hand holds: it counts as part of the robot.
 
         Returns:
             The mask (height, width), a few pixels wider than the robot, and depths (height, width), metres: what is
@@ -70,30 +78,30 @@ class RobotSilhouette:
         lens, pose = frame.intrinsics, frame.pose_camera_in_world
         nearest = np.full((lens.height, lens.width), np.inf, dtype=np.float32)
         rotation, position = pose.rotation, pose.position
+        # All vertices at once: body to world to camera is one rotation and one shift for each part.
+        turns = rotation.T @ self._data.xmat[self._bodies].reshape(-1, 3, 3)
+        shifts = (self._data.xpos[self._bodies] - position) @ rotation
+        every = np.einsum("nij,nj->ni", turns[self._part_of], self._vertices) + shifts[self._part_of]
+        ends = list(self._ends)
+        if carried is not None:
+            every = np.vstack([every, (carried - position) @ rotation])
+            ends.append(len(every))
+        depths = np.maximum(every[:, 2], _NEAR)
+        flat = every[:, :2] / depths[:, None] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
         covered = []
-        for part in self._parts:
-            body = self._data.xmat[part.body].reshape(3, 3)
-            local = (part.vertices @ body.T + self._data.xpos[part.body] - position) @ rotation
-            if (local[:, 2] < _NEAR).all():
+        for first, end in pairwise(ends):
+            pixels, depth = flat[first:end], float(depths[first:end].min())
+            if (every[first:end, 2] < _NEAR).all():
                 continue
-            local = _before_camera(local)
-            pixels = local[:, :2] / local[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
             if (pixels.max(axis=0) < 0).any() or (pixels.min(axis=0) > [lens.width, lens.height]).any():
                 continue
             outline = cv2.convexHull(np.clip(pixels, -4000, 4000).astype(np.float32)).astype(np.int32)
-            covered.append((float(local[:, 2].min()), outline))
+            covered.append((depth, outline))
         # Near parts last, so that the nearest depth stays.
         for depth, outline in sorted(covered, key=lambda item: -item[0]):
             cv2.fillConvexPoly(nearest, outline, depth - _IN_FRONT)
             cv2.polylines(nearest, [outline], True, depth - _IN_FRONT, 2 * _MARGIN_PIXELS)
         return np.isfinite(nearest), nearest
-
-
-def _before_camera(local: Array) -> Array:
-    """Return vertices with those behind the camera pulled before it, so that they can be projected."""
-    moved = local.copy()
-    moved[:, 2] = np.maximum(moved[:, 2], _NEAR)
-    return moved
 
 
 def _vertices(model: mujoco.MjModel, geom: int) -> Array | None:
@@ -125,12 +133,20 @@ def _vertices(model: mujoco.MjModel, geom: int) -> Array | None:
 
 
 def _thinned(vertices: Array) -> Array:
-    """Return the extreme ones of a mesh's vertices: those of its hull."""
+    """Return the extreme ones of a mesh's vertices: those of its hull, of many the ones that reach farthest some way."""
     try:
-        return np.array(vertices[ConvexHull(vertices).vertices])
+        hull = np.array(vertices[ConvexHull(vertices).vertices])
     except QhullError:
         # A flat mesh has no volume; all its vertices are extreme.
-        return vertices
+        hull = vertices
+    if len(hull) <= _MOST_VERTICES:
+        return hull
+    # Spread evenly over the sphere (Fibonacci's lattice).
+    heights = 1.0 - (2.0 * np.arange(_MOST_VERTICES) + 1.0) / _MOST_VERTICES
+    angles = np.arange(_MOST_VERTICES) * np.pi * (3.0 - np.sqrt(5.0))
+    across = np.sqrt(1.0 - heights**2)
+    directions = np.column_stack([across * np.cos(angles), across * np.sin(angles), heights])
+    return np.array(hull[np.unique((hull @ directions.T).argmax(axis=0))])
 
 
 def _corners() -> Array:

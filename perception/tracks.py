@@ -9,11 +9,11 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import colour_name
-from robosandbox.perception.fit import Prior, cost_of, fit
+from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.scenery import Scenery
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, Pose
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObjectKind, Pose
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0
@@ -35,6 +35,7 @@ _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
 _FALLEN = 0.4
 _PIECE = 0.01
+_SURELY = 0.6
 
 
 @dataclass(slots=True, eq=False)
@@ -83,6 +84,20 @@ class Tracker:
     declared: Sequence[Declared] = ()
     tracks: dict[str, Track] = field(default_factory=dict)
 
+    def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
+        """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
+        return [
+            (track.thing.kind, track.thing.fit)
+            for track in self.tracks.values()
+            if track.thing.kind in CONTAINER_KINDS and track.id != held and track.confidence > _SURELY
+        ]
+
+    def rename(self, old: str, new: str) -> None:
+        """Call a remembered thing something else; the new name must be free."""
+        track = self.tracks.pop(old)
+        track.id = new
+        self.tracks[new] = track
+
     def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None, hand: Array) -> None:
         """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
 
@@ -123,20 +138,34 @@ class Tracker:
                 close = float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND
                 if close or any(_is_part(thing, track.thing) for track in self.tracks.values()):
                     continue
+                if self._is_known_inside(thing):
+                    continue
                 r, g, b = (float(value) for value in thing.rgb)
                 name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
                 self.tracks[name] = Track(name, thing, confidence=thing.confidence)
 
+    def _is_known_inside(self, thing: Thing) -> bool:
+        """Tell whether a new thing lies in a container with something of its colour that is known to be there, and hidden."""
+        for vessel in self.tracks.values():
+            if vessel.thing.kind in CONTAINER_KINDS and _lies_in(thing.fit.centre, vessel.thing):
+                for other in self.tracks.values():
+                    alike = colour_difference(other.thing.rgb, thing.rgb) < _COLOUR_GATE
+                    if (
+                        other is not vessel
+                        and other.hidden
+                        and alike
+                        and _lies_in(other.thing.fit.centre, vessel.thing)
+                    ):
+                        return True
+        return False
+
     def _falls_into_something(self, track: Track) -> bool:
         """Take a thing that vanished over a container to lie in it, not very surely; say whether there is one."""
-        x, y, _ = track.thing.fit.centre
         for other in self.tracks.values():
             vessel = other.thing
             if other is track or vessel.kind not in CONTAINER_KINDS:
                 continue
-            local = vessel.fit.axes.T @ (np.array([x, y, vessel.fit.centre[2]]) - vessel.fit.centre)
-            room = vessel.fit.sizes[:2] if vessel.fit.shape == "box" else vessel.fit.sizes[[0, 0]]
-            if (np.abs(local[:2]) > room).any():
+            if not _lies_in(track.thing.fit.centre, vessel):
                 continue
             height = vessel.fit.bottom + CONTAINER_WALL + (track.thing.fit.top - track.thing.fit.bottom) / 2.0
             drop = np.array([0.0, 0.0, height - float(track.thing.fit.centre[2])])
@@ -155,6 +184,13 @@ class Tracker:
         return [(name, thing) for name, thing in zip(names, sure, strict=True) if name is not None]
 
 
+def _lies_in(place: Array, vessel: Thing) -> bool:
+    """Tell whether a place (3,) is within a container's walls, seen from above."""
+    local = vessel.fit.axes.T @ (place - vessel.fit.centre)
+    room = vessel.fit.sizes[:2] if vessel.fit.shape == "box" else vessel.fit.sizes[[0, 0]]
+    return bool((np.abs(local[:2]) < room).all())
+
+
 def _renew(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
@@ -165,7 +201,7 @@ def _renew(track: Track, thing: Thing) -> None:
         return
     clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
     if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
-        if cost_of(old.fit, thing.rows, thing.surfaces) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
+        if cost_of(old.fit, thing.seen) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
             # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
@@ -207,7 +243,7 @@ def _with_known_size(thing: Thing, old: Thing) -> Thing:
     if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS:
         return thing
     prior = Prior(old.fit.sizes, _KNOWN_SIZE)
-    found = fit(old.fit.shape, thing.rows, thing.surfaces, thing.resting, prior)
+    found = fit(old.fit.shape, thing.seen, thing.resting, prior)
     if found is None or found.cost > thing.fit.cost + _WORSE:
         return thing
     size, pose = described(old.kind, found)
@@ -229,7 +265,9 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     colour = colour_difference(old.rgb, new.rgb) / _COLOUR_GATE
     size = float(np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size))).mean()) / _SIZE_GATE
     if near:
-        return max(distance / _GATE, 0.7 * colour, 0.3 * size)
+        # What was clearly seen to be solid does not become hollow where it stands.
+        changed = new.kind in CONTAINER_KINDS and old.kind not in CONTAINER_KINDS and old.confidence > _SURELY
+        return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance
 
 

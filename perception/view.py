@@ -170,16 +170,18 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
         rotation=rotation,
         position=position,
         noise=noise,
-        xyz=_world(depth, _rays(lens), rotation, position),
+        xyz=_world(depth, *_rays(lens), rotation, position),
     )
 
 
-def _world(depth: Image, rays: Image, rotation: Array, position: Array) -> Image:
-    """Return world coordinates (3, ...) of depths (...) along rays (3, ...)."""
-    turned = (rotation.astype(np.float32) @ rays.reshape(3, -1)).reshape(rays.shape)
-    turned *= depth
-    turned += position.astype(np.float32).reshape(3, *[1] * depth.ndim)
-    return turned.astype(np.float32, copy=False)
+def _world(depth: Image, x: Image, y: Image, rotation: Array, position: Array) -> Image:
+    """Return world coordinates (3, h, w) of depths (h, w) along the rays (x, y, 1), x (w,) and y (h,)."""
+    turned = np.empty((3, *depth.shape), dtype=np.float32)
+    for row, offset, out in zip(rotation.astype(np.float32), position.astype(np.float32), turned, strict=True):
+        np.add.outer(row[1] * y + row[2], row[0] * x, out=out)
+        out *= depth
+        out += offset
+    return turned
 
 
 def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, float]:
@@ -187,8 +189,8 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     step = _PLANE_STRIDE
     depth = view.depth[::step, ::step]
     usable = view.valid[::step, ::step] & ~robot[::step, ::step]
-    rays = _rays(view.frame.intrinsics)[:, ::step, ::step]
-    points = _world(depth, rays, view.rotation, view.position)[:, usable].astype(np.float64)
+    x, y = _rays(view.frame.intrinsics)
+    points = _world(depth, x[::step], y[::step], view.rotation, view.position)[:, usable].astype(np.float64)
     inner = (np.abs(points[:2]) < table.half_extent - 0.02).all(axis=0)
     off = points[2] - table.height
     near = inner & (np.abs(off) < _PLANE_BAND)
@@ -217,11 +219,10 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
 
 
 @lru_cache(maxsize=8)
-def _rays(lens: Intrinsics) -> Image:
-    """Return the straightened pixels' directions at depth 1 in the camera's frame, (3, height, width)."""
-    columns, rows = np.meshgrid(np.arange(lens.width, dtype=np.float32), np.arange(lens.height, dtype=np.float32))
-    x, y = (columns - lens.cx) / lens.fx, (rows - lens.cy) / lens.fy
-    return np.stack([x, y, np.ones_like(x)]).astype(np.float32)
+def _rays(lens: Intrinsics) -> tuple[Image, Image]:
+    """Return the straightened pixels' directions at depth 1: x of each column (width,), y of each row (height,)."""
+    columns, rows = np.arange(lens.width), np.arange(lens.height)
+    return as_image((columns - lens.cx) / lens.fx), as_image((rows - lens.cy) / lens.fy)
 
 
 @lru_cache(maxsize=8)

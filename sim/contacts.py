@@ -80,10 +80,10 @@ class Contacts:
                 found.append((float(force[0]), first, second))
         return found
 
-    def force_on(self, name: str) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+    def force_on(self, name: str | None) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, or all objects, N in the world, shape (3,)."""
         world, data = self._world, self._data
-        found = [each for each in self._with_robot() if world.owners.get(each[2]) == name]
+        found = [each for each in self._with_robot() if self._is(each[2], name)]
         if not found:
             return np.zeros(3)
         indices = [index for index, _, _ in found]
@@ -96,8 +96,13 @@ class Contacts:
         total: Array = np.einsum("k,kji,kj->i", towards, frames, forces[:, :3])
         return total
 
-    def grip_on(self, name: str) -> float:
-        """Return with how much force each side of the gripper presses on an object, N: half the sum of both."""
+    def _is(self, body: int, name: str | None) -> bool:
+        """Tell whether a body is of the named object, or of any where there is no name."""
+        owner = self._world.owners.get(body)
+        return owner is not None if name is None else owner == name
+
+    def grip_on(self, name: str | None) -> float:
+        """Return with how much force each side of the gripper presses on an object, or on any, N: half the sum of both."""
         world, data = self._world, self._data
         gripper = world.robot.gripper
         if gripper is None:
@@ -105,7 +110,7 @@ class Contacts:
         fingers = gripper.finger_bodies[0] | gripper.finger_bodies[1]
         total, local = 0.0, np.zeros(6)
         for index, inner, outer in self._with_robot():
-            if inner in fingers and world.owners.get(outer) == name:
+            if inner in fingers and self._is(outer, name):
                 mujoco.mj_contactForce(world.model, data, index, local)
                 total += float(local[0])
         return total / 2.0

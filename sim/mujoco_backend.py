@@ -379,12 +379,12 @@ class MuJoCoBackend:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         return Contacts(self._loaded, self._live).strongest()
 
-    def force_on(self, object_id: str) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+    def force_on(self, object_id: str | None) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
         return Contacts(self._loaded, self._live).force_on(object_id)
 
-    def grip_on(self, object_id: str) -> float:
-        """Return with how much force each side of the gripper presses on an object, N."""
+    def grip_on(self, object_id: str | None) -> float:
+        """Return with how much force each side of the gripper presses on an object, N; None is whatever is there."""
         return Contacts(self._loaded, self._live).grip_on(object_id)
 
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:

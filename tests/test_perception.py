@@ -7,9 +7,10 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
-from robosandbox.perception.fit import SIZES, Surface, fit, support_terms
+from robosandbox.perception.fit import SIZES, Evidence, Surface, fit, support_terms, turn_terms
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
+from robosandbox.perception.relations import inside
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
@@ -102,11 +103,21 @@ def test_a_shape_is_recovered_from_its_tangent_planes(shape):
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     top = centre + [0.0, 0.0, height]
     surface = Surface(np.repeat(top[None], 12, axis=0), cameras[1], 500.0)
-    found = fit(shape, rows, [surface], 0.04)
+    found = fit(shape, Evidence(rows, surface), 0.04)
     assert found is not None
     assert np.abs(found.centre - centre).max() < 0.0015
     assert np.abs(np.sort(found.sizes) - np.sort(sizes)).max() < 0.0015
     assert found.cost < 0.6
+
+
+@pytest.mark.parametrize("shape", ["box", "lying"])
+def test_turning_a_shape_changes_its_reach_as_the_derivatives_say(shape):
+    rng = np.random.default_rng(1)
+    normals = rng.standard_normal((50, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    step = 1e-6
+    ahead, behind = (support_terms(shape, 0.3 + sign * step, normals) for sign in (1.0, -1.0))
+    assert np.abs(turn_terms(shape, 0.3, normals) - (ahead - behind) / (2.0 * step)).max() < 1e-4
 
 
 def test_declared_names_go_to_the_things_that_fit_them_best():
@@ -150,6 +161,55 @@ def test_depth_noise_grows_with_the_square_of_the_distance():
 def test_an_unknown_sensor_is_told_with_those_that_there_are():
     with pytest.raises(InputError, match="did you mean 'realsense'"):
         find_sensor("realsens")
+
+
+def task_of(*objects: SceneObject) -> Scene:
+    return Scene(objects=objects)
+
+
+@pytest.mark.gl
+def test_a_thing_in_a_bin_of_its_own_colour_is_seen_apart_from_it():
+    red = (0.85, 0.2, 0.2, 1.0)
+    scene = task_of(
+        SceneObject(
+            id="tray", kind="bin", size=(0.07, 0.07, 0.05), pose=Pose(xyz=(0.15, 0.3, 0.04)), rgba=red, mass=0.4
+        ),
+        SceneObject(id="cube", kind="box", size=(0.018,) * 3, pose=Pose(xyz=(0.16, 0.29, 0.063)), rgba=red, mass=0.05),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+    assert {item.id: item.kind for item in seen.objects} == {"tray": "bin", "cube": "box"}
+    assert inside(seen.find("cube"), seen.find("tray"))
+    assert np.linalg.norm(seen.find("cube").pose.position - [0.16, 0.29, 0.062]) < 0.006
+
+
+@pytest.mark.gl
+def test_a_board_that_leans_is_seen_as_it_leans():
+    with open_session("pick_tilted", perception="rgbd", sensor="realsense") as session:
+        board = session.observe().find("yellow_block")
+        true = session.sim.truth().objects["yellow_block"].pose
+    assert board is not None and np.linalg.norm(board.pose.position - true.position) < 0.004
+    assert np.degrees(np.arccos(abs(board.pose.rotation[:, 2] @ true.rotation[:, 2]))) < 6.0
+
+
+@pytest.mark.gl
+def test_a_cup_is_told_from_a_bowl():
+    scene = task_of(
+        SceneObject(id="one", kind="cup", size=(0.04, 0.09), pose=Pose(xyz=(0.15, 0.0, 0.04)), mass=0.2),
+        SceneObject(id="two", kind="bowl", size=(0.07, 0.05), pose=Pose(xyz=(0.15, 0.2, 0.04)), mass=0.2),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+    assert {item.id: item.kind for item in seen.objects} == {"one": "cup", "two": "bowl"}
+
+
+@pytest.mark.gl
+def test_a_thing_that_the_task_does_not_name_can_be_picked():
+    with open_session("pick_from_three", perception="rgbd", sensor="realsense") as session:
+        session.ctx.perception._setup = Setup()
+        assert {item.id for item in session.observe().objects} == {"red_box_1", "green_box_1", "blue_box_1"}
+        assert session.run("pick up the blue box").success
+        assert session.sim.truth().held == "blue_cube"
 
 
 @pytest.fixture

@@ -1,7 +1,8 @@
-"""The model-backed planners as `--planner` finds them: `openai`, `anthropic` and `auto`."""
+"""What asks a model: the planners `openai`, `anthropic` and `auto`, and the perception `vlm`."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
 from robosandbox.errors import InputError
+from robosandbox.perception.setup import Setup
 from robosandbox.protocols import Planner, Skill
 
 if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner
+    from robosandbox.agent.llm.pointing import PointingPerception
 
 
 def with_model(
@@ -45,11 +48,7 @@ def with_model(
     try:
         from robosandbox.agent.llm.planner import LLMPlanner
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("robosandbox"):
-            raise
-        raise InputError(
-            f"--planner: a language model needs the package {error.name!r}; install robosandbox[llm]"
-        ) from None
+        raise _uninstalled("--planner", error) from None
     return LLMPlanner(skills, settings)
 
 
@@ -79,3 +78,54 @@ def auto(
         service, skills, model=model, base_url=base_url, cassette=cassette, picture=picture, time_limit=time_limit
     )
     return AutoPlanner(StubPlanner(skills, dialogue=dialogue), thinker)
+
+
+def vlm(
+    *,
+    setup: Setup = Setup(),  # noqa: B008  frozen
+    calibration: Path | None = None,
+    model: str | None = None,
+    base_url: str | None = None,
+    cassette: Path | None = None,
+    camera: str = "scene",
+    time_limit: float = 60.0,
+) -> PointingPerception:
+    """Return a perception whose objects a model that sees points at and names.
+
+    Args:
+        setup: Robot and table; how the task describes its objects is not used.
+        calibration: A file that `robo-sandbox calibrate` wrote.
+        model: Its name at the endpoint; ROBOSANDBOX_VLM_MODEL when left out. One that begins with `claude` and has no
+            `base_url` is Anthropic's; others speak OpenAI's chat completions.
+        base_url: The endpoint; ROBOSANDBOX_VLM_URL when left out, or the service's own.
+        cassette: A file to record exchanges to, or to replay when it exists; ROBOSANDBOX_VLM_CASSETTE when left out.
+        camera: Whose picture is sent.
+        time_limit: Seconds for an answer, retries included.
+
+    Raises:
+        InputError: An option is wrong, a key is missing, or the package is not installed.
+    """
+    model = model or os.environ.get("ROBOSANDBOX_VLM_MODEL", "")
+    if not model:
+        raise InputError("--perception vlm: no model is named; give --model to look, or set ROBOSANDBOX_VLM_MODEL")
+    base_url = base_url or os.environ.get("ROBOSANDBOX_VLM_URL") or None
+    recorded = os.environ.get("ROBOSANDBOX_VLM_CASSETTE")
+    settings = LLMSettings(
+        service="anthropic" if model.startswith("claude") and base_url is None else "openai",
+        model=model,
+        base_url=base_url,
+        cassette=cassette or (Path(recorded) if recorded else None),
+        time_limit=time_limit,
+    )
+    try:
+        from robosandbox.agent.llm.pointing import PointingPerception
+    except ModuleNotFoundError as error:
+        raise _uninstalled("--perception", error) from None
+    return PointingPerception(settings, setup=setup, calibration=calibration, camera=camera)
+
+
+def _uninstalled(option: str, error: ModuleNotFoundError) -> Exception:
+    """Return what to say where the llm extra is missing; any other module's absence is a fault of ours."""
+    if error.name is None or error.name.startswith("robosandbox"):
+        return error
+    return InputError(f"{option}: a language model needs the package {error.name!r}; install robosandbox[llm]")

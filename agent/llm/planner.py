@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Coroutine, Sequence
-from concurrent.futures import ThreadPoolExecutor
-from typing import Any, TypeVar
+from collections.abc import Sequence
+from typing import Any
 
 from pydantic_ai.messages import (
     BinaryContent,
@@ -21,15 +19,12 @@ from pydantic_ai.messages import (
 
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import MisuseError, read_answer, tools
-from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.prompt import INSTRUCTIONS, question
-from robosandbox.agent.llm.service import Service, find_key
-from robosandbox.agent.llm.settings import LLMSettings, Picture
-from robosandbox.errors import InputError, PlannerAnswerError
+from robosandbox.agent.llm.service import Service, open_cassette, png, run_apart
+from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.errors import PlannerAnswerError
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
-
-AnswerT = TypeVar("AnswerT")
 
 
 class LLMPlanner:
@@ -49,12 +44,7 @@ class LLMPlanner:
         self._skills = tuple(skills)
         self._tools = tools(self._skills)
         self._settings = settings
-        cassette = settings.cassette
-        self._player = Player(cassette) if cassette is not None and cassette.exists() else None
-        if cassette is not None and not cassette.absolute().parent.is_dir():
-            raise InputError(f"--cassette: the folder of {str(cassette)!r} does not exist; make it first")
-        if self._player is None:
-            find_key(settings, settings.base_url or "", needed=True)
+        self._player = open_cassette(settings)
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the model's plan, or its refusal.
@@ -73,8 +63,8 @@ class LLMPlanner:
         check_prompt(prompt)
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
-            content.append(BinaryContent(data=_png(self._settings.picture), media_type="image/png"))
-        return _run_apart(self._converse(content, scene))
+            content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
+        return run_apart(self._converse(content, scene))
 
     async def _converse(self, content: list[UserContent], scene: ObservedScene) -> Plan | Refusal:
         messages: list[ModelMessage] = [_request([UserPromptPart(content=content)])]
@@ -102,21 +92,3 @@ def _correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
     if not calls:
         return [UserPromptPart(content=reason)]
     return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]
-
-
-def _png(picture: Picture) -> bytes:
-    import cv2
-
-    # OpenCV's order of channels is blue, green, red.
-    _, data = cv2.imencode(".png", picture()[:, :, ::-1])
-    return data.tobytes()
-
-
-def _run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:
-    """Run a coroutine to its end, also where a loop runs already, as in a notebook."""
-    try:
-        asyncio.get_running_loop()
-    except RuntimeError:
-        return asyncio.run(work)
-    with ThreadPoolExecutor(max_workers=1) as pool:
-        return pool.submit(asyncio.run, work).result()

@@ -6,11 +6,13 @@ import asyncio
 import logging
 import os
 import time
-from collections.abc import Sequence
+from collections.abc import Coroutine, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from types import TracebackType
-from typing import Self
+from typing import Any, Self, TypeVar
 
 import httpx2
+from numpy.typing import NDArray
 from pydantic_ai import exceptions as failures
 from pydantic_ai.direct import model_request
 from pydantic_ai.messages import ModelMessage, ModelResponse
@@ -34,6 +36,9 @@ _TRANSIENT = (
     failures.ModelServerError,
     failures.ModelConnectionError,
 )
+
+
+AnswerT = TypeVar("AnswerT")
 
 
 class Service:
@@ -186,6 +191,40 @@ class Service:
         else:
             text = f"an answer that cannot be read ({' '.join(str(error).split())[:200]})"
         return clean(text, self._key)
+
+
+def png(picture: NDArray[Any]) -> bytes:
+    """Return an RGB picture (height, width, 3) uint8 as a PNG file's bytes."""
+    import cv2
+
+    # OpenCV's order of channels is blue, green, red.
+    _, data = cv2.imencode(".png", picture[:, :, ::-1])
+    return data.tobytes()
+
+
+def run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:
+    """Run a coroutine to its end, also where a loop runs already, as in a notebook."""
+    try:
+        asyncio.get_running_loop()
+    except RuntimeError:
+        return asyncio.run(work)
+    with ThreadPoolExecutor(max_workers=1) as pool:
+        return pool.submit(asyncio.run, work).result()
+
+
+def open_cassette(settings: LLMSettings) -> Player | None:
+    """Return what answers in place of the endpoint, None where it is to be asked.
+
+    Raises:
+        InputError: A key is missing, or the cassette cannot be used.
+    """
+    cassette = settings.cassette
+    player = Player(cassette) if cassette is not None and cassette.exists() else None
+    if cassette is not None and not cassette.absolute().parent.is_dir():
+        raise InputError(f"--cassette: the folder of {str(cassette)!r} does not exist; make it first")
+    if player is None:
+        find_key(settings, settings.base_url or "", needed=True)
+    return player
 
 
 def find_key(settings: LLMSettings, url: str, *, needed: bool) -> str | None:

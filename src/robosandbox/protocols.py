@@ -103,12 +103,12 @@ class Sim(Protocol):
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         ...
 
-    def force_on(self, object_id: str) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,)."""
+    def force_on(self, object_id: str | None) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all."""
         ...
 
-    def grip_on(self, object_id: str) -> float:
-        """Return with how much force each side of the gripper presses on an object, N, as pads that feel would."""
+    def grip_on(self, object_id: str | None) -> float:
+        """Return with how much force each side of the gripper presses on an object, N, as pads that feel would; None is any."""
         ...
 
     def servo_force(self, joint: int) -> tuple[float, float]:

@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.commands.options import CalibrationFile, Json, RobotName, Seed, SensorName, TaskName
+from robosandbox.commands.options import (
+    BaseUrl,
+    CalibrationFile,
+    Cassette,
+    Json,
+    Model,
+    RobotName,
+    Seed,
+    SensorName,
+    TaskName,
+)
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
@@ -24,6 +34,9 @@ def look(
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
     sensor: SensorName = "realsense",
     calibration: CalibrationFile = None,
+    model: Model = None,
+    base_url: BaseUrl = None,
+    cassette: Cassette = None,
     seed: Seed = 0,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw what the cameras see into this PNG.")] = None,
     json: Json = False,
@@ -33,7 +46,7 @@ def look(
 
     if seed < 0:
         raise InputError(f"--seed: {seed} is negative; give 0 or more")
-    options = {"calibration": calibration}
+    options = {"calibration": calibration, "model": model, "base_url": base_url, "cassette": cassette}
     with open_session(
         task, robot=robot, perception=perception, perception_options=options, sensor=sensor, seed=seed
     ) as session:

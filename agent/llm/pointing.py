@@ -1,0 +1,204 @@
+"""Perception that a model names: it points at things in a picture, and depth says where and what they are."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import Field, ValidationError
+from pydantic_ai.messages import (
+    BinaryContent,
+    ModelMessage,
+    ModelRequest,
+    ModelRequestPart,
+    ModelResponse,
+    ToolCallPart,
+    ToolReturnPart,
+    UserPromptPart,
+)
+from pydantic_ai.tools import ToolDefinition
+
+from robosandbox.agent.llm.service import Service, open_cassette, png, run_apart
+from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.errors import PlannerAnswerError, PlannerError
+from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.perception.setup import Setup
+from robosandbox.perception.tracks import Track
+from robosandbox.perception.view import View
+from robosandbox.types import Array, StrictModel
+
+_POINT = "point"
+_AROUND = 3
+_LEAST_DEPTHS = 5
+_REACH = 0.015
+_CLEAR = 0.3
+_MOST = 60
+
+_INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Call the tool `point` once, with every
+loose object on the table: a short plain name for each, such as "red cube" or "blue mug", and one pixel on it, x from the
+left and y from the top. Take a pixel in the middle of what is visible of the object. Leave out the robot, the table and
+the floor. Two objects that look alike get the same name."""
+
+
+class Pointed(StrictModel):
+    """Something that the model points at."""
+
+    name: Annotated[str, Field(min_length=1, max_length=60)]
+    x: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+    y: Annotated[float, Field(ge=0, allow_inf_nan=False)]
+
+
+class PointAnswer(StrictModel):
+    """What `point` takes."""
+
+    objects: Annotated[tuple[Pointed, ...], Field(max_length=_MOST)]
+
+
+class PointingPerception(RgbdPerception):
+    """Measures objects in colour and depth as `rgbd` does, and lets a model that sees say what they are called.
+
+    The model is asked when something new is seen, not at every look. A pixel that it points at becomes a point of the
+    world by the depth there, and the measured thing at that point gets the name; a pixel at which nothing is measured
+    becomes a note, and a thing that the model leaves out keeps a plain name such as `red_box_1`. Shapes, sizes and poses
+    never come from the model.
+
+    Args:
+        settings: Model, endpoint and limits.
+        setup: Robot and table; the task's description of its objects is left out.
+        calibration: Where the cameras are.
+        camera: Whose picture is sent.
+
+    Raises:
+        InputError: A key is missing, or the cassette cannot be used.
+    """
+
+    def __init__(
+        self, settings: LLMSettings, *, setup: Setup, calibration: Path | None = None, camera: str = "scene"
+    ) -> None:
+        super().__init__(setup=Setup(scene=setup.scene), calibration=calibration)
+        self._settings = settings
+        self._camera = camera
+        self._player = open_cassette(settings)
+        self._named: set[str] = set()
+
+    def christen(self) -> None:
+        """Ask for names where something new is seen.
+
+        Raises:
+            PlannerError: The model gives no usable answer, and none has been named before.
+        """
+        known = {track.id for track in self.tracks}
+        self._named &= known
+        new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
+        look = self.scenery.looks.get(self._camera)
+        if not new or look is None:
+            return
+        try:
+            pointed = run_apart(self._ask(look.view))
+        except PlannerError as error:
+            if not self._named:
+                raise
+            self.notes = (*self.notes, f"new things keep plain names: {error}")
+            return
+        for item in pointed:
+            place = point_at(look.view, item.x, item.y)
+            track = None if place is None else _nearest(self.tracks, place)
+            if track is None:
+                self.notes = (
+                    *self.notes,
+                    f"the model points at {item.name!r} at pixel ({item.x:.0f}, {item.y:.0f}), where nothing is measured",
+                )
+            elif track in new and track.id not in self._named:
+                name = _free(_as_id(item.name), {each.id for each in self.tracks} - {track.id})
+                if name != track.id:
+                    self.rename(track.id, name)
+                self._named.add(name)
+        self._named |= {track.id for track in new}
+
+    async def _ask(self, view: View) -> Sequence[Pointed]:
+        height, width = view.depth.shape
+        text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
+        picture = BinaryContent(data=png(view.rgb), media_type="image/png")
+        messages: list[ModelMessage] = [_request([UserPromptPart(content=[text, picture])])]
+        wrong = ""
+        async with Service(self._settings, self._player) as service:
+            for _ in range(self._settings.max_turns):
+                response = await service.ask(messages, [_TOOL])
+                calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
+                answer = _read(calls, width, height)
+                if not isinstance(answer, str):
+                    return answer
+                wrong = answer
+                messages += [response, _request(_correction(response, wrong))]
+        raise PlannerAnswerError(
+            f"{self._settings.model}: points at nothing usable in {self._settings.max_turns} turns; the last one: {wrong[:300]}"
+        )
+
+
+_TOOL = ToolDefinition(
+    name=_POINT,
+    description="Name every loose object on the table and give one pixel on each.",
+    parameters_json_schema=PointAnswer.model_json_schema(),
+)
+
+
+def point_at(view: View, x: float, y: float) -> Array | None:
+    """Return the point of the world (3,) at a pixel: of the nearest surface around it; None where depth is missing."""
+    height, width = view.depth.shape
+    column, row = round(x), round(y)
+    crop = np.s_[max(row - _AROUND, 0) : row + _AROUND + 1, max(column - _AROUND, 0) : column + _AROUND + 1]
+    if not (0 <= column < width and 0 <= row < height) or view.valid[crop].sum() < _LEAST_DEPTHS:
+        return None
+    return np.asarray(np.median(view.xyz[:, crop[0], crop[1]][:, view.valid[crop]], axis=1), dtype=np.float64)
+
+
+def _nearest(tracks: Sequence[Track], place: Array) -> Track | None:
+    """Return the thing on or in whose hull a point (3,) lies."""
+    off = [(track.thing.fit.outside(place), track) for track in tracks]
+    distance, track = min(off, key=lambda item: item[0], default=(np.inf, None))
+    return track if distance < _REACH else None
+
+
+def _read(calls: Sequence[ToolCallPart], width: int, height: int) -> Sequence[Pointed] | str:
+    """Return what the model points at, or what is wrong with its answer."""
+    call = next((call for call in calls if call.tool_name == _POINT), None)
+    if call is None:
+        return f"call the tool `{_POINT}`; it was not called"
+    try:
+        answer = PointAnswer.model_validate(call.args_as_dict())
+    except (ValidationError, ValueError) as error:
+        first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": str(error)}
+        return f"{'.'.join(map(str, first['loc'])) or 'the arguments'}: {first['msg']}"
+    for item in answer.objects:
+        if item.x >= width or item.y >= height:
+            return f"({item.x:g}, {item.y:g}) is outside of the picture of {width} x {height} pixels"
+    return answer.objects
+
+
+def _request(parts: Sequence[ModelRequestPart]) -> ModelRequest:
+    return ModelRequest(parts=parts, instructions=_INSTRUCTIONS)
+
+
+def _correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
+    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if not calls:
+        return [UserPromptPart(content=reason)]
+    return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]
+
+
+def _as_id(name: str) -> str:
+    """Return a name as an id: lower case, words joined by underscores."""
+    return re.sub(r"[^a-z0-9]+", "_", name.lower()).strip("_")[:40] or "thing"
+
+
+def _free(name: str, taken: set[str]) -> str:
+    """Return the name, numbered where it is taken."""
+    if name not in taken:
+        return name
+    number = 2
+    while f"{name}_{number}" in taken:
+        number += 1
+    return f"{name}_{number}"

@@ -1,0 +1,107 @@
+"""What lies in a container of its own colour: what stands out of its floor, away from its walls."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from robosandbox.perception.fit import Fit
+from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.segments import Segment, jumps, segment_of
+from robosandbox.perception.view import Mask
+from robosandbox.types import CONTAINER_WALL, Array
+
+_LEAST_PIXELS = 40
+_LEAST_RISE = 0.008
+# Depth errs with the distance, and noise must not make a thing of a wall or a floor.
+_ERRORS = 3.0
+_LEAST_GAP = 0.006
+# A strip beside a wall is that wall, badly placed.
+_CLEAR_OF_WALLS = 0.022
+
+
+def take_out(hull: Fit, own: Sequence[Segment], scenery: Scenery) -> tuple[list[Segment], list[Segment], Scenery]:
+    """Return a container's pieces without what lies in it, the pieces of that, and the scenery with them.
+
+    Args:
+        hull: The container's outer one.
+        own: Its pieces.
+        scenery: Where they are seen.
+    """
+    left: list[Segment] = []
+    inside: list[Segment] = []
+    looks = dict(scenery.looks)
+    for camera, look in scenery.looks.items():
+        mine = [segment for segment in own if segment.view is look.view]
+        parts = [part for segment in mine for part in _parts(hull, segment, look)]
+        if not parts:
+            left += mine
+            continue
+        pieces = look.pieces.copy()
+        segments = list(look.segments)
+        for part in parts:
+            segments.append(part)
+            _, (rows, columns) = part.mask, _corner(part)
+            pieces[rows, columns][part.mask] = len(segments)
+        for segment in mine:
+            number = next(k for k, one in enumerate(segments) if one is segment)
+            rows, columns = _corner(segment)
+            rest = segment.mask & (pieces[rows, columns] == number + 1)
+            trimmed = segment_of(look.view, rest, rest, segment.box)
+            if trimmed is not None:
+                segments[number] = trimmed
+                left.append(trimmed)
+        inside += parts
+        looks[camera] = replace(look, pieces=pieces, segments=tuple(segments))
+    return left, inside, Scenery(looks, scenery.table)
+
+
+def _corner(segment: Segment) -> tuple[slice, slice]:
+    left, top, right, bottom = segment.box
+    return slice(top, bottom), slice(left, right)
+
+
+def _parts(hull: Fit, segment: Segment, look: Look) -> list[Segment]:
+    """Return the parts of a container's piece that are things in it."""
+    crop = _corner(segment)
+    view = look.view
+    sure = segment.mask & view.valid[crop]
+    if sure.sum() < _LEAST_PIXELS:
+        return []
+    points = view.xyz[:, crop[0], crop[1]][:, sure].T
+    within = np.zeros_like(sure)
+    within[sure] = in_room(points.astype(np.float64), hull, _ERRORS * view.noise)
+    if within.sum() < _LEAST_PIXELS:
+        return []
+    cut = cv2.morphologyEx((within & ~jumps(view, crop)).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(cut, connectivity=4)
+    found = []
+    for number in range(1, count):
+        if stats[number, cv2.CC_STAT_AREA] < _LEAST_PIXELS:
+            continue
+        core = labels == number
+        # What jumps and noise took off its edge comes back.
+        mask: Mask = (cv2.dilate(core.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & segment.mask
+        part = segment_of(view, mask, core, segment.box)
+        if part is not None and float(np.percentile(_from_walls(part.points, hull), 80)) > _CLEAR_OF_WALLS:
+            found.append(part)
+    return found
+
+
+def _from_walls(points: Array, hull: Fit) -> Array:
+    """Return how far points (n, 3) in a hull are from its sides, (n,), metres."""
+    local = (points - hull.centre) @ hull.axes
+    if hull.shape == "box":
+        return np.asarray((hull.sizes[:2] - np.abs(local[:, :2])).min(axis=1))
+    return np.asarray(hull.sizes[0] - np.hypot(local[:, 0], local[:, 1]))
+
+
+def in_room(points: Array, hull: Fit, error: float) -> Mask:
+    """Return which points (n, 3) lie between a container's walls, over its floor, surely."""
+    local = (points - hull.centre) @ hull.axes
+    within = _from_walls(points, hull) > CONTAINER_WALL + max(_LEAST_GAP, error)
+    over = local[:, 2] > -hull.sizes[-1] + CONTAINER_WALL + max(_LEAST_RISE, error)
+    return np.asarray(within & over)
