@@ -156,7 +156,8 @@ class EmbeddedCell:
     def _between_ticks(self) -> None:
         now = time.monotonic()
         if now >= self._due:
-            self._due = now + 1.0 / FRAME_HZ
+            # Not from now on: ticks come every so often, and each frame would wait for the next one.
+            self._due = max(self._due + 1.0 / FRAME_HZ, now)
             self._send()
 
     def _send(self) -> None:
