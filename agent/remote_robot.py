@@ -77,9 +77,10 @@ class RemoteRobot:
         self._session = client.session
         self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
+        self._skills: list[RemoteSkill] = []
         self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
         self._news = self._session.declare_subscriber(key(robot_id, "goal", "*", "*"), self._on_news)
-        self._skills = [RemoteSkill(self, item) for item in self.info().skills]
+        self.survey()
 
     # What it is.
 
@@ -87,6 +88,12 @@ class RemoteRobot:
         """Ask what it is: joints, cameras, skills, the loaded task."""
         self._info = self.ask("info", Ask(), Info)
         return self._info
+
+    def survey(self) -> Info:
+        """Ask what it is, and take over its skills as they are now."""
+        info = self.info()
+        self._skills = [RemoteSkill(self, item) for item in info.skills]
+        return info
 
     @property
     def skills(self) -> list[RemoteSkill]:
@@ -236,7 +243,7 @@ class RemoteRobot:
         """
         fields = {"task": task, "document": None if document is None else dict(document), "robot": robot}
         state = self._change("load", Load, fields, TrueState)
-        self._skills = [RemoteSkill(self, item) for item in self.info().skills]
+        self.survey()
         return state
 
     def step(self, seconds: float) -> TrueState:

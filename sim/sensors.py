@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.types import Array, Intrinsics, Pose, RgbdFrame
+from robosandbox.types import Intrinsics, Pose, RgbdFrame, matrix_from_rotation_vector
 from robosandbox.validation import did_you_mean
 
 FRAME_SIZE = (480, 640)
@@ -111,7 +111,7 @@ class Sensor:
         rng = np.random.default_rng([self.seed, zlib.crc32(camera.encode()), 2])
         offset = rng.standard_normal(3) * self.calibration_position
         vector = rng.standard_normal(3) * self.calibration_rotation
-        return Pose.from_matrix(true.position + offset, true.rotation @ _rotation(vector))
+        return Pose.from_matrix(true.position + offset, true.rotation @ matrix_from_rotation_vector(vector))
 
 
 SENSORS: Mapping[str, Sensor] = {
@@ -189,17 +189,6 @@ def _undistorted(lens: Intrinsics, distortion: tuple[float, float, float, float,
     pixels = np.stack([columns, rows], axis=-1).reshape(-1, 1, 2)
     straight = cv2.undistortPoints(pixels, matrix, np.array(distortion), P=matrix)
     return np.asarray(straight, dtype=np.float32).reshape(lens.height, lens.width, 2)
-
-
-def _rotation(vector: Array) -> Array:
-    """Return the rotation (3, 3) of a rotation vector (3,) (Rodrigues)."""
-    angle = float(np.linalg.norm(vector))
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = vector / angle
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * skew @ skew
-    return rotation
 
 
 def perfect_intrinsics(size: tuple[int, int], fovy: float) -> Intrinsics:

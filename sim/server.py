@@ -98,6 +98,7 @@ class SimServer:
         self._truth = truth
         self._skills: dict[str, Skill] = {}
         self._worker = Worker(host.sim, pace)
+        self._loads = 0
         self._ledger = Ledger(self.boot_id)
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
         self._lock = threading.Lock()
@@ -225,7 +226,7 @@ class SimServer:
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
     def _read_state(self) -> Message:
-        return state_of(self._host.sim, self.boot_id, self._executor.running, self._host.ctx.phase)
+        return state_of(self._host.sim, self.boot_id, self._executor.running, self._host.ctx.phase, self._loads)
 
     def _read_objects(self) -> Objects:
         return Objects(boot_id=self.boot_id, scene=self._host.ctx.look())
@@ -277,6 +278,7 @@ class SimServer:
             host = self._load(message)
             with self.studio.lock:
                 before, self._host = self._host, host
+                self._loads += 1
                 self._worker.exchange(host.sim)
                 self.studio.exchange(host.sim)
             before.close()

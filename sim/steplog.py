@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -11,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Gripper
+from robosandbox.sim.chains import Chains
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
-_STATE = mujoco.mjtState.mjSTATE_TIME | mujoco.mjtState.mjSTATE_PHYSICS | mujoco.mjtState.mjSTATE_CTRL
-_CONTACTS_PER_ROW = 16
+_SPEC = mujoco.mjtState
+# In MuJoCo's order of a state: time, positions, velocities, activations, controls, pushes on bodies.
+_STATE = _SPEC.mjSTATE_TIME | _SPEC.mjSTATE_PHYSICS | _SPEC.mjSTATE_CTRL | _SPEC.mjSTATE_XFRC_APPLIED
 _EXACT = frozenset({"time", "q", "action", "qpos", "qvel"})
 
 
@@ -47,109 +50,86 @@ class StepColumns:
 class StepLog:
     """Takes down the state of one world after each control tick.
 
-    Taking a row copies numbers only; what can be worked out from them is left to `take`.
+    Taking a row copies memory only, in pieces as they lie there; what can be worked out from it is left to `take`.
 
     Args:
         world: What is simulated.
         data: Its live state.
-        capacity: Rows that it holds between two calls of `take`.
+        capacity: Rows that it can hold between two calls of `take`.
 
     Attributes:
         rows: How many it holds.
-        skill: What rows that follow say of the running skill.
-        phase: And of its phase.
+        capacity: How many it can hold.
     """
 
     def __init__(self, world: World, data: mujoco.MjData, capacity: int) -> None:
         model, robot = world.model, world.robot
         self.rows = 0
-        self.skill = ""
-        self.phase = ""
         self._world = world
         self._data = data
         self._model = model
-        self._capacity = capacity
-        # Views of the live data: making one costs as much as copying it.
-        self._force, self._push = data.actuator_force, data.xfrc_applied
-        self._no_push = bytes(data.xfrc_applied.nbytes)
+        self.capacity = capacity
         self._states = np.zeros((capacity, mujoco.mj_stateSize(model, _STATE)))
-        self._bodies = np.array([model.site_bodyid[robot.tcp_site], *world.object_bodies.values()])
-        self._posed = mujoco.MjData(model)
-        self._forces = np.zeros((capacity, model.nu))
-        self._skills: list[str] = []
-        self._phases: list[str] = []
-        self._contacts = 0
-        self._contact_counts: list[int] = []
-        self._contact_geoms = np.zeros((capacity * _CONTACTS_PER_ROW, 2), dtype=np.int32)
-        self._addresses = np.zeros(capacity * _CONTACTS_PER_ROW, dtype=np.int32)
-        self._normals = np.zeros(capacity * _CONTACTS_PER_ROW)
-        self._pushes: list[tuple[int, Array]] = []
+        # Views, of a row each and of the live data: making one costs as much as copying it.
+        self._rows = list(self._states)
+        self._owners = model.geom_bodyid.astype(np.int16)
+        self._force, self._contact = data.actuator_force, data.contact
+        bodies = (int(model.site_bodyid[robot.tcp_site]), *world.object_bodies.values())
+        self._chains = Chains(model, bodies)
         self._tcp_offset = model.site_pos[robot.tcp_site].copy()
         self._tcp_quat = _site_to_tcp(world)
+        self._said: list[tuple[int, str, str]] = [(0, "", "")]
+        self.clear()
 
-    @property
-    def full(self) -> bool:
-        """Whether `take` has to be called before another row."""
-        return self.rows == self._capacity
+    def enter(self, skill: str, phase: str) -> None:
+        """Have the rows that follow name a skill and its phase."""
+        self._said.append((self.rows, skill, phase))
 
     def add(self) -> None:
         """Take down the state as it is now."""
-        row, data, model = self.rows, self._data, self._model
-        mujoco.mj_getState(model, data, self._states[row], _STATE)
-        self._forces[row] = self._force
-        self._skills.append(self.skill)
-        self._phases.append(self.phase)
+        row, data = self.rows, self._data
+        mujoco.mj_getState(self._model, data, self._rows[row], _STATE)
+        self._forces.append(self._force.tobytes())
         count = data.ncon
-        self._contact_counts.append(count)
+        self._counts.append(count)
         if count:
-            self._add_contacts(count)
-        if self._push.tobytes() != self._no_push:
-            self._pushes.append((row, self._push.flatten()))
+            contact = self._contact
+            self._geoms.append(contact.geom.tobytes())
+            self._addresses.append(contact.efc_address.tobytes())
+            self._normals.append(data.efc_force.tobytes())
         self.rows = row + 1
 
     def take(self) -> StepColumns:
         """Return the rows as columns and start over."""
         rows = self.rows
-        columns = StepColumns(self._fixed(rows), self._ragged(rows), self._skills, self._phases)
+        skills: list[str] = []
+        phases: list[str] = []
+        for (begin, skill, phase), (end, *_) in itertools.pairwise([*self._said, (rows, "", "")]):
+            skills += [skill] * (end - begin)
+            phases += [phase] * (end - begin)
+        columns = StepColumns(self._fixed(rows), self._ragged(rows), skills, phases)
         self.clear()
         return columns
 
     def clear(self) -> None:
         """Forget all rows."""
-        self.rows = self._contacts = 0
-        self._skills, self._phases = [], []
-        self._contact_counts, self._pushes = [], []
-
-    def _add_contacts(self, count: int) -> None:
-        begin, end = self._contacts, self._contacts + count
-        while end > len(self._addresses):
-            self._contact_geoms = np.concatenate([self._contact_geoms, np.zeros_like(self._contact_geoms)])
-            self._addresses = np.concatenate([self._addresses, np.zeros_like(self._addresses)])
-            self._normals = np.concatenate([self._normals, np.zeros_like(self._normals)])
-        contacts = self._data.contact
-        self._contact_geoms[begin:end] = contacts.geom
-        self._addresses[begin:end] = addresses = contacts.efc_address
-        if self._data.nefc:
-            # Told to clip, numpy writes into `out` without a copy in between; address -1 is dealt with later.
-            self._data.efc_force.take(addresses, 0, self._normals[begin:end], "clip")
-        self._contacts = end
-
-    def _normal_forces(self) -> NDArray[np.float32]:
-        """Return each contact's normal force, N.
-
-        With elliptic cones, which every world has, a contact's first constraint row is its normal force. A contact
-        without a row (address -1) presses on nothing.
-        """
-        pressing = self._addresses[: self._contacts] >= 0
-        return np.where(pressing, self._normals[: self._contacts], 0.0).astype(np.float32)
+        self.rows = 0
+        _, skill, phase = self._said[-1]
+        self._said = [(0, skill, phase)]
+        self._counts: list[int] = []
+        self._forces: list[bytes] = []
+        self._geoms: list[bytes] = []
+        self._addresses: list[bytes] = []
+        self._normals: list[bytes] = []
 
     def _fixed(self, rows: int) -> dict[str, NDArray[np.floating[Any]]]:
         model, robot = self._world.model, self._world.robot
         state = self._states[:rows]
         qpos = state[:, 1 : 1 + model.nq]
         qvel = state[:, 1 + model.nq : 1 + model.nq + model.nv]
-        action = state[:, state.shape[1] - model.nu :]
-        positions, quats = self._poses(qpos)
+        action = state[:, -model.nu - 6 * model.nbody : -6 * model.nbody]
+        force = np.frombuffer(b"".join(self._forces)).reshape(rows, model.nu)
+        positions, quats = self._chains.poses(qpos)
         tcp_quat = quats[:, 0]
         tcp = positions[:, 0] + _turned(tcp_quat, self._tcp_offset)
         objects = np.concatenate([positions[:, 1:], quats[:, 1:]], axis=2)
@@ -161,13 +141,13 @@ class StepLog:
             "action": action,
             "action_q": (action[:, np.asarray(robot.actuator_ids, dtype=int)] - robot.control_offset)
             / robot.control_scale,
-            "objects": objects.reshape(rows, 7 * (len(self._bodies) - 1)),
-            "actuator_force": self._forces[:rows],
+            "objects": objects.reshape(rows, 7 * (positions.shape[1] - 1)),
+            "actuator_force": force,
             "qpos": qpos,
             "qvel": qvel,
         }
         if robot.gripper is not None:
-            fixed["gripper"] = _gripper(robot.gripper, qpos, self._forces[:rows])
+            fixed["gripper"] = _gripper(robot.gripper, qpos, force)
             fixed["action_gripper"] = _commanded(robot.gripper, action)
         return {
             name: np.ascontiguousarray(values, dtype=np.float64 if name in _EXACT else np.float32)
@@ -175,35 +155,32 @@ class StepLog:
             if values.shape[1]
         }
 
-    def _poses(self, qpos: Array) -> tuple[Array, Array]:
-        """Return positions (rows, bodies, 3) and quaternions xyzw (rows, bodies, 4) of the TCP's body and the objects.
-
-        Row after row in one go, and on data that nobody else uses, this takes half the time that it would tick by tick.
-        """
-        data = self._posed
-        positions = np.empty((len(qpos), len(self._bodies), 3))
-        quats = np.empty((len(qpos), len(self._bodies), 4))
-        for row, values in enumerate(qpos):
-            data.qpos[:] = values
-            mujoco.mj_kinematics(self._model, data)
-            # Told to clip, numpy writes into `out` without a copy in between.
-            data.xpos.take(self._bodies, 0, positions[row], "clip")
-            data.xquat.take(self._bodies, 0, quats[row], "clip")
-        return positions, quats[..., [1, 2, 3, 0]]
-
     def _ragged(self, rows: int) -> dict[str, Ragged]:
-        count = self._contacts
-        ends = np.cumsum([0, *self._contact_counts], dtype=np.int32)
-        bodies = self._model.geom_bodyid[self._contact_geoms[:count]].astype(np.int16)
-        push_ends = np.zeros(rows + 1, dtype=np.int32)
-        for row, values in self._pushes:
-            push_ends[row + 1] = len(values)
-        pushes = np.concatenate([values for _, values in self._pushes]) if self._pushes else np.zeros(0)
+        ends = np.cumsum([0, *self._counts], dtype=np.int32)
+        geoms = np.frombuffer(b"".join(self._geoms), np.int32)
+        pushed = self._states[:rows, -6 * self._model.nbody :]
+        felt = pushed.any(axis=1)
         return {
-            "contact_bodies": Ragged(2 * ends, bodies.ravel()),
+            "contact_bodies": Ragged(2 * ends, self._owners.take(geoms)),
             "contact_force": Ragged(ends, self._normal_forces()),
-            "push": Ragged(np.cumsum(push_ends, dtype=np.int32), pushes),
+            "push": Ragged(np.cumsum([0, *(pushed.shape[1] * felt)], dtype=np.int32), pushed[felt].ravel()),
         }
+
+    def _normal_forces(self) -> NDArray[np.float32]:
+        """Return each contact's normal force, N.
+
+        With elliptic cones, which every world has, a contact's first constraint row is its normal force. A contact
+        without a row (address -1) presses on nothing.
+        """
+        addresses = np.frombuffer(b"".join(self._addresses), np.int32)
+        forces = np.frombuffer(b"".join(self._normals)).astype(np.float32)
+        if not len(forces):
+            return np.zeros(len(addresses), np.float32)
+        lengths = [len(piece) // 8 for piece in self._normals]
+        begins = np.repeat(np.cumsum([0, *lengths[:-1]]), [count for count in self._counts if count])
+        normals = forces.take(begins + addresses, mode="clip")
+        normals[addresses < 0] = 0.0
+        return normals
 
 
 def _gripper(gripper: Gripper, qpos: Array, force: Array) -> Array:

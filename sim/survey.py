@@ -60,7 +60,7 @@ def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Liter
     )
 
 
-def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str) -> State:
+def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
     """Return how the robot stands."""
     seen = sim.observe()
     gripper = seen.gripper
@@ -80,6 +80,7 @@ def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: 
         skill=running.goal.skill if running else None,
         phase=phase if running else None,
         physics_steps=sim.physics_steps,
+        loads=loads,
     )
 
 

@@ -30,6 +30,7 @@ from robosandbox.types import (
     Pose,
     SkillResult,
     Trajectory,
+    matrix_about_axis,
 )
 
 LEAST_FRACTION = 0.9
@@ -237,14 +238,14 @@ def _tipping(
 ) -> list[Pose]:
     """Return the container's poses from upright to as far as it may be tipped, its lip staying over one point."""
     middle, radius, rim = _opening(vessel)
-    turn = _rotation(_UP, yaw)
+    turn = matrix_about_axis(_UP, yaw)
     towards = turn @ direction
     lip = _lip(held, level, direction)
     pivot = np.array([*(middle - _LEAD * radius * towards[:2]), rim + height])
     axis = np.cross(_UP, towards)
     poses = []
     for angle in np.arange(0.0, max(_TILTS) + _STEP, _STEP):
-        rotation = _rotation(axis, float(angle)) @ turn @ level.rotation
+        rotation = matrix_about_axis(axis, float(angle)) @ turn @ level.rotation
         there = Pose.from_matrix(pivot - rotation @ lip, rotation)
         # What hangs below the lip stays over the target's rim as well.
         hangs = float(pivot[2]) - bottom(replace(held, pose=there))
@@ -292,12 +293,6 @@ def _levelled(pose: Pose) -> Pose:
     sine = float(np.linalg.norm(cross))
     if sine < 1e-6:
         return pose
-    return Pose.from_matrix(pose.position, _rotation(cross / sine, float(np.arctan2(sine, axis @ _UP))) @ pose.rotation)
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """Return the rotation (3, 3) about a unit axis (3,) (Rodrigues' formula)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return rotation
+    return Pose.from_matrix(
+        pose.position, matrix_about_axis(cross / sine, float(np.arctan2(sine, axis @ _UP))) @ pose.rotation
+    )

@@ -81,11 +81,12 @@ class RemoteSession:
                 raise InputError(f"camera {camera!r} is not one of {', '.join(robot.cameras)}")
             self._options["picture"] = lambda: self._pixels(camera)
         self._max_replans = max_replans
-        self._adopt()
+        self.adopt()
 
-    def _adopt(self) -> None:
-        """Take over what the sim has loaded."""
-        info = self.robot.info()
+    def adopt(self) -> None:
+        """Take over what the sim has loaded, whoever did; there is another agent then."""
+        info = self.robot.survey()
+        self._loaded = info.task
         self.task = validate(info.task, Task, source="the sim's task")
         self.seed = info.seed
         mind = make_planner(self._planner, self.robot.skills, self._options, dialogue=self._dialogue)
@@ -125,7 +126,17 @@ class RemoteSession:
             BusyError: The robot is at work.
         """
         self.robot.load(document=task.model_dump(mode="json"))
-        self._adopt()
+        self.adopt()
+
+    def catch_up(self) -> bool:
+        """Take over the seed of a reset by another client; return whether the same task is loaded still."""
+        info = self.robot.info()
+        if info.task != self._loaded:
+            return False
+        if info.seed != self.seed:
+            self.seed = info.seed
+            self.start = truth_of(self.robot.truth()) if self.start is not None else None
+        return True
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
         """Carry out a prompt, or the task's own, within `timeout` simulated seconds."""

@@ -4,6 +4,7 @@ import pytest
 
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.robots.loader import load_robot
+from robosandbox.sim.chains import Chains
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.testing import check_sim
 from robosandbox.types import Pose, Scene, SceneObject
@@ -207,3 +208,31 @@ def test_an_arm_without_gravity_compensation_in_its_file_carries_itself(tmp_path
         sim.load(Scene(robot_urdf=path))
         sim.step(1.0)
         assert np.abs(sim.observe().q - sim.robot.home_q).max() < 1e-3
+
+
+EVERY_JOINT = """
+<mujoco><worldbody>
+  <body name="a" pos="0.1 0.2 0.3" quat="0.8 0.1 0.5 0.3">
+    <joint type="hinge" axis="0.2 1 0.4" pos="0.05 -0.1 0.02" ref="0.3"/><geom size="0.01"/>
+    <body name="b" pos="0 0 0.2"><joint type="slide" axis="1 0 1" ref="0.1"/><geom size="0.01"/>
+      <body name="c" pos="0.1 0 0"><joint type="slide" axis="0 1 0"/><joint type="ball" pos="0 0.1 0"/><geom size="0.01"/>
+        <body name="d" quat="0 0 1 0"><geom size="0.01"/></body>
+      </body>
+    </body>
+  </body>
+  <body name="e" pos="1 0 0"><freejoint/><geom size="0.01"/></body>
+</worldbody></mujoco>
+"""
+
+
+def test_chains_of_all_joints_go_where_mujocos_kinematics_goes():
+    model = mujoco.MjModel.from_xml_string(EVERY_JOINT)
+    data = mujoco.MjData(model)
+    configurations = np.random.default_rng(0).normal(size=(20, model.nq))
+    bodies = [model.body(name).id for name in "dabe"]
+    positions, quats = Chains(model, bodies).poses(configurations)
+    for row, qpos in enumerate(configurations):
+        data.qpos[:] = qpos
+        mujoco.mj_kinematics(model, data)
+        assert np.allclose(positions[row], data.xpos[bodies], atol=1e-12)
+        assert np.allclose(quats[row], data.xquat[bodies][:, [1, 2, 3, 0]], atol=1e-12)

@@ -407,7 +407,7 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
                 clock.see(frame.seen.time)
             frames.append(frame)
 
-        cell.start(take)
+        cell.start(take, lambda loaded: None)
         try:
             wait_until(lambda: bool(frames), "a first frame")
             viewer.control.run(cell.workcell.task.prompt)
@@ -427,6 +427,53 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
         finally:
             cell.close()
             viewer.server.stop()
+
+
+@contextmanager
+def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
+    """Serve what a sim process does; what is drawn of it comes along."""
+    with connect(sim.endpoint) as client:
+        viewer = Viewer(ConnectedCell(RemoteSession(client.robot())), 0)
+        frames: list[Frame] = []
+        put = viewer.feed.put
+
+        def take(frame: Frame) -> None:
+            frames.append(frame)
+            put(frame)
+
+        viewer.feed.put = take  # type: ignore[method-assign]
+        viewer.start()
+        try:
+            yield viewer, frames
+        finally:
+            viewer.stop()
+
+
+def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_task() -> None:
+    arm = Path(__file__).parent / "toys" / "toy_jaw.xml"
+    with (
+        SimProcess("--task", "pick_cube_franka", "--allow-files", str(arm.parent)) as sim,
+        connect(sim.endpoint) as other,
+        following(sim) as (viewer, frames),
+    ):
+        wait_until(lambda: bool(frames), "a first frame")
+        assert scene_names(viewer, "red_cube") and len(frames[-1].seen.q) == 7
+        robot = other.robot()
+        robot.load(task="put_in_drawer")
+        wait_until(lambda: bool(scene_names(viewer, "drawer")), "the other task's scene")
+        assert viewer.cell.workcell.task.name == "put_in_drawer"
+        robot.send("open_drawer", {"drawer": "drawer"}).wait()
+        opened = frames[-1].model.joint("object/drawer/box").qposadr[0]
+        wait_until(lambda: float(frames[-1].qpos[opened]) > 0.05, "the drawer is drawn open")
+        robot.load(task="pick_from_three", robot=str(arm))
+        wait_until(lambda: bool(scene_names(viewer, "green_cube")), "the other robot's scene")
+        assert not scene_names(viewer, "drawer")
+        wait_until(lambda: len(frames[-1].seen.q) == 5, "frames of the other robot")
+        assert viewer.cell.blueprint.robot.n == 5
+        # It is this robot that prompts now go to.
+        viewer.control.run("go home")
+        wait_until(lambda: viewer.control.doing is Doing.NOTHING, "the end")
+        assert viewer.cell.workcell.robot_name == "toy_jaw"
 
 
 def test_the_viewer_says_what_is_wrong_with_its_options(capsys: pytest.CaptureFixture[str]) -> None:

@@ -121,6 +121,20 @@ def matrix_from_quat_xyzw(quat_xyzw: tuple[float, float, float, float]) -> Array
     )
 
 
+def matrix_about_axis(axis: Array, angle: float) -> Array:
+    """Return the rotation matrix, shape (3, 3), about a unit axis by an angle, radians (Rodrigues' formula)."""
+    x, y, z = axis
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
+    return rotation
+
+
+def matrix_from_rotation_vector(vector: Array) -> Array:
+    """Return the rotation matrix, shape (3, 3), about a vector by its length, radians."""
+    angle = float(np.linalg.norm(vector))
+    return np.eye(3) if angle < 1e-12 else matrix_about_axis(vector / angle, angle)
+
+
 def quat_xyzw_from_matrix(rotation: Array) -> tuple[float, float, float, float]:
     """Return the unit quaternion, x, y, z, w order, of a rotation matrix (3, 3) (Shepperd's method)."""
     (m00, m01, m02), (m10, m11, m12), (m20, m21, m22) = rotation.tolist()

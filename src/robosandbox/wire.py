@@ -430,6 +430,7 @@ class State(Message):
         skill: Its skill.
         phase: Its phase.
         physics_steps: Since the last reset.
+        loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
     """
 
     boot_id: str
@@ -445,6 +446,7 @@ class State(Message):
     skill: str | None = None
     phase: str | None = None
     physics_steps: Count
+    loads: Count = 0
 
 
 class Objects(Message):

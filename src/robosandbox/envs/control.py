@@ -8,7 +8,7 @@ import numpy as np
 
 from robosandbox.motion.dls import DlsSolver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.types import Array, Trajectory
+from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
 
 ActionKind = Literal["ee", "joint"]
 # What an end-effector action of 1 asks for within a second.
@@ -91,20 +91,9 @@ class Controller:
         here = self._sim.observe().tcp_pose.position
         asked = self._position + action[:3] * _METRES_PER_SECOND * self._period
         self._position = here + np.clip(asked - here, -_LEAD_METRES, _LEAD_METRES)
-        self._rotation = _turn(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation
+        self._rotation = matrix_from_rotation_vector(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation
         found = self._solver.descend(self._position, self._rotation, self._q)
         if not found.solved:
             # What cannot be reached is not aimed at any further.
             self._position, self._rotation = self._solver.forward(found.q)
         return found.q
-
-
-def _turn(rotation_vector: Array) -> Array:
-    """Return the rotation matrix (3, 3) about a vector by its length, radians (Rodrigues' formula)."""
-    angle = float(np.linalg.norm(rotation_vector))
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = rotation_vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turned: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return turned

@@ -13,7 +13,7 @@ from robosandbox.motion.dls import DlsSolver, Solution
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import join, spline, time_path
 from robosandbox.protocols import Sim
-from robosandbox.types import Array, ObservedScene, Pose, Trajectory
+from robosandbox.types import Array, ObservedScene, Pose, Trajectory, matrix_about_axis
 
 _LINE_STEP = 0.01
 _JOINT_STEP = 0.06
@@ -210,7 +210,7 @@ class DLSMotionPlanner:
         while done < 1.0:
             ahead = done + step if done + step < 1.0 - 1e-9 else 1.0
             waypoint = position + ahead * (goal_position - position)
-            turned = rotation @ _rotation(axis, ahead * angle) if angle > 1e-6 else goal_rotation
+            turned = rotation @ matrix_about_axis(axis, ahead * angle) if angle > 1e-6 else goal_rotation
             # Going on as before is the best guess for the next waypoint; near a singularity staying is.
             guesses = [path[-1]]
             if len(path) > 1:
@@ -328,11 +328,3 @@ def _axis_angle(rotation: Array) -> tuple[Array, float]:
         return symmetric[:, column] / np.linalg.norm(symmetric[:, column]), angle
     skew = np.array([rotation[2, 1] - rotation[1, 2], rotation[0, 2] - rotation[2, 0], rotation[1, 0] - rotation[0, 1]])
     return skew / (2.0 * np.sin(angle)), angle
-
-
-def _rotation(axis: Array, angle: float) -> Array:
-    """Return the rotation matrix (3, 3) about a unit axis (Rodrigues' formula)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return rotation

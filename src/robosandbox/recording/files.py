@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from datetime import datetime
 from pathlib import Path
@@ -152,8 +151,3 @@ def write_whole(path: Path, text: str) -> None:
     new = path.with_name(f".{path.name}.new")
     new.write_text(text, encoding="utf-8")
     os.replace(new, path)
-
-
-def dump(document: Any) -> str:
-    """Return JSON text."""
-    return json.dumps(document, indent=1) + "\n"

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import json
 import logging
 import shutil
 import time
 from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
 import numpy as np
+from pydantic_core import to_json
 
 from robosandbox.agent import episode as events
 from robosandbox.agent.agent import Agent
@@ -24,7 +24,6 @@ from robosandbox.recording.files import (
     Meta,
     Result,
     RobotMeta,
-    dump,
     new_folder,
     write_whole,
 )
@@ -50,7 +49,7 @@ class _Open:
         self.writer = StepWriter(folder, log)
         self.videos = videos
         # A line each, at once: what was told before the process died is there.
-        self.events: TextIO = (folder / EVENTS).open("w", encoding="utf-8", buffering=1)
+        self.events = (folder / EVENTS).open("wb", buffering=0)
         self.begun = time.monotonic()
         self.sim_begun = sim.time
         self.ended: int | None = None
@@ -135,20 +134,20 @@ class Recorder:
         self._tick()
 
     def note(self, event: str, **content: Any) -> None:
-        """Add a line to the events of the open episode."""
+        """Add a line to the events of the open episode; models in it become JSON."""
         if self._open is None:
             return
         row = self._open.writer.rows - 1
         line = {"event": event, "time": round(self._sim.time, 6), "row": row, "stamp": time.time(), **content}
         try:
-            self._open.events.write(json.dumps(line) + "\n")
+            self._open.events.write(to_json(line) + b"\n")
         except OSError as error:
             self._give_up(error)
 
     def enter(self, skill: str, phase: str) -> None:
         """Have the rows that follow name a skill and its phase; both "" between skills."""
         if self._open is not None:
-            self._open.log.skill, self._open.log.phase = skill, phase
+            self._open.log.enter(skill, phase)
 
     def on_event(self, event: events.AgentEvent) -> None:
         """Take down what an agent tells."""
@@ -157,19 +156,19 @@ class Recorder:
                 self.begin(prompt)
                 self.note("started", prompt=prompt)
             case events.Planned(plan, replan):
-                self.note("planned", replan=replan, plan=plan.model_dump(mode="json")["steps"])
+                self.note("planned", replan=replan, plan=plan.steps)
             case events.SkillStarted(call, index, total):
                 self.enter(call.skill, "")
-                self.note("skill_started", call=call.model_dump(mode="json"), index=index, total=total)
+                self.note("skill_started", call=call, index=index, total=total)
             case events.PhaseEntered(call, phase):
                 self.enter(call.skill, phase)
                 self.note("phase", skill=call.skill, phase=phase)
             case events.SkillEnded(call, result):
                 self.enter("", "")
-                self.note("skill_ended", call=call.model_dump(mode="json"), result=result.model_dump(mode="json"))
+                self.note("skill_ended", call=call, result=result)
             case events.SkillFailed(call, error):
                 self.enter("", "")
-                self.note("skill_failed", call=call.model_dump(mode="json"), error=error.model_dump(mode="json"))
+                self.note("skill_failed", call=call, error=error)
             case events.Replanning(replan, error):
                 self.note("replanning", replan=replan, code=error.code)
             case events.Ended(episode):
@@ -211,7 +210,8 @@ class Recorder:
             return None
         try:
             current.writer.finish()
-            write_whole(current.folder / RESULT, dump(self._result(current, judged, outcome).model_dump(mode="json")))
+            result = self._result(current, judged, outcome)
+            write_whole(current.folder / RESULT, result.model_dump_json(indent=1) + "\n")
         except OSError as error:
             _log.error("%s: the recording is cut short: %s", current.folder, error)
         self.last = current.folder
@@ -251,7 +251,7 @@ class Recorder:
         if self._log is None or self._log[0] != self._sim.compilations:
             self._log = (self._sim.compilations, self._sim.log(_LOG_ROWS))
         log = self._log[1]
-        log.skill = log.phase = ""
+        log.enter("", "")
         log.clear()
         return log
 

@@ -40,7 +40,7 @@ class RecordedSkill:
         call = SkillCall(skill=self.name, arguments=dict(arguments))
         recorder.begin(str(call))
         recorder.enter(self.name, "")
-        recorder.note("skill_started", call=call.model_dump(mode="json"), index=0, total=1)
+        recorder.note("skill_started", call=call, index=0, total=1)
 
         def tell(phase: str) -> None:
             recorder.enter(self.name, phase)
@@ -50,12 +50,12 @@ class RecordedSkill:
         outcome = (False, "internal_error", f"{call}: a fault of the code")
         try:
             result = self._skill(ctx, arguments)
-            recorder.note("skill_ended", call=call.model_dump(mode="json"), result=result.model_dump(mode="json"))
+            recorder.note("skill_ended", call=call, result=result)
             outcome = (True, "plan_complete", str(call))
             return result
         except SkillError as error:
             record = error.record()
-            recorder.note("skill_failed", call=call.model_dump(mode="json"), error=record.model_dump(mode="json"))
+            recorder.note("skill_failed", call=call, error=record)
             outcome = (False, record.code, f"{call}: {record.message}")
             raise
         finally:

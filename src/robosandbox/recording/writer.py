@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -42,9 +43,10 @@ class StepWriter:
 
     def add(self) -> None:
         """Take down the state as it is now."""
-        self._log.add()
+        log = self._log
+        log.add()
         self.rows += 1
-        if self._log.full or time.monotonic() - self._flushed > _FLUSH_SECONDS:
+        if log.rows == log.capacity or time.monotonic() - self._flushed > _FLUSH_SECONDS:
             self.flush()
 
     def flush(self) -> None:
@@ -63,12 +65,14 @@ class StepWriter:
         stream = self._folder / STREAM
         target = self._folder / STEPS
         if self._stream is None:
-            _write(target, [to_batch(self._log.take())])
+            batch = to_batch(self._log.take())
+            _write(target, batch.schema, [batch])
             return
         self.flush()
         self._close()
         with pa.memory_map(str(stream)) as source:
-            _write(target, pa.ipc.open_stream(source))
+            reader = pa.ipc.open_stream(source)
+            _write(target, reader.schema, reader)
         stream.unlink()
 
     def abandon(self) -> None:
@@ -105,26 +109,28 @@ def read_steps(folder: Path) -> pa.Table | None:
     return pa.Table.from_batches(batches) if batches else None
 
 
-def _write(target: Path, batches: pa.ipc.RecordBatchStreamReader | list[pa.RecordBatch]) -> None:
+def _write(target: Path, schema: pa.Schema, batches: Iterable[pa.RecordBatch]) -> None:
     """Write batches as a Parquet file that is there whole or not at all."""
     new = target.with_name(f".{target.name}.new")
-    writer: pq.ParquetWriter | None = None
-    waiting: list[pa.RecordBatch] = []
-    for batch in batches:
-        writer = writer or _parquet(new, batch.schema)
-        waiting.append(batch)
-        if sum(len(item) for item in waiting) >= _ROW_GROUP:
-            writer.write_table(pa.Table.from_batches(waiting))
-            waiting = []
-    if writer is None:
-        return
-    if waiting:
-        writer.write_table(pa.Table.from_batches(waiting))
-    writer.close()
+    # Simulated numbers hardly repeat: dictionaries and statistics would cost time and save nothing.
+    options: dict[str, Any] = {"use_dictionary": ["skill", "phase"], "write_statistics": False}
+    # A file that is open already spares the writer its search for file systems.
+    with (
+        pa.OSFile(str(new), "wb") as file,
+        pq.ParquetWriter(file, schema, compression="snappy", **options) as writer,
+    ):
+        for group in _groups(batches):
+            writer.write_table(pa.Table.from_batches(group))
     new.replace(target)
 
 
-def _parquet(path: Path, schema: pa.Schema) -> pq.ParquetWriter:
-    # Simulated numbers hardly repeat: dictionaries and statistics would cost time and save nothing.
-    options: dict[str, Any] = {"use_dictionary": ["skill", "phase"], "write_statistics": False}
-    return pq.ParquetWriter(path, schema, compression="snappy", **options)
+def _groups(batches: Iterable[pa.RecordBatch]) -> Iterator[list[pa.RecordBatch]]:
+    """Yield batches in groups of enough rows."""
+    waiting: list[pa.RecordBatch] = []
+    for batch in batches:
+        waiting.append(batch)
+        if sum(map(len, waiting)) >= _ROW_GROUP:
+            yield waiting
+            waiting = []
+    if waiting:
+        yield waiting

@@ -89,7 +89,7 @@ class Viewer:
     def start(self) -> None:
         """Begin to serve."""
         self.feed.start()
-        self.cell.start(self.feed.put)
+        self.cell.start(self.feed.put, self.control.changed_elsewhere)
         if self._replay is not None:
             self._replay.rewind()
 

@@ -66,6 +66,8 @@ class Blueprint:
 
 
 OnFrame = Callable[[Frame], None]
+# Told that the world was changed by somebody else: True for another task or robot, which `adopt` takes over.
+OnElsewhere = Callable[[bool], None]
 OnPicture = Callable[[bytes, Picture], None]
 OnScene = Callable[[ObservedScene], None]
 OnRefused = Callable[[Exception], None]
@@ -95,8 +97,16 @@ class Cell(Protocol):
         """Moves things by hand; None where that is not possible."""
         ...
 
-    def start(self, on_frame: OnFrame) -> None:
-        """Begin; frames come from any thread, as long as something moves."""
+    def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
+        """Begin; frames and news come from any thread, frames as long as something moves."""
+        ...
+
+    def adopt(self) -> None:
+        """Take over the task and robot that somebody else has loaded; for jobs.
+
+        Raises:
+            InputError: They cannot be drawn here.
+        """
         ...
 
     def order(self, job: Job) -> None:

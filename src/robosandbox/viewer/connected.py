@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -16,15 +17,17 @@ from robosandbox.sim.world import build_world
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, GripperState, Observation, Pose, Scene, frozen_array
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.types import Array, DetectedObject, GripperState, Observation, Scene, frozen_array
+from robosandbox.viewer.cell import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.feed import FRAME_HZ
-from robosandbox.wire import State, decode
+from robosandbox.wire import State, TrueObject, decode
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 1.0
 _MOVING = 1e-3
 _STILL = 1e-5
+# Between questions to a sim in which something else was loaded, while that cannot be taken over.
+_AGAIN_SECONDS = 0.5
 
 
 class ConnectedCell:
@@ -43,6 +46,7 @@ class ConnectedCell:
         self._session = session
         self._robot = session.robot
         self._on_frame: OnFrame = lambda frame: None
+        self._on_elsewhere: OnElsewhere = lambda loaded: None
         self._jobs = ThreadPoolExecutor(max_workers=1, thread_name_prefix="jobs")
         self._pictures = ThreadPoolExecutor(max_workers=1, thread_name_prefix="pictures")
         self._changed = threading.Condition()
@@ -50,6 +54,14 @@ class ConnectedCell:
         self._wanted = True
         self._state: State | None = None
         self._sent: Array | None = None
+        # Set when the sim tells of a reset or another world, until it is known what became of it.
+        self._doubted = False
+        self._ask_again = 0.0
+        self._building = threading.Lock()
+        self._working = threading.Event()
+        # Cleared while the sim has something else than what is built here.
+        self._drawable = True
+        self._parts: Mapping[str, Sequence[int]] = {}
         self._blueprint = self._build()
         self._follower = threading.Thread(target=self._follow, name="follower", daemon=True)
         self._news: zenoh.Subscriber[None] | None = None
@@ -69,9 +81,9 @@ class ConnectedCell:
         """Where the world is."""
         return f"the sim process of {self._robot.id!r}"
 
-    def start(self, on_frame: OnFrame) -> None:
+    def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
         """Begin."""
-        self._on_frame = on_frame
+        self._on_frame, self._on_elsewhere = on_frame, on_elsewhere
         self._news = self._robot.watch("obs/state", self._hear)
         self._follower.start()
 
@@ -79,9 +91,11 @@ class ConnectedCell:
         """Run a job, then have a frame come."""
 
         def run() -> None:
+            self._working.set()
             try:
                 job()
             finally:
+                self._working.clear()
                 self.refresh()
 
         self._jobs.submit(run)
@@ -120,14 +134,29 @@ class ConnectedCell:
         if robot is not None:
             scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
             chosen = chosen.model_copy(update={"scene": scene})
-        self._session.load(chosen)
+        self._drawable = False
+        try:
+            self._session.load(chosen)
+        except RoboSandboxError:
+            self._drawable = True
+            raise
+        self.relook()
+
+    def adopt(self) -> None:
+        """Take over what somebody else has loaded; for jobs."""
+        self._drawable = False
+        self._session.adopt()
         self.relook()
 
     def relook(self) -> None:
-        """Build the model anew where the sim's objects have changed; for jobs."""
-        scene = self._scene()
-        if scene != self._blueprint.scene:
-            self._blueprint = self._build()
+        """Build the model anew where the sim's objects have changed; from any thread."""
+        with self._building:
+            scene = self._scene()
+            if scene != self._blueprint.scene:
+                self._drawable = False
+                self._blueprint = self._build()
+                self._sent = None
+            self._drawable = True
 
     def settle(self) -> None:
         """Nothing: the sim itself brings the arm to rest."""
@@ -169,6 +198,7 @@ class ConnectedCell:
             world = build_world(scene, load_robot(scene.robot_urdf, scene.robot_config))
         except InputError as error:
             raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
+        self._parts = {name: tuple(bodies.tolist()) for name, bodies in world.parts.items()}
         return Blueprint(
             model=world.model,
             robot=world.robot,
@@ -183,7 +213,11 @@ class ConnectedCell:
         state = decode(sample.payload.to_bytes(), State)
         with self._changed:
             before, self._state = self._state, state
-            moved = before is None or state.goal_id is not None or state.time < before.time
+            if before is not None and (
+                (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.time < before.time
+            ):
+                self._doubted = True
+            moved = self._doubted or before is None or state.goal_id is not None or state.time < before.time
             if moved or max(map(abs, state.qd), default=0.0) > _MOVING:
                 self._wanted = True
                 self._changed.notify_all()
@@ -197,25 +231,45 @@ class ConnectedCell:
                 self._wanted = False
             due = time.monotonic() + 1.0 / FRAME_HZ
             try:
-                self._send()
+                if not self._doubted or self._settled():
+                    self._send()
             except RoboSandboxError as error:
                 _log.info("no frame: %s", error)
             with self._changed:
                 self._changed.wait_for(lambda: self._stopping, max(0.0, due - time.monotonic()))
 
+    def _settled(self) -> bool:
+        """Find out what somebody else did to the world; return whether what is drawn here still stands for it.
+
+        What was done by a job of one's own is found out by that job.
+        """
+        if self._working.is_set():
+            return True
+        if time.monotonic() < self._ask_again:
+            return False
+        self._ask_again = time.monotonic() + _AGAIN_SECONDS
+        if not self._session.catch_up():
+            self._on_elsewhere(True)
+            return False
+        self._doubted, self._ask_again = False, 0.0
+        before = self._blueprint
+        self.relook()
+        if self._blueprint is not before:
+            self._on_elsewhere(False)
+        return True
+
     def _send(self) -> None:
         blueprint, state = self._blueprint, self._state or self._robot.state()
         q, objects, held = self._where(state)
         qpos = blueprint.model.qpos0.copy()
+        if not self._drawable or len(q) != len(blueprint.robot.qpos_indices):
+            return
         qpos[blueprint.robot.qpos_indices] = q
         gripper = blueprint.robot.gripper
         if gripper is not None and state.gripper is not None:
             qpos[gripper.joint_indices] = gripper.joints_at(state.gripper.joint)
-        for name, body in blueprint.object_bodies.items():
-            if name in objects:
-                address = int(blueprint.model.jnt_qposadr[blueprint.model.body_jntadr[body]])
-                x, y, z, w = objects[name].quat_xyzw
-                qpos[address : address + 7] = [*objects[name].xyz, w, x, y, z]
+        for item in objects:
+            self._put(item, qpos)
         if self._sent is not None and len(self._sent) == len(qpos) and abs(self._sent - qpos).max() < _STILL:
             return
         self._sent = qpos
@@ -231,13 +285,27 @@ class ConnectedCell:
         )
         self._on_frame(Frame(model=blueprint.model, seen=seen, held=held, qpos=frozen_array(qpos)))
 
-    def _where(self, state: State) -> tuple[tuple[float, ...], dict[str, Pose], str | None]:
+    def _put(self, item: TrueObject | DetectedObject, qpos: Array) -> None:
+        """Write where an object is into the model's positions."""
+        model = self._blueprint.model
+        addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in self._parts.get(item.id, ())]
+        if item.kind == "beads":
+            for address, xyz in zip(addresses, item.grains, strict=False):
+                qpos[address : address + 3] = xyz
+            return
+        if addresses:
+            x, y, z, w = item.pose.quat_xyzw
+            qpos[addresses[0] : addresses[0] + 7] = [*item.pose.xyz, w, x, y, z]
+        if item.opening is not None and len(addresses) > 1:
+            qpos[addresses[1]] = item.opening
+
+    def _where(self, state: State) -> tuple[tuple[float, ...], Sequence[TrueObject | DetectedObject], str | None]:
         """Return joints and objects of one moment where the sim tells the truth, else the joints and what is perceived."""
         try:
             truth = self._robot.truth()
         except ForbiddenError:
             scene = self._robot.observe()
-            return state.q, {item.id: item.pose for item in scene.objects}, scene.held
+            return state.q, scene.objects, scene.held
         except SkillError as error:
             raise InputError(error.message) from None
-        return truth.q, {item.id: item.pose for item in truth.objects}, truth.held
+        return truth.q, truth.objects, truth.held

@@ -13,7 +13,7 @@ from robosandbox.sim.cameras import Studio, View
 from robosandbox.sim.worker import Worker
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.viewer.cell import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.feed import FRAME_HZ
 from robosandbox.viewer.hands import WorldHands
 
@@ -74,8 +74,8 @@ class EmbeddedCell:
         """Moves things by hand."""
         return WorldHands(self._session, self._send)
 
-    def start(self, on_frame: OnFrame) -> None:
-        """Begin."""
+    def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
+        """Begin; nobody else changes a world of this process."""
         self._on_frame = on_frame
         self._worker.start()
         self._studio.start()
@@ -121,6 +121,9 @@ class EmbeddedCell:
             self._adopt(session)
         before.close()
 
+    def adopt(self) -> None:
+        """Nothing: nobody else loads anything."""
+
     def relook(self) -> None:
         """Nothing: `blueprint` is always the sim's own."""
 
@@ -153,7 +156,8 @@ class EmbeddedCell:
     def _between_ticks(self) -> None:
         now = time.monotonic()
         if now >= self._due:
-            self._due = now + 1.0 / FRAME_HZ
+            # Not from now on: ticks come every so often, and each frame would wait for the next one.
+            self._due = max(self._due + 1.0 / FRAME_HZ, now)
             self._send()
 
     def _send(self) -> None:

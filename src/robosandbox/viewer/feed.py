@@ -11,6 +11,8 @@ from robosandbox.viewer.cell import Frame
 
 _log = logging.getLogger(__name__)
 FRAME_HZ = 30.0
+# What is not drawn with every frame is drawn in this time; the last frame is drawn again after it, for their sake.
+_REST_SECONDS = 0.3
 
 
 class Feed:
@@ -56,13 +58,21 @@ class Feed:
             self._changed.notify_all()
 
     def _loop(self) -> None:
+        shown: Frame | None = None
+        due = 0.0
         while True:
             with self._changed:
-                self._changed.wait_for(lambda: self._stopping or (self._latest is not None and self._watched()))
+                fresh = self._changed.wait_for(
+                    lambda: self._stopping or (self._latest is not None and self._watched()),
+                    None if shown is None else _REST_SECONDS,
+                )
                 if self._stopping:
                     return
-                frame, self._latest = self._latest, None
-            due = time.monotonic() + 1.0 / FRAME_HZ
+                if fresh:
+                    shown, self._latest = self._latest, None
+            frame, shown = shown, shown if fresh else None
+            # Late frames are made up for by no more than one period.
+            due = max(due + 1.0 / FRAME_HZ, time.monotonic())
             if frame is not None:
                 try:
                     self._draw(frame)

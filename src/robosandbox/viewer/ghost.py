@@ -9,7 +9,7 @@ import viser
 
 from robosandbox.types import Array, Pose
 from robosandbox.viewer.cell import Blueprint
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.stage import Stage, add_surface
 
 _COLOUR = (70, 130, 210)
 _OPACITY = 0.3
@@ -33,7 +33,7 @@ class GhostRobot:
         for body in sorted(blueprint.robot.bodies):
             shape = stage.shape(body)
             if shape is not None:
-                self._parts[body] = _transparent(server, f"{node}/{body}", shape, _COLOUR, _OPACITY)
+                self._parts[body] = add_surface(server, f"{node}/{body}", shape, _COLOUR, _OPACITY)
 
     def pose(self, q: Array, base_change: Pose | None = None) -> Pose:
         """Put the arm at a configuration.
@@ -91,7 +91,7 @@ def add_gripper(
     server: viser.ViserServer, node: str, shape: trimesh.Trimesh, pose: Pose, colour: tuple[int, int, int]
 ) -> viser.MeshHandle:
     """Draw a gripper's shape with its TCP at a pose; return its handle."""
-    handle = _transparent(server, node, shape, colour, 0.5)
+    handle = add_surface(server, node, shape, colour, 0.5)
     handle.position, handle.wxyz = pose.position, _wxyz(pose)
     return handle
 
@@ -99,17 +99,3 @@ def add_gripper(
 def _wxyz(pose: Pose) -> Array:
     x, y, z, w = pose.quat_xyzw
     return np.array([w, x, y, z])
-
-
-def _transparent(
-    server: viser.ViserServer, node: str, shape: trimesh.Trimesh, colour: tuple[int, int, int], opacity: float
-) -> viser.MeshHandle:
-    return server.scene.add_mesh_simple(
-        node,
-        np.asarray(shape.vertices),
-        np.asarray(shape.faces),
-        color=colour,
-        opacity=opacity,
-        cast_shadow=False,
-        receive_shadow=False,
-    )

@@ -160,21 +160,20 @@ class Operator:
 
     def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task, robot or both."""
-
-        def job() -> None:
-            self._work.agent.listeners.remove(self.tell)
-            try:
-                self.cell.load(task, robot)
-            finally:
-                self._work.agent.listeners.append(self.tell)
-            self._ways.clear()
-            self.tell(Loaded())
-
         self._begin(
             Doing.LOADING,
             f"load {task.name if isinstance(task, Task) else task}" + (f" with {robot}" if robot else ""),
-            job,
+            lambda: self._exchange(lambda: self.cell.load(task, robot)),
         )
+
+    def changed_elsewhere(self, loaded: bool) -> None:
+        """Take note that somebody else has reset the world, or loaded another one, which is taken over when nothing runs."""
+        if loaded:
+            self._begin(
+                Doing.LOADING, "what another client has loaded", lambda: self._exchange(self.cell.adopt), quiet=True
+            )
+        else:
+            self.tell(Went("reset by another client"))
 
     def by_hand(self, what: str, job: Callable[[], None]) -> bool:
         """Move something by hand; return whether it was begun, which it is not while something else is under way."""
@@ -194,6 +193,16 @@ class Operator:
         self._work.ctx.cancel()
 
     # Inside.
+
+    def _exchange(self, load: Callable[[], None]) -> None:
+        """Have the cell work in another world, and hear the agent of that one."""
+        self._work.agent.listeners.remove(self.tell)
+        try:
+            load()
+        finally:
+            self._work.agent.listeners.append(self.tell)
+        self._ways.clear()
+        self.tell(Loaded())
 
     @property
     def _work(self) -> Any:

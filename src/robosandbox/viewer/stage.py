@@ -80,7 +80,8 @@ class Stage:
             for body in self._frames:
                 shape = self.shape(body, collision=True)
                 if shape is not None:
-                    self._collision.append(self._overlay(body, "collision", shape, _COLLISION, 0.35))
+                    node = f"{self.node(body)}/collision"
+                    self._collision.append(add_surface(self._server, node, shape, _COLLISION, 0.35, faceted=True))
         for handle in self._collision:
             handle.visible = visible
 
@@ -92,7 +93,8 @@ class Stage:
         for body in bodies:
             shape = self.shape(body) or self.shape(body, collision=True)
             if shape is not None:
-                self._marks.append(self._overlay(body, "mark", _inflated(shape), _RED, None))
+                node = f"{self.node(body)}/mark"
+                self._marks.append(add_surface(self._server, node, _inflated(shape), _RED, faceted=True))
 
     def shape(self, body: int, *, collision: bool = False) -> trimesh.Trimesh | None:
         """Return a body's surface in its own frame: as it looks, or as it collides; None if it has none."""
@@ -139,19 +141,27 @@ class Stage:
             position=self.model.geom_pos[geom] + self.model.body_pos[self.model.geom_bodyid[geom]] - [0.0, 0.0, 0.001],
         )
 
-    def _overlay(
-        self, body: int, name: str, shape: trimesh.Trimesh, color: tuple[int, int, int], opacity: float | None
-    ) -> viser.MeshHandle:
-        return self._server.scene.add_mesh_simple(
-            f"{self.node(body)}/{name}",
-            np.asarray(shape.vertices),
-            np.asarray(shape.faces),
-            color=color,
-            opacity=opacity,
-            flat_shading=True,
-            cast_shadow=False,
-            receive_shadow=False,
-        )
+
+def add_surface(
+    server: viser.ViserServer,
+    node: str,
+    shape: trimesh.Trimesh,
+    colour: tuple[int, int, int],
+    opacity: float | None = None,
+    *,
+    faceted: bool = False,
+) -> viser.MeshHandle:
+    """Draw a surface in one colour, that casts no shadow and has none; return its handle."""
+    return server.scene.add_mesh_simple(
+        node,
+        np.asarray(shape.vertices),
+        np.asarray(shape.faces),
+        color=colour,
+        opacity=opacity,
+        flat_shading=faceted,
+        cast_shadow=False,
+        receive_shadow=False,
+    )
 
 
 def _geoms(model: mujoco.MjModel, body: int, *, collision: bool) -> list[int]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+
 import mujoco
 import numpy as np
 
@@ -50,11 +52,9 @@ class TcpFrame(Layer):
         self.keep("frame", axes)
 
 
-class BaseAndReach(Layer):
-    """Draws the robot's base frame and the ring on the table in which it works."""
+class OfRobot(Layer, ABC):
+    """What follows from the robot alone: drawn once when it is shown, and again over another world."""
 
-    title = "Base and reach"
-    hint = "The base frame, and between the rings where the tool points down at the table"
     shown = False
 
     def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
@@ -68,6 +68,17 @@ class BaseAndReach(Layer):
         super().switch(shown)
         if shown:
             self._show()
+
+    @abstractmethod
+    def _show(self) -> None:
+        """Draw it."""
+
+
+class BaseAndReach(OfRobot):
+    """Draws the robot's base frame and the ring on the table in which it works."""
+
+    title = "Base and reach"
+    hint = "The base frame, and between the rings where the tool points down at the table"
 
     def _show(self) -> None:
         robot = self.blueprint.robot
@@ -83,25 +94,12 @@ class BaseAndReach(Layer):
         )
 
 
-class HomeGhost(Layer):
+class HomeGhost(OfRobot):
     """Draws the arm a second time, transparent, at the sidecar's home."""
 
     title = "Home"
     hint = "The arm at its home configuration, transparent"
-    shown = False
     _ghost: GhostRobot | None = None
-
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
-        """Draw over another world."""
-        super().adopt(blueprint, stage)
-        if self.shown:
-            self._show()
-
-    def switch(self, shown: bool) -> None:
-        """Show or hide it."""
-        super().switch(shown)
-        if shown:
-            self._show()
 
     def clear(self) -> None:
         """Take the ghost away."""
