@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
+from functools import lru_cache
 
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
@@ -20,6 +21,7 @@ from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
+_MOST_REMEMBERED = 500
 STRANGE = 20.0
 Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
@@ -50,7 +52,16 @@ def interpret(
 
 def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings | Refusal:
     """Return the readings of a sentence, the plainest first, or a refusal that names what was not understood."""
-    known = scene_words(tuple(item.id for item in scene.objects))
+    ids = tuple(item.id for item in scene.objects)
+    if len(prompt) > _MOST_REMEMBERED:
+        return _read.__wrapped__(prompt, ids, tuple(skills))
+    return _read(prompt, ids, tuple(skills))
+
+
+# What a sentence says depends on the words of the scene, not on what is where: replans and benches ask for it again.
+@lru_cache(maxsize=32)
+def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Readings | Refusal:
+    known = scene_words(ids)
     try:
         tokens = tokenize(prompt, known)
         readings = parse(tokens, known)
