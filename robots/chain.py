@@ -16,6 +16,7 @@ _WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
 _FINGER_DEPTH = 10
 _FINGER_SPAN = 0.25
 _LEAST_ARM = 3
+_LONGEST_RAIL = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -186,7 +187,8 @@ def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
         if closes and len(path) > _LEAST_ARM:
             hand, palm = [end], tree.parent[end]
             path, evidence, confidence = path[:-1], why, 0.9
-    arm = [j for node in path for j in tree.joints_of(node) if j in tree.driven]
+    driving = _driving_base(model, tree, path)
+    arm = [j for node in path for j in tree.joints_of(node) if j in tree.driven and j not in driving]
     # What carries something else besides the arm (a torso with a head, a base with wheels) is held.
     for node in path:
         others = [
@@ -207,6 +209,20 @@ def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
     if hand and not actuators:
         joints, evidence = (), "the joints beyond the last link have no actuator"
     return Chain(tuple(arm), palm_body, joints, actuators, evidence, confidence)
+
+
+def _driving_base(model: mujoco.MjModel, tree: _Tree, path: list[int]) -> set[int]:
+    """Return the joints at the root that stand for wheels: slides over the floor farther than any rail, and the turn on them."""
+    joints = [j for node in path for j in tree.joints_of(node)]
+    slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE.value
+    travel = np.where(model.jnt_limited.astype(bool), np.ptp(model.jnt_range, axis=1), np.inf)
+    last = max((k for k, j in enumerate(joints) if slides[j] and travel[j] > _LONGEST_RAIL), default=-1)
+    if last < 0:
+        return set()
+    after = joints[last + 1] if last + 1 < len(joints) else -1
+    if after >= 0 and not slides[after] and travel[after] > 2.0 * np.pi - 0.1 and abs(tree.data.xaxis[after, 2]) > 0.9:
+        last += 1
+    return set(joints[: last + 1])
 
 
 def _palm_body(model: mujoco.MjModel, palm: int, hand: list[int]) -> int:

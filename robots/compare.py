@@ -17,6 +17,7 @@ from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 _DOWN = np.array([0.0, 0.0, -1.0])
 _TCP_ASIDE = 0.010
 _TCP_BEYOND = 0.012
+_TIP_SLACK = 0.003
 _TCP_BEHIND = 0.045
 _APPROACH_DEG = 20.0
 _SUNK = 0.06
@@ -196,7 +197,9 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
     if given.gripper is None or found.sidecar.gripper is None:
         far = float(np.linalg.norm(point - origin)) > 0.15
         return Check("tcp", not far, f"{where} {what}", field if far else None)
-    wrong = np.hypot(aside_x, aside_y) > _TCP_ASIDE or along > _TCP_BEYOND or along < -_TCP_BEHIND
+    # Long pads hold things all the way to their tips, which is where some makers put the TCP.
+    beyond = max(_TCP_BEYOND, found.tip + _TIP_SLACK)
+    wrong = np.hypot(aside_x, aside_y) > _TCP_ASIDE or along > beyond or along < -_TCP_BEHIND
     if wrong:
         return Check("tcp", False, f"{where} {what}: IK aims beside the fingers, not between them", field)
     if turned is not None:

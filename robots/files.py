@@ -87,9 +87,8 @@ class ModelFiles:
             package, _, rest = unquote(name.partition("://")[2]).partition("/")
             _refuse_escape(rest, self.model, name)
             return [base / rest for base in self._packages(package)]
-        if name.startswith("file://"):
-            return [Path(unquote(name.removeprefix("file://")))]
-        path = Path(name.replace("\\", "/"))
+        # file://meshes/link.stl names no host, as a URI would, but a relative path.
+        path = Path(unquote(name.removeprefix("file://")) if name.startswith("file://") else name.replace("\\", "/"))
         if path.is_absolute():
             return [path]
         return [self.model.parent / folder / path, *(base / path for base in self.package_paths)]
@@ -118,7 +117,7 @@ class ModelFiles:
             return
         resolved = path.resolve()
         roots = [self.root, *self.package_paths]
-        if "://" in name:
+        if name.startswith(("package://", "model://")):
             roots += [base.resolve() for base in self._packages(unquote(name.partition("://")[2]).partition("/")[0])]
         if not any(resolved.is_relative_to(root) for root in roots):
             raise InputError(

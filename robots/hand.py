@@ -26,13 +26,17 @@ _SNAP_BEYOND = 0.01
 
 @dataclass(slots=True)
 class Hand:
-    """What was measured of a gripper, by names: TCP position and rotation are in the palm's frame."""
+    """What was measured of a gripper, by names: TCP position and rotation are in the palm's frame.
+
+    `tip` is how far the closed fingers go on beyond the TCP, metres.
+    """
 
     roles: GripperRoles
     palm: str
     tool: Array
     rotation: Array
     open_qpos: Array
+    tip: float
     findings: dict[str, Finding]
 
 
@@ -107,7 +111,8 @@ def measure_hand(
         "ee_site.inject.xyz": Finding(sure, why),
         "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the gripper, y along the closing of its pads"),
     }
-    hand = Hand(roles, str(model.body(palm).name), local, rotation, opened.copy(), findings)
+    tip = max(0.0, frame.tip - float((position - frame.position) @ frame.approach))
+    hand = Hand(roles, str(model.body(palm).name), local, rotation, opened.copy(), tip, findings)
     kind = "one jaw moves" if len(moving_groups(model, joints)) == 2 and len(joints) == 1 else f"{len(joints)} joints"
     return hand, Finding(0.95, f"{kind}; opens to {widest * 1000:.0f} mm")
 

@@ -44,6 +44,7 @@ class Inference:
         choices: The arms that were there to choose from, the chosen one first.
         workspace: What it reaches.
         open_joints: All gripper joints with the gripper open.
+        tip: How far the closed fingers go on beyond the TCP, metres.
         notes: What the import changed.
     """
 
@@ -53,6 +54,7 @@ class Inference:
     choices: tuple[str, ...] = ()
     workspace: Workspace
     open_joints: dict[str, float] = field(default_factory=dict)
+    tip: float = 0.0
     notes: tuple[str, ...] = ()
 
 
@@ -163,6 +165,7 @@ def infer_imported(
         choices=choices,
         workspace=space,
         open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},
+        tip=hand.tip if hand else 0.0,
         notes=tuple(imported.notes),
     )
 

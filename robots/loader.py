@@ -13,6 +13,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.derive import DerivedGripper, derive_gripper
 from robosandbox.robots.fingers import refine_fingers
 from robosandbox.robots.flange import flange_tool
+from robosandbox.robots.grip import fit_grip
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer_imported
@@ -23,7 +24,6 @@ from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace, find_workspace
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
-from robosandbox.robots.servos import soften_grip
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
 from robosandbox.robots.sweep import collision_geoms, servo_map
@@ -163,8 +163,16 @@ def _load(
     given = load_yaml_model(config, Sidecar) if config else None
     imported = import_model(path, package_paths)
     if given is None and (known := known_sidecar(imported)) is not None:
-        config, given = known[0], _on_table(known[1], table_height)
-        say(f"{path.name}: no sidecar beside it; runs on the shipped {config.name}")
+        shipped = _on_table(known[1], table_height)
+        try:
+            robot = load_with(imported, shipped, known[0], package_paths, table_height=table_height)
+        except InputError as error:
+            # A model of the same name, and another hand: what was written for its namesake says nothing about it.
+            say(f"{path.name}: the shipped {known[0].name} does not fit it ({error})")
+            imported = import_model(path, package_paths)
+        else:
+            say(f"{path.name}: no sidecar beside it; runs on the shipped {known[0].name}")
+            return robot
     if given is None or config is None:
         found = infer_imported(imported, table_height=table_height)
         others = f"; other arms in it: {', '.join(found.choices[1:])}" if found.choices[1:] else ""
@@ -232,7 +240,7 @@ def measure(
     try:
         tcp_site = _place_tcp(spec, sidecar)
         if sidecar.gripper:
-            soften_grip(imported, sidecar.gripper, tcp_site)
+            fit_grip(imported, sidecar.gripper, tcp_site)
         model = compile_spec(spec, path.name)
         check_home(sidecar, model)
         arm_q = {

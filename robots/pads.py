@@ -149,12 +149,14 @@ class GraspFrame:
         closing: Unit vector from the first side to the second, shape (3,).
         approach: Unit vector out of the gripper, shape (3,).
         spread: Size of the area over which the pads meet, along the approach, metres.
+        tip: How far along the approach the fingers go on beyond the position, metres.
     """
 
     position: Array
     closing: Array
     approach: Array
     spread: float
+    tip: float
 
 
 def measure_tcp(
@@ -188,7 +190,8 @@ def measure_tcp(
     approach = approach - closing * (closing @ approach)
     approach /= np.linalg.norm(approach)
     position, spread = _meeting(left, right, closing, approach, near)
-    return GraspFrame(position, closing, approach, spread)
+    tip = max(0.0, float(((tips - position) @ approach).max()))
+    return GraspFrame(position, closing, approach, spread, tip)
 
 
 def _sides(pads: Pads) -> tuple[tuple[frozenset[int], frozenset[int]], tuple[frozenset[int], frozenset[int]]]:

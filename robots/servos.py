@@ -6,7 +6,6 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.imported import ImportedModel, compile_spec, get_scalar
-from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.types import Array
 
 # The position error at which a servo gives all its effort: a real arm's stiffness.
@@ -15,14 +14,14 @@ _FULL_EFFORT_ERROR = 0.02
 _MAX_FREQUENCY = 100.0
 _STUCK_ERROR = 0.05
 _LEAST_DAMPING = 0.15
+# A physics step, and how many times a joint's speed a servo's damping may take away in it.
+_STEP = 0.002
+_MOST_DAMPED = 4.0
 _ROTOR_SHARE = 0.05
-_ROTOR_PER_EFFORT = 0.001
+ROTOR_PER_EFFORT = 0.001
 _SAMPLES = 40
-# Newtons at the fingertips, and by what share of its travel a finger is off when it presses with all of them.
-_GRIP_FORCE = 30.0
-_GRIP_ERROR = 0.05
-# Beyond what common grippers give; a light object under more is pressed out of their grip, not held.
-_MOST_GRIP_FORCE = 100.0
+# Newtons at the fingertips.
+GRIP_FORCE = 30.0
 _JOINT, _TENDON = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_TENDON
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -87,7 +86,7 @@ def _strengthen(imported: ImportedModel, model: mujoco.MjModel, load: _Load, act
     mass = max(load.inertia[model.jnt_dofadr[j]], 1e-5) + get_armature(joint)
     kp = max(min(2.0 * friction / float(wanted), 1e5), stiffness)
     joint.armature = get_armature(joint) + max(0.0, kp / (2.0 * _MAX_FREQUENCY) ** 2 - mass)
-    force = friction + (_GRIP_FORCE if slide else max(2.0 * friction, float(load.gravity[model.jnt_dofadr[j]])))
+    force = friction + (GRIP_FORCE if slide else max(2.0 * friction, float(load.gravity[model.jnt_dofadr[j]])))
     _write_servo(actuator, joint, kp, 2.0 * float(np.sqrt(kp * max(mass, kp / (2.0 * _MAX_FREQUENCY) ** 2))), force)
     imported.notes.append(
         f"actuator {actuator.name!r}: friction of {friction:g} in its joint would hold it {friction / stiffness:.2g} off its "
@@ -115,14 +114,20 @@ def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator:
         mobility += coefficient**2 / max(float(load.inertia[dof]), 1e-6)
         damping += float(model.dof_damping[dof].flat[0]) / coefficient**2 / len(moved)
         friction += float(model.dof_frictionloss[dof])
-    if mobility == 0.0 or friction > 0.0:
+    if mobility == 0.0:
         return
     stiffness, own = -float(actuator.biasprm[1]), -float(actuator.biasprm[2])
     if own < 0.0:
         # A damping ratio, which the compiler turns into a damping.
         return
+    if actuator.trntype == _JOINT and own * mobility * _STEP > _MOST_DAMPED and _is_limited(actuator):
+        # At its force limit a servo's damping is no longer integrated implicitly: one that is large for what the servo moves
+        # throws a light finger back and forth from step to step. A rotor that is slow to it is still quick to the stiffness.
+        joint = imported.spec.joint(actuator.target)
+        joint.armature = get_armature(joint) + own * float(actuator.gear[0]) ** 2 * _STEP
+        return
     critical = 2.0 * float(np.sqrt(stiffness / mobility))
-    if own + damping >= _LEAST_DAMPING * critical:
+    if friction > 0.0 or own + damping >= _LEAST_DAMPING * critical:
         return
     bias = np.array(actuator.biasprm)
     bias[2] = -critical
@@ -130,41 +135,8 @@ def _damp(imported: ImportedModel, model: mujoco.MjModel, load: _Load, actuator:
     imported.notes.append(f"actuator {actuator.name!r} is hardly damped: damping {own:.3g} raised to {critical:.3g}")
 
 
-def soften_grip(imported: ImportedModel, roles: GripperRoles, tcp_site: str) -> None:
-    """Let gripper servos press as a hand does: those that the import made, and those that would crush what they hold."""
-    spec = imported.spec
-    model = compile_spec(spec, imported.path.name)
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    tcp = data.site_xpos[model.site(tcp_site).id]
-    low, high = joint_bounds(model)
-    for name in roles.actuator_names:
-        actuator = spec.actuator(name)
-        if actuator is None or actuator.trntype != _JOINT:
-            continue
-        joint = model.joint(actuator.target).id
-        lever = 1.0
-        if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
-            offset = tcp - data.xanchor[joint]
-            lever = max(float(np.linalg.norm(np.cross(data.xaxis[joint], offset))), 0.01)
-        travel = float(high[joint] - low[joint])
-        if name in imported.made_actuators:
-            force = min(_GRIP_FORCE * lever, float(abs(actuator.forcerange[1])))
-            inertia = float(model.dof_M0[model.jnt_dofadr[joint]])
-            kp = force / (_GRIP_ERROR * travel)
-            _write_gains(actuator, kp, 2.0 * float(np.sqrt(kp * inertia)), force)
-            continue
-        gear = abs(float(actuator.gear[0])) or 1.0
-        limited = actuator.forcerange[1] > actuator.forcerange[0]
-        force = float(np.abs(actuator.forcerange).max()) if limited else -float(actuator.biasprm[1]) * gear * travel
-        most = _MOST_GRIP_FORCE * lever / gear
-        if force > most:
-            actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
-            actuator.forcerange = [-most, most]
-            imported.notes.append(
-                f"actuator {name!r} could press with {force * gear / lever:.0f} N at the fingertips: "
-                f"limited to {_MOST_GRIP_FORCE:.0f} N"
-            )
+def _is_limited(actuator: mujoco.MjsActuator) -> bool:
+    return bool(actuator.forcerange[1] > actuator.forcerange[0])
 
 
 def get_armature(joint: mujoco.MjsJoint) -> float:
@@ -202,7 +174,7 @@ class _Load:
             effort = max(3.0 * float(self.gravity[dof]) + 10.0 * moved, 1.0)
         # A file's 50,000 Nm is a placeholder, no motor.
         effort = min(effort, 20.0 * float(self.gravity[dof]) + 200.0 * moved + 50.0)
-        armature = max(_ROTOR_SHARE * moved, _ROTOR_PER_EFFORT * effort)
+        armature = max(_ROTOR_SHARE * moved, ROTOR_PER_EFFORT * effort)
         mass = moved + armature
         kp = min(effort / _FULL_EFFORT_ERROR, mass * _MAX_FREQUENCY**2)
         # Friction of its own must not hold the joint within the tolerance of an arrival.
@@ -220,7 +192,7 @@ def joint_bounds(model: mujoco.MjModel) -> tuple[Array, Array]:
 
 
 def _write_servo(actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float, kd: float, force: float) -> None:
-    _write_gains(actuator, kp, kd, force)
+    write_gains(actuator, kp, kd, force)
     if joint.limited == mujoco.mjtLimited.mjLIMITED_TRUE or joint.range[0] < joint.range[1]:
         degrees = bool(joint.compiler.degree) if hasattr(joint, "compiler") and joint.compiler is not None else False
         turn = np.pi / 180.0 if degrees and joint.type == mujoco.mjtJoint.mjJNT_HINGE else 1.0
@@ -230,7 +202,8 @@ def _write_servo(actuator: mujoco.MjsActuator, joint: mujoco.MjsJoint, kp: float
         actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
 
 
-def _write_gains(actuator: mujoco.MjsActuator, kp: float, kd: float, force: float) -> None:
+def write_gains(actuator: mujoco.MjsActuator, kp: float, kd: float, force: float) -> None:
+    """Make an actuator a position servo of this stiffness, damping and force limit."""
     gain, bias = np.zeros(len(actuator.gainprm)), np.zeros(len(actuator.biasprm))
     gain[0], bias[1], bias[2] = kp, -kp, -kd
     actuator.gaintype, actuator.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
@@ -253,7 +226,7 @@ def _tendon_servo(imported: ImportedModel, model: mujoco.MjModel, actuator: mujo
         joint, coefficient = int(model.wrap_objid[wrap]), float(model.wrap_prm[wrap])
         ends += np.sort([coefficient * low[joint], coefficient * high[joint]])
     effort = _motor_effort(actuator) or 20.0
-    _write_gains(actuator, effort / max(0.1 * float(ends[1] - ends[0]), 1e-4), 0.0, effort)
+    write_gains(actuator, effort / max(0.1 * float(ends[1] - ends[0]), 1e-4), 0.0, effort)
     actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_TRUE
     actuator.ctrlrange = ends
     imported.notes.append(f"actuator {actuator.name!r} is no position servo: replaced by one on its tendon")
@@ -303,13 +276,27 @@ def _passive_joints(spec: mujoco.MjSpec, driven: set[str]) -> set[str]:
             # Of two coupled joints the second leads, unless only the first has an actuator.
             passive.add(pair[1] if pair[0] in driven else pair[0])
         elif equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
-            looped |= {equality.name1, equality.name2}
+            looped |= _loop(spec, equality.name1, equality.name2)
     for body in spec.bodies:
-        names = [joint.name for joint in body.joints]
-        if body.name in looped or any(child.name in looped for child in body.find_all(mujoco.mjtObj.mjOBJ_BODY)):
-            passive |= set(names) if driven & _near(body) else set()
+        names = {joint.name for joint in body.joints}
+        if body.name in looped:
+            passive |= names if driven & _near(body) else set()
         passive |= {joint.name for joint in body.joints if get_scalar(joint, "stiffness") > 0.0}
     return passive - driven
+
+
+def _loop(spec: mujoco.MjSpec, first: str, second: str) -> set[str]:
+    """Return the bodies that a closed loop goes through, by the names of the bodies or sites that close it."""
+    chains = []
+    for name in (first, second):
+        body = spec.body(name) or (spec.site(name).parent if spec.site(name) else None)
+        chain: list[str] = []
+        while body is not None and body.name != "world":
+            chain.append(body.name)
+            body = body.parent
+        chains.append(chain)
+    # What both hang on carries the loop and is no part of it.
+    return set(chains[0]) ^ set(chains[1]) if all(chains) else set(chains[0] + chains[1])
 
 
 def _near(body: mujoco.MjsBody) -> set[str]:

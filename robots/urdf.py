@@ -18,10 +18,11 @@ from robosandbox.robots.files import ModelFiles, read_xml
 from robosandbox.robots.imported import ImportedModel, put_scalar
 from robosandbox.robots.meshes import Mesh, read_mesh
 from robosandbox.robots.srdf import read_srdf
-from robosandbox.robots.urdf_lint import check_urdf
+from robosandbox.robots.urdf_lint import check_urdf, numbers
 from robosandbox.types import Array
 
 _GREY = (0.7, 0.7, 0.72, 1.0)
+_COLOUR_NUMBERS = 4
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
 _MOVING = {"revolute": "HINGE", "continuous": "HINGE", "prismatic": "SLIDE"}
 
@@ -38,13 +39,39 @@ def import_urdf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     """
     content = read_xml(path)
     root = ElementTree.fromstring(content)
+    painted = _drop_odd_colours(root)
     check_urdf(root, path.name)
-    robot = _parse(content, path)
+    capsules = _square(root)
+    robot = _parse(ElementTree.tostring(root) if capsules or painted else content, path)
     files = ModelFiles.of(path, package_paths)
     model = ImportedModel(name=str(robot.name or path.stem), path=path, spec=mujoco.MjSpec())
+    if painted:
+        model.notes.append(f"{painted} colours that are not four numbers are left out")
+    if capsules:
+        model.notes.append(f"{capsules} capsules, which a URDF does not have, are taken as cylinders")
     _Builder(model, robot, files).build()
     read_srdf(model)
     return model
+
+
+def _drop_odd_colours(root: ElementTree.Element) -> int:
+    """Take away colours that nothing can be painted with, no reason to refuse a robot; return how many there were."""
+    dropped = 0
+    for material in root.iter("material"):
+        for colour in material.findall("color"):
+            if len(numbers(colour.get("rgba", "")) or ()) != _COLOUR_NUMBERS:
+                material.remove(colour)
+                dropped += 1
+    return dropped
+
+
+def _square(root: ElementTree.Element) -> int:
+    """Make each capsule, known to some simulators alone, the cylinder of its length; return how many there were."""
+    capsules = list(root.iter("capsule"))
+    for element in capsules:
+        element.tag = "cylinder"
+        element.set("length", str(float(element.attrib["length"]) + 2.0 * float(element.attrib["radius"])))
+    return len(capsules)
 
 
 def _parse(content: bytes, path: Path) -> Any:

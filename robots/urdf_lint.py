@@ -30,12 +30,18 @@ _NUMBERS: dict[tuple[str, str], tuple[int, ...]] = {
 _NEEDED: dict[str, tuple[str, ...]] = {
     "box": ("size",),
     "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
     "sphere": ("radius",),
     "mesh": ("filename",),
     "mimic": ("joint",),
     "mass": ("value",),
 }
-_POSITIVE = {("box", "size"), ("cylinder", "radius"), ("cylinder", "length"), ("sphere", "radius")}
+_ROUND = ("cylinder", "capsule")
+_POSITIVE = {
+    ("box", "size"),
+    ("sphere", "radius"),
+    *((shape, name) for shape in _ROUND for name in ("radius", "length")),
+}
 _LARGEST = 1e6
 
 

