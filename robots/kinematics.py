@@ -10,6 +10,7 @@ import numpy as np
 from robosandbox.types import Array
 
 _ITERATIONS = 40
+_MOST_STEP = 0.5
 _METRES_PER_RADIAN = 0.2
 _POSITION = 1e-3
 _LIBRARY = 1500
@@ -192,16 +193,30 @@ class Kinematics:
             stacked = np.vstack([linear, weight * angular])
             target = np.concatenate([error, weight * turn])
             damping = 1e-5 + 0.02 * float(target @ target)
-            step = np.linalg.solve(stacked.T @ stacked + damping * np.eye(self.n), stacked.T @ target)
-            blocked = ((q + step < self.lower) & (q <= self.lower)) | ((q + step > self.upper) & (q >= self.upper))
-            if blocked.any() and not blocked.all():
-                free = ~blocked
-                part = stacked[:, free]
-                step = np.zeros(self.n)
-                step[free] = np.linalg.solve(part.T @ part + damping * np.eye(int(free.sum())), part.T @ target)
+            hessian = stacked.T @ stacked + damping * np.eye(self.n)
+            step = bounded_step(q, hessian, stacked.T @ target, self.lower, self.upper)
             largest = float(np.abs(step).max())
-            q = np.clip(q + step * min(1.0, 0.5 / max(largest, 1e-9)), self.lower, self.upper)
+            q = np.clip(q + step * min(1.0, _MOST_STEP / max(largest, 1e-9)), self.lower, self.upper)
         return None
+
+
+def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper: Array) -> Array:
+    """Return the Newton step (n,) from `q` (n,); a joint that it pushes against its limit is held and it is solved again.
+
+    Args:
+        q: Configuration, within the limits.
+        hessian: Damped J^T W J, shape (n, n).
+        gradient: J^T W e, shape (n,).
+        lower: Limits, shape (n,).
+        upper: Shape (n,).
+    """
+    step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
+    blocked = ((q + step < lower) & (q <= lower)) | ((q + step > upper) & (q >= upper))
+    if blocked.any() and not blocked.all():
+        free = np.flatnonzero(~blocked)
+        step = np.zeros(len(q))
+        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
+    return step
 
 
 def _cross(a: Array, b: Array) -> Array:

@@ -23,6 +23,8 @@ from robosandbox.types import Array
 
 _GREY = (0.7, 0.7, 0.72, 1.0)
 _COLOUR_NUMBERS = 4
+# Shares of a mimic's travel inside the joint's own limits: all of it, and hardly any.
+_FITS, _FITS_NOT = 0.9, 0.25
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
 _MOVING = {"revolute": "HINGE", "continuous": "HINGE", "prismatic": "SLIDE"}
 
@@ -163,7 +165,13 @@ class _Builder:
         names = {item.name for item in self.spec.joints}
         if joint.name not in names or joint.mimic.joint not in names:
             return
+        offset = float(joint.mimic.offset or 0.0)
         multiplier = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
+        if self._fits(joint, -multiplier, offset) > _FITS and self._fits(joint, multiplier, offset) < _FITS_NOT:
+            self.model.notes.append(
+                f"joint {joint.name!r}: its mimic multiplier {multiplier:g} leads outside its own limits: its sign is turned"
+            )
+            multiplier = -multiplier
         equality = self.spec.add_equality(
             name=f"{joint.name}_mimic",
             type=mujoco.mjtEq.mjEQ_JOINT,
@@ -174,8 +182,18 @@ class _Builder:
             solimp=[0.95, 0.99, 0.001, 0.5, 2.0],
         )
         data = np.zeros(len(equality.data))
-        data[:2] = float(joint.mimic.offset or 0.0), multiplier
+        data[:2] = offset, multiplier
         equality.data = data
+
+    def _fits(self, joint: Any, multiplier: float, offset: float) -> float:
+        """Return which share of what a mimic asks of a joint lies within the joint's own limits."""
+        own, leader = self.spec.joint(joint.name), self.spec.joint(joint.mimic.joint)
+        limited = mujoco.mjtLimited.mjLIMITED_TRUE
+        if own.limited != limited or leader.limited != limited:
+            return 0.5
+        asked = np.sort(np.asarray(leader.range) * multiplier + offset)
+        inside = min(asked[1], own.range[1]) - max(asked[0], own.range[0])
+        return float(max(0.0, inside) / max(asked[1] - asked[0], 1e-9))
 
     def _fill(self, body: mujoco.MjsBody, link: Any, *, moving: bool) -> None:
         low, high = np.full(3, np.inf), np.full(3, -np.inf)

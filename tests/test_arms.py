@@ -229,6 +229,12 @@ def test_capsules_and_odd_colours_do_not_keep_a_urdf_from_loading(tmp_path):
     assert any("capsules" in note for note in imported.notes) and any("colours" in note for note in imported.notes)
 
 
+def test_mimic_that_leads_outside_its_own_limits_is_turned(tmp_path):
+    path = _changed("toy.urdf", tmp_path, ('<mimic joint="g1"/>', '<mimic joint="g1" multiplier="-1"/>'))
+    assert any("its sign is turned" in note for note in import_model(path).notes)
+    assert infer(path).sidecar.gripper.open_qpos == pytest.approx(0.03)
+
+
 def test_shipped_sidecar_that_does_not_fit_gives_way_to_inference(monkeypatch, caplog):
     wrong = infer(TOYS / "toy.urdf").sidecar
     gripper = wrong.gripper.model_copy(update={"open_qpos": 3.0})

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robosandbox.robots.kinematics import bounded_step
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
 
@@ -164,13 +165,7 @@ class DlsSolver:
         damping = _DAMPING * float(target @ target) + _MIN_DAMPING
         hessian = weighted.T @ weighted
         hessian.flat[:: len(q) + 1] += damping
-        gradient = weighted.T @ target
-        dq = np.linalg.solve(hessian, gradient)
-        blocked = ((q + dq < self._lower) & (q <= self._lower)) | ((q + dq > self._upper) & (q >= self._upper))
-        if blocked.any() and not blocked.all():
-            free = np.flatnonzero(~blocked)
-            dq = np.zeros_like(dq)
-            dq[free] = np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
+        dq = bounded_step(q, hessian, weighted.T @ target, self._lower, self._upper)
         largest = float(np.abs(dq).max())
         if largest > _MAX_STEP:
             dq *= _MAX_STEP / largest
