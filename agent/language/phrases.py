@@ -247,6 +247,8 @@ class Phrasing(Nouns):
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the red and blue cubes": colours that share one noun."""
         found: Found[tuple[Ref, ...]] = []
+        if sum("COLOUR" in tags for tags in self.tags[i:]) < 2:
+            return found
         for j, base in self._determiners(i):
             colours: list[str] = []
             k = j
@@ -274,6 +276,8 @@ class Phrasing(Nouns):
     def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
         found: Found[tuple[Ref, ...]] = []
+        if sum(bool(self._suffix(k)) for k in range(i, self.count)) < 2:
+            return found
         for j, base in self._determiners(i):
             for k, noun in self._noun(j, base):
                 refs: list[Ref] = []
