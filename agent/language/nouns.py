@@ -114,6 +114,9 @@ class Nouns(Modifiers):
         for j, colour in self.tag(start, "COLOUR") if not (start > i and ref.colours) else []:
             for k in self.optional(j, "COLOURED"):
                 step.append((k, replace(ref, colours=(*ref.colours, colour))))
+                if self.text(k) == "or" and not ref.colours:
+                    # "any red or green cubes"
+                    step += [(m, replace(ref, colours=(colour, other))) for m, other in self.tag(k + 1, "COLOUR")]
         for j, shade in self.tag(start, "SHADE"):
             step.append((j, replace(ref, shades=(*ref.shades, shade))))
         for j, size in self.tag(start, "SIZE"):

@@ -43,6 +43,9 @@ _COURTESIES = tuple(
         r"(?:the )?(?:thing|fact|point|deal|truth|long and short of it) is(?: that| this| ,| :)?",
         r"(?:can|could|would|will) you (?:please )?do (?:this|something|that|one thing|me this)(?: for me| for us)?(?= [:,?])",
         r"(?:please )?do (?:this|the following|as follows|something)(?: for me| for us| now)?(?= [:,])",
+        r"would you be (?:so |very |really |terribly )*(?:kind|nice|good|sweet|lovely|helpful)(?: enough)?(?: as to| and| to)",
+        r"as as (?:possible|you (?:possibly )?can)|and(?= (?:[.!] )?$)|you there(?= ,)",
+        r"(?:without|(?:but |and |please )?(?:do not|never)) (?:drop|dropping|break|breaking|spill|spilling|damage|damaging|scratch|scratching|squash|squashing|crush|crushing|lose|losing) (?:it|them|anything|any)(?= (?:[,.!;] |$|and |but ))",
         r"in advance|and thank you|and thanks",
         r"there is a (?:good|nice|dear|clever) \w+",
         r"(?:and )?that is (?:it|all|everything|enough)(?: for now| for today| i need| i want| i ask)?(?= [,.!] | $)",
@@ -82,7 +85,7 @@ _WILLING = word_set(
     "mind kind good nice sweet lovely can could would able willing minute moment second sec time chance ready free like care please"
 )
 _NO_TROUBLE = word_set("trouble bother possible convenient ask asking okay ok alright fine problem")
-_MAKING_SURE = frozenset({"if", "when", "whenever"})
+_MAKING_SURE = frozenset({"if", "when", "whenever", "should"})
 _BINDING = word_set(
     """
     if unless until till when whenever otherwise else instead except only first then after once twice again yet later
@@ -419,7 +422,8 @@ class _Remarks:
         if end < len(self.tokens) and self._text(end) in ("and", "then", "but"):
             return 0
         whole = (i == 0 and end >= len(self.tokens)) or (end <= i + 1 and i > 0)
-        if i == 0 and end == 1 and self._text(end) in ("!", ",") and self._unknown(0) and end + 1 < len(self.tokens):
+        vocative = self._unknown(0) or ("ABSENT" in self.tags[0] and self._text(0) not in self.words.parts)
+        if i == 0 and end == 1 and self._text(end) in ("!", ",") and vocative and end + 1 < len(self.tokens):
             # "Jeeves, ..."
             return end
         if whole or self._text(end) == "?":
