@@ -413,12 +413,13 @@ class Commands(Clauses):
             j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
             if self.text(j) == "over" and self.text(j + 1) == "there":
                 j += 2
-            if self._skip(j) == j or ref.plural:
+            if self._skip(j) == j:
                 continue
-            which = replace(ref, determiner="the") if ref.determiner == "a" else ref
+            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
             for start in self._preambles(self._skip(j), 0):
                 for end, command in (*self._verb_first(start), *self._wish(start)):
-                    if command.objects and command.objects[0].determiner == "it":
+                    it = command.objects[0] if command.objects else None
+                    if it is not None and it.determiner == "it" and it.plural == ref.plural:
                         found.append((end, replace(command, objects=(which,))))
         return found
 

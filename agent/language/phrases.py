@@ -75,6 +75,8 @@ class Phrasing(Nouns):
                     plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
                     chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
                     full = replace(ref, without=(*ref.without, *others)) if chosen else ref
+                    if self.said(m - 2, m) == "but not":
+                        full = replace(full, text=self.said(i, end))
                     found.append((end, full))
                     if k > j and self.text(end) == ",":
                         # "the pink ball, not the green one, goes in the bowl"

@@ -41,7 +41,7 @@ class Positions(Chart, ABC):
                     if kind == "between":
                         if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
                             found.append((k, Relation(kind, refs)))
-                    elif single and " but not " in refs[0].text and not refs[0].without:
+                    elif single and _set_against_others(refs[0]):
                         # "everything in the bin but not the can": it is not the bin that the can is set against.
                         continue
                     elif single:
@@ -98,6 +98,13 @@ class Positions(Chart, ABC):
         if self.text(i) in ("of", "on", "in"):
             ends = [end for j in self.optional(i + 1, "THE") for end, _ in self.tag(j, "TABLE")] + ends
         return ends
+
+
+def _set_against_others(ref: Ref) -> bool:
+    """Say whether a single thing is told apart from things of another kind: "the bin but not the can"."""
+    which = ref.determiner == "the" and not ref.plural and bool(ref.nouns)
+    left_out = " but not " in ref.text and any(out.one for out in ref.without)
+    return which and (left_out or any(out.nouns and out.nouns != ref.nouns for out in ref.without))
 
 
 _BELOW = frozenset({"under", "underneath", "beneath", "below"})

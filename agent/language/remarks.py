@@ -46,6 +46,7 @@ _COURTESIES = tuple(
         r"would you be (?:so |very |really |terribly )*(?:kind|nice|good|sweet|lovely|helpful)(?: enough)?(?: as to| and| to)",
         r"as as (?:possible|you (?:possibly )?can)|and(?= (?:[.!] )?$)|you there(?= ,)",
         r"(?:without|(?:but |and |please )?(?:do not|never)) (?:drop|dropping|break|breaking|spill|spilling|damage|damaging|scratch|scratching|squash|squashing|crush|crushing|lose|losing) (?:it|them|anything|any)(?= (?:[,.!;] |$|and |but ))",
+        r"(?:look at|see) (?:this|that|the|all this) (?:mess|chaos|clutter|state)(?= [,.!])|what an? (?:mess|chaos|day|nice day|lovely day|state)(?= [,.!])",
         r"in advance|and thank you|and thanks",
         r"there is a (?:good|nice|dear|clever) \w+",
         r"(?:and )?that is (?:it|all|everything|enough)(?: for now| for today| i need| i want| i ask)?(?= [,.!] | $)",
@@ -114,7 +115,7 @@ _HARMLESS = (
         busy late early almost nearly already finally always still for at with and bit little lot big small
         fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
         slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
-        right over side corner yours mine
+        right over side corner yours mine place spot position
         empty room space full enough needed necessary required useful important wanted good great ready done finished
         dinner lunch breakfast
         """
@@ -177,6 +178,9 @@ def _without_courtesies(tokens: Sequence[Token]) -> tuple[Token, ...]:
                 kept.append(token)
                 gone.add(k + 1)
                 continue
+        if token.text == "wrong" and k + 1 < len(tokens) and tokens[k + 1].text in ("place", "spot", "position"):
+            # In the wrong place it is, and nobody was wrong.
+            token = Token("bad", token.raw, "word")
         kept.append(token)
     return tuple(kept)
 
