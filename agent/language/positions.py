@@ -103,8 +103,8 @@ class Positions(Chart, ABC):
 def _set_against_others(ref: Ref) -> bool:
     """Say whether a single thing is told apart from things of another kind: "the bin but not the can"."""
     which = ref.determiner == "the" and not ref.plural and bool(ref.nouns)
-    left_out = " but not " in ref.text and any(out.one for out in ref.without)
-    return which and (left_out or any(out.nouns and out.nouns != ref.nouns for out in ref.without))
+    told_apart = any(out.nouns and out.nouns != ref.nouns for out in ref.without)
+    return which and (told_apart or " but not " in ref.text)
 
 
 _BELOW = frozenset({"under", "underneath", "beneath", "below"})

@@ -240,6 +240,9 @@ class _Remarks:
         )
         return (*self.tokens[k:end], Token(",", ",", "mark")) if k + 1 < end and named else ()
 
+    def _tags(self, i: int) -> set[str]:
+        return self.tags[i] if i < len(self.tags) else set()
+
     def _segment_end(self, i: int) -> int:
         """Return where the clause at `i` ends: at a mark, or where "and" joins a command to it."""
         j = i
@@ -306,7 +309,7 @@ class _Remarks:
             return ()
         start = i + 2 if self._text(i + 1) == "that" else i + 1
         verb = next((k for k in range(start, end) if self._text(k) in _STATES), start)
-        told = "THE" in self.tags[start] and self._names_things(start, verb)
+        told = "THE" in self._tags(start) and self._names_things(start, verb)
         return (*self.tokens[start:verb], Token(",", ",", "mark")) if told else ()
 
     def _binds_nothing(self, i: int, end: int) -> bool:
@@ -329,10 +332,15 @@ class _Remarks:
         while self._text(subject) in ("that", "as", "how"):
             subject += 1
         if text in ("since", "as", "because", "given", "seeing", "considering", "now"):
-            about = (
-                self._text(subject) in ("it", "this", "that", "they", "there", "these", "those")
-                or "THE" in self.tags[subject]
-            )
+            about = self._text(subject) in (
+                "it",
+                "this",
+                "that",
+                "they",
+                "there",
+                "these",
+                "those",
+            ) or "THE" in self._tags(subject)
             if (text == "now" and self._text(i + 1) != "that") or not (about or self._speaks(subject)):
                 return False
             return self._told(subject, end)
