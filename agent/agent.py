@@ -30,6 +30,7 @@ from robosandbox.errors import (
     InputError,
     InternalError,
     InvalidArgumentError,
+    PlannerCancelledError,
     PlannerError,
     PlannerUnavailableError,
     RoboSandboxError,
@@ -49,6 +50,12 @@ _FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
 
 
 WorldT = TypeVar("WorldT", bound=AgentWorld)
+
+
+_PLANNER_REASONS = {
+    PlannerUnavailableError: FinalReason.PLANNER_UNAVAILABLE,
+    PlannerCancelledError: FinalReason.CANCELLED,
+}
 
 
 class Agent(Generic[WorldT]):
@@ -124,8 +131,10 @@ class Agent(Generic[WorldT]):
             try:
                 answer = planner.plan(prompt, scene, tuple(attempts))
             except PlannerError as error:
-                unavailable = isinstance(error, PlannerUnavailableError)
-                reason = FinalReason.PLANNER_UNAVAILABLE if unavailable else FinalReason.PLANNER_FAILED
+                reason = next(
+                    (why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)),
+                    FinalReason.PLANNER_FAILED,
+                )
                 detail = str(error)
                 break
             if isinstance(answer, Refusal):

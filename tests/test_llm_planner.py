@@ -2,6 +2,7 @@
 
 import json
 import logging
+import signal
 import socket
 import subprocess
 import sys
@@ -243,6 +244,36 @@ def test_a_stalled_answer_ends_at_the_time_limit() -> None:
         with pytest.raises(PlannerUnavailableError, match=r"no complete answer within 0\.7 s"):
             ask(server, time_limit=0.7)
     assert time.monotonic() - start < 5.0
+
+
+def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path) -> None:
+    with ScriptedServer(Answer(body=PICK.body, send=20, then="stall")) as server:
+        command = [
+            "run",
+            "pick up the red cube",
+            "--planner",
+            "openai",
+            "--base-url",
+            server.url,
+            "--model",
+            "scripted",
+        ]
+        with subprocess.Popen(
+            [sys.executable, "-c", "from robosandbox.cli import main; main()", *command, "--json"],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=tmp_path,
+        ) as program:
+            while not server.requests and program.poll() is None:
+                time.sleep(0.05)
+            asked = time.monotonic()
+            program.send_signal(signal.SIGINT)
+            out, _ = program.communicate(timeout=30)
+    document = json.loads(out)
+    assert time.monotonic() - asked < 10.0
+    assert program.returncode == 1 and document["final_reason"] == "cancelled" and document["steps"] == []
+    assert document["final_detail"].startswith("cancelled while planning")
 
 
 def test_a_dropped_connection_is_retried() -> None:

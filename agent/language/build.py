@@ -99,6 +99,13 @@ class _Builder(Arranging):
         """As in "if the drawer is open, close it": done only if it is so."""
         if command.condition is None:
             return
+        place = command.place
+        if command.condition.determiner == "it" and isinstance(place, Relation) and place.refs:
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"“{command.condition.text}”: which of the things is meant?")
+        if any(relation.kind == "empty" for relation in command.condition.relations):
+            thing = self.ground.one(replace(command.condition, relations=()), lambda name: True).ids[0]
+            if self.world.objects[thing].kind not in match.CONTAINERS:
+                raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether {thing} is empty.", (thing,))
         so = True
         try:
             self.ground.many(command.condition, lambda name: True)

@@ -96,7 +96,7 @@ def put(frame: Frame) -> list[Command]:
         if particle in MUTUAL and frame.objects:
             return [Command("stack", objects)]
         return []
-    if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "round", "out", "back up"):
+    if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "out", "back up"):
         return []
     return placed("put", objects, places)
 

@@ -59,19 +59,25 @@ class Chart:
     steps: int = 0
 
     def __post_init__(self) -> None:
+        self.count = len(self.tokens)
+        self.id_words: dict[int, str] = {}
+        self.texts = [token.text for token in self.tokens]
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
         for i in range(len(self.tokens)):
             tags: dict[str, list[tuple[int, Any]]] = {}
             for end, tag, value in LEXICON.at(self.tokens, i):
                 tags.setdefault(tag, []).append((end, value))
             for found in tags.values():
-                found.sort(key=lambda item: -item[0])
+                if len(found) > 1:
+                    found.sort(key=lambda item: -item[0])
             self.tags.append(tags)
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""
-        self.spend(1)
-        return self.tags[i].get(name, []) if i < len(self.tags) else []
+        self.steps += 1
+        if self.steps > MAX_STEPS:
+            raise TooComplicatedError
+        return self.tags[i].get(name, []) if i < self.count else []
 
     def spend(self, steps: int) -> None:
         """Count work; a sentence gets a bounded amount of it."""
@@ -81,7 +87,7 @@ class Chart:
 
     def text(self, i: int) -> str:
         """Return token `i`'s text, "" past the end."""
-        return self.tokens[i].text if i < len(self.tokens) else ""
+        return self.texts[i] if i < self.count else ""
 
     def said(self, i: int, j: int) -> str:
         """Return the words from `i` to `j` as said."""

@@ -57,7 +57,9 @@ class Commands(Clauses):
                             for command in frame_command("build", (*elements, Element("material", refs)))
                         ]
         for j, what, condition in self._condition(i):
-            for start in self._preambles(self._skip(j), 0) if self._skip(j) > j else []:
+            after = self._skip(j)
+            after = after + 1 if self.text(after) == "then" else after
+            for start in self._preambles(after, 0) if after > j else []:
                 for k, command in self._verb_first(start):
                     it = bool(command.objects) and command.objects[0].determiner == "it"
                     objects = (what,) if it and what else command.objects
@@ -65,7 +67,7 @@ class Commands(Clauses):
                     found.append((k, replace(command, objects=objects, condition=condition, unless=unless)))
         for j, command in list(found):
             for k, _, condition in self._condition(j + 1 if self.text(j) == "," else j):
-                if condition.determiner == "it" and len(command.objects) == 1:
+                if condition.determiner == "it" and len(command.objects) == 1 and not command.place:
                     # "close the drawer if it is open"
                     relations = (*command.objects[0].relations, *condition.relations)
                     condition = replace(command.objects[0], relations=relations, text=condition.text)
@@ -89,6 +91,8 @@ class Commands(Clauses):
         if self.said(i + 1, i + 3) in ("there is", "there are"):
             # "unless there is something on the pallet"
             k = i + 4 if self.text(i + 3) in ("still", "already", "currently") else i + 3
+            if self.text(k) in ("nothing", "no"):
+                return found
             for j, ref in self.np(k):
                 if ref.relations and not ref.unknown and self._skip(j) > j:
                     found.append((j, None, replace(ref, determiner="a", plural=False)))
@@ -149,6 +153,19 @@ class Commands(Clauses):
                             and command.objects[0].determiner == "it"
                         ):
                             found.append((end, replace(command, objects=refs)))
+            if verb == "build":
+                # "build a three-cube tower"
+                for k, number in [hit for m in self.optional(j, "A") for hit in self.tag(m, "NUM")]:
+                    for m, (_, phrase, _) in self.tag(k, "NOUN"):
+                        which = Ref(
+                            text=self.said(j, m), determiner="a", nouns=(phrase,), count=int(number), plural=True
+                        )
+                        if number >= 2:
+                            found += [
+                                (end, Command("stack", (which,)))
+                                for end, (n, _, _) in self.tag(m, "NOUN")
+                                if n == "tower"
+                            ]
             if verb == "stack":
                 # "stack them: blue, green, red"
                 for k, whole in self.np(j):
@@ -224,6 +241,7 @@ class Commands(Clauses):
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
                 found += self._holding(refs, j, wished=start > i)
+                found += self._belonging(refs, j)
                 if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
                     # "each can gets a tap"
                     k = j + 1 if self.text(j) in _RECEIVES else j + 2
@@ -241,7 +259,7 @@ class Commands(Clauses):
                     and self.text(j + 2) in _GOES
                 ):
                     found += self._placed_there(refs, j + 3)
-                aside = j + 1 if len(refs) > 1 and self.text(j) == "," else j
+                aside = j + 1 if len(refs) > 1 and self.text(j) in (",", "all", "both", "each") else j
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
                 if refs[0].text.startswith("anything") and self.text(j) in _MODALS:
                     # "anything but the apple can go in the bin" allows, and does not ask.
@@ -277,6 +295,17 @@ class Commands(Clauses):
             ends = [j + 1] if self.text(j) in ("inside", "in") else []
             ends += [j + 2] if self.said(j, j + 2) in ("in it", "inside it") else []
             found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in (*ends, j)]
+        return found
+
+    def _belonging(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
+        """As in "the bin is where the ball belongs", "the ball's place is in the bin"."""
+        found: Found[Command] = []
+        if self.said(i, i + 2) == "is where" and self._named_container(refs):
+            for j, objects in self.np_list(i + 2):
+                ends = [end for end, _ in self.tag(j, "COPULA")]
+                found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in ends]
+        if self.text(i) in ("place", "spot", "home", "position") and self.text(i + 1) == "is":
+            found += self._placed_there(refs, i + 2)
         return found
 
     def _by_doing(self, i: int) -> Found[Command]:
@@ -360,15 +389,20 @@ class Commands(Clauses):
                             found.append((k, replace(command, objects=element.value)))
             elif element.kind in ("place", "direction"):
                 for start in self._preambles(comma, 0):
-                    for m, verb in self.tag(start, "VERB"):
+                    # "in the right bin ..." goes on with the bin.
+                    noun = start == j and self.tag(start, "NOUN")
+                    for m, verb in self.tag(start, "VERB") if not noun else []:
                         if verb in ("put", "move", "stack", "push"):
                             for end, elements in self.elements(m):
                                 # "in the grey bin" is no binning in the grey.
                                 if any(e.kind == "objects" for e in elements):
                                     found += [(end, c) for c in frame_command(verb, (*elements, element))]
-                if element.kind == "place" and self.text(j) == "with":
-                    # "into the bin with the plum"
-                    for end, refs in self.np_list(j + 1):
+                with_ = j + 1 if self.text(j) in ("with", "goes", "go", "comes", ",") else 0
+                if element.kind == "place" and with_:
+                    # "into the bin with the plum", "into the bin goes the plum", "in the bin, the plum"
+                    for end, refs in self.np_list(with_):
+                        if self.text(j) == "," and self._skip(end) < len(self.tokens):
+                            continue
                         found += [(end, c) for c in frame_command("put", (spoken(refs), element))]
         return found
 
@@ -379,12 +413,13 @@ class Commands(Clauses):
             j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
             if self.text(j) == "over" and self.text(j + 1) == "there":
                 j += 2
-            if self._skip(j) == j or ref.plural:
+            if self._skip(j) == j:
                 continue
-            which = replace(ref, determiner="the") if ref.determiner == "a" else ref
+            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
             for start in self._preambles(self._skip(j), 0):
                 for end, command in (*self._verb_first(start), *self._wish(start)):
-                    if command.objects and command.objects[0].determiner == "it":
+                    it = command.objects[0] if command.objects else None
+                    if it is not None and it.determiner == "it" and it.plural == ref.plural:
                         found.append((end, replace(command, objects=(which,))))
         return found
 
@@ -395,7 +430,7 @@ class Commands(Clauses):
             if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
                 continue
             # "the marble and the block, both into the crate"
-            both = j + 2 if self.text(j) == "," and self.text(j + 1) in ("both", "all", "each") else j
+            both = j + 2 if self.text(j) in (",", ":") and self.text(j + 1) in ("both", "all", "each") else j
             starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
                 kinds = [element.kind for element in elements]
@@ -425,7 +460,7 @@ class Commands(Clauses):
             if self.text(j) in _STATES and (j + 1 >= len(self.tokens) or self._joints_at(j + 1)):
                 # "drawer closed"
                 found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))
-            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":", ".") else j)
+            found += self._run_on(refs, j + 1 if self.text(j) in (",", ":", ".", "!") else j)
             if self.text(j) == ":" and self._named_container(refs):
                 # "left bin: red cube and can"
                 put = Relation("in", refs)

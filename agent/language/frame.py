@@ -149,7 +149,7 @@ def excepted(elements: Sequence[Element]) -> Sequence[Element]:
     if not excluded or first is None:
         return elements
     refs = elements[first].value
-    if len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all"):
+    if len(refs) != 1 or not (refs[0].plural or refs[0].determiner in ("all", "a")):
         return elements
     return [
         Element("objects", (replace(refs[0], without=(*refs[0].without, *excluded)),)) if k == first else element

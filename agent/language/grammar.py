@@ -185,6 +185,14 @@ class Grammar(Commands):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        if self.text(k - 1) == ":":
+            # "put two things in the bin: the can and the ball": the list says which.
+            open_ = len(last.objects) == 1 and (last.objects[0].count or last.objects[0].determiner == "it")
+            return [
+                (n, (*part[:-1], replace(last, objects=refs)))
+                for j, refs in (self.np_list(k) if open_ else ())
+                if self._skip(j) >= n and last.objects[0].count in (None, len(refs))
+            ]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object.
             again = replace(last, objects=refs, bare=0.9)

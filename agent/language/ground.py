@@ -168,13 +168,19 @@ class Grounder(Orders):
         if ref.names:
             found = match.with_names(found, ref.names)
         for shape in ref.shapes:
-            found = [item for item in found if item.kind in SHAPES[shape]]
+            shaped = [item for item in found if item.kind in SHAPES[shape]]
+            # A ball is rounder than a can.
+            found = [item for item in shaped if item.kind == "sphere"] or shaped
         if ref.nouns and ref.nouns != ("tower",):
             if fits is not None and ref.nouns == ("box",) and not several:
                 # "in the box" means a container, if there is one that could be called so.
                 preferred = [item for item in found if fits(item.id) and match.noun_fit("box", item)]
                 found = preferred or found
+            before = found
             found = match.with_noun(found, ref.nouns, several=several, count=ref.count)
+            if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
+                # "put the ball in the black thing"
+                found = [item for item in before if fits(item.id)]
         elif ref.one and self.discourse.nouns:
             found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:
@@ -365,6 +371,9 @@ class Grounder(Orders):
                 return Meaning(tuple(chosen[:count]), tuple(chosen[count:]), several=True)
             return Meaning(tuple(names), several=True)
         if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
+            return Meaning(tuple(names), several=True)
+        if ref.plural and ref.text.startswith("any ") and not ref.count:
+            # "any red or green cubes": as many as there are.
             return Meaning(tuple(names), several=True)
         if ref.plural and not (ref.count == 1 and ref.determiner == "a"):
             raise RefusedError(

@@ -12,7 +12,7 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.intent import Sentence
-from robosandbox.agent.language.lexicon import LEXICON, REAL_WORDS, WORDS
+from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
@@ -77,7 +77,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
 
 
 def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:
-    words = respelled([token.text for token in tokens], WORDS | REAL_WORDS | known.parts, known.parts)
+    words = respelled([token.text for token in tokens], known.parts)
     return tuple(
         token if token.kind != "word" or token.text == word else Token(word, token.raw, "word")
         for token, word in zip(tokens, words, strict=True)
@@ -103,7 +103,8 @@ def choose(
         try:
             draft = build(reading, scene, skills, context, chosen)
         except RefusedError as error:
-            refused.append(error)
+            # Without its frames it is freed at once, and no garbage piles up.
+            refused.append(error.with_traceback(None))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
                 unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS)

@@ -146,6 +146,9 @@ class Modifiers(Positions):
                     found += anchored
                     if not anchored and (k > i or key in PLACE_RANKS):
                         found.append((j, superlative))
+        for k, _ in self.tag(start, "COLOURED") if not ref.colours else []:
+            # "the cube coloured red"
+            found += [(j, replace(ref, colours=(colour,))) for j, colour in self.tag(k, "COLOUR")]
         if self.text(i) in ("with", "of", "in"):
             found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
         for k, _ in self.tag(start, "NOT_IS"):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
-from robosandbox.agent.language.chart import Found
+from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
@@ -22,6 +22,7 @@ class Nouns(Modifiers):
         part = self._part(i) if i < len(self.tokens) else ""
         return part if part in self.words.parts and (len(part) == 1 or part.isdigit()) else ""
 
+    @rule
     def _determiners(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []
 
@@ -96,7 +97,9 @@ class Nouns(Modifiers):
             pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
             if j > i and ref.nouns == ("thing",):
                 found.append((j, ref))
-            if (j > i and bare) or (j == i and pointed and i > 0):
+            # "red first" tells an order.
+            named = not (base.determiner == "bare" and j > i + 1 and self.tag(j - 1, "ORDINAL"))
+            if (j > i and bare and named) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
 
@@ -111,6 +114,9 @@ class Nouns(Modifiers):
         for j, colour in self.tag(start, "COLOUR") if not (start > i and ref.colours) else []:
             for k in self.optional(j, "COLOURED"):
                 step.append((k, replace(ref, colours=(*ref.colours, colour))))
+                if self.text(k) == "or" and not ref.colours:
+                    # "any red or green cubes"
+                    step += [(m, replace(ref, colours=(colour, other))) for m, other in self.tag(k + 1, "COLOUR")]
         for j, shade in self.tag(start, "SHADE"):
             step.append((j, replace(ref, shades=(*ref.shades, shade))))
         for j, size in self.tag(start, "SIZE"):
@@ -212,6 +218,11 @@ class Nouns(Modifiers):
 
     def _part(self, i: int) -> str:
         """Return a word as an id would have it: numbers in digits."""
+        if i not in self.id_words:
+            self.id_words[i] = self._id_word(i)
+        return self.id_words[i]
+
+    def _id_word(self, i: int) -> str:
         token = self.tokens[i]
         if token.kind == "number":
             return str(int(token.number)) if token.number.is_integer() else token.text

@@ -44,6 +44,12 @@ class Phrasing(Nouns):
                 # "whatever is closest" is one thing, "whatever is not blue" all such things.
                 each = ref if ref.ranks else replace(ref, determiner="all", plural=True)
                 found.append((j, replace(each, text=self.said(i, j))))
+        if self.said(i, i + 2) in ("the following", "the following things", "the following items"):
+            found.append((i + 2, Ref(text="the following", determiner="it", plural=True)))
+        for j, colour in self.tag(i + 2, "COLOUR") if self.said(i, i + 2) in ("what is", "whatever is") else []:
+            found.append(
+                (j, Ref(text=self.said(i, j), determiner="all", nouns=("thing",), colours=(colour,), plural=True))
+            )
         if self.said(i, i + 2) == "the same":
             # "the same bin as the can"
             for j, (_, phrase, plural) in self.tag(i + 2, "NOUN"):
@@ -69,6 +75,8 @@ class Phrasing(Nouns):
                     plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
                     chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
                     full = replace(ref, without=(*ref.without, *others)) if chosen else ref
+                    if self.said(m - 2, m) == "but not":
+                        full = replace(full, text=self.said(i, end))
                     found.append((end, full))
                     if k > j and self.text(end) == ",":
                         # "the pink ball, not the green one, goes in the bowl"
@@ -176,6 +184,9 @@ class Phrasing(Nouns):
             for j, first in self.np(i + 2):
                 k = j + 1 if self.text(j) == "," else j
                 found += [(end, (first, other)) for end, other in self.np(k + 1)] if self.text(k) == "but" else []
+        if self.text(i) == "first":
+            # "put first the red cube, then the blue one in the bin"
+            found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) > 1]
         if self.text(i) == "both":
             # "both the can and the ball"
             found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) == 2]
@@ -185,6 +196,9 @@ class Phrasing(Nouns):
             if k:
                 again = first.plural and self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
+                    if any(o.options for o in others) and self.text(k - 1) not in ("and", "plus", "then", "with"):
+                        found += [(end, refs) for refs in self._any_of(first, others, self.said(i, end))]
+                        continue
                     # "the cubes, all of them" adds nothing.
                     if len(others) < 10 and not (
                         again and not (others[0].nouns or others[0].colours or others[0].names)
@@ -201,6 +215,18 @@ class Phrasing(Nouns):
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
+
+    def _any_of(self, first: Ref, others: tuple[Ref, ...], text: str) -> list[tuple[Ref, ...]]:
+        """As in "the can, the ball or the cube", which is one of the three; "everything red, blue or green" is all of it."""
+        if len(others) > 1 or first.options or first.ranks:
+            return []
+        options = others[0].options
+        if not (first.plural or first.determiner == "all"):
+            return [(replace(others[0], options=(first, *options), text=text),)]
+        shades = tuple(c for o in options for c in o.colours if not (o.nouns or o.names))
+        if first.colours and len(shades) == len(options):
+            return [(replace(first, colours=(*first.colours, *shades), text=text),)]
+        return []
 
     def _either(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the white or the green one", of which neither is meant."""
@@ -230,7 +256,7 @@ class Phrasing(Nouns):
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
         k = j
-        if self.text(k) == "first" and self.text(k + 1) in (",", "then"):
+        if self.text(k) == "first" and self.text(k + 1) in (",", "then", "and"):
             k += 1
         if self.text(k) == ",":
             k += 1
@@ -240,13 +266,15 @@ class Phrasing(Nouns):
             k += 3
         elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
             k += 2
-        if self.text(k) in ("then", "also", "finally") and k > j:
+        if self.text(k) in ("then", "also", "finally", "afterwards") and k > j:
             k += 1
         return k if k > j else 0
 
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the red and blue cubes": colours that share one noun."""
         found: Found[tuple[Ref, ...]] = []
+        if sum("COLOUR" in tags for tags in self.tags[i:]) < 2:
+            return found
         for j, base in self._determiners(i):
             colours: list[str] = []
             k = j
@@ -274,6 +302,8 @@ class Phrasing(Nouns):
     def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
         found: Found[tuple[Ref, ...]] = []
+        if sum(bool(self._suffix(k)) for k in range(i, self.count)) < 2:
+            return found
         for j, base in self._determiners(i):
             for k, noun in self._noun(j, base):
                 refs: list[Ref] = []

@@ -241,11 +241,11 @@ ORIGINAL = (
     "where it originally was, back where you picked it up, exactly where it was, back to where you got it"
 )
 TOPS = (
-    "on top, on the top, at the top, top, up top, at top, uppermost, topmost, as the top, as the top one, "
+    "the highest, the top one, the uppermost, the uppermost one, highest, on top, on the top, at the top, top, up top, at top, uppermost, topmost, as the top, as the top one, "
     "last, on the very top, at the very top"
 )
 BOTTOMS = (
-    "below, beneath, at the bottom, on the bottom, bottom, on bottom, as the base, as a base, as the bottom, "
+    "the lowest, the lowest one, the bottom one, the lowermost, below, beneath, at the bottom, on the bottom, bottom, on bottom, as the base, as a base, as the bottom, "
     "as the bottom one, as the foundation, at the base, at bottom, as its base, first, at the very bottom, "
     "on the very bottom, underneath, lowest"
 )

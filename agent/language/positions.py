@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from robosandbox.agent.language.chart import Chart, Found, rule
-from robosandbox.agent.language.intent import Ref, Region, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Region, Relation
 from robosandbox.agent.language.wordlist import word_set
 
 
@@ -31,11 +31,19 @@ class Positions(Chart, ABC):
                     for m, _ in self.tag(k, "TABLE"):
                         if kind in ("on", "from", "to"):
                             found.append((m, Relation("on" if kind == "to" else kind, (), None, directional)))
+                if kind == "in" and self.text(j) == "the":
+                    for k, key in self.tag(j + 1, "POS"):
+                        if key in ("left", "right") and k == j + 2:
+                            other = Ref(text=self.said(j, k), one=True, ranks=(Rank(key),))
+                            found.append((k, Relation("in", (other,), None, directional)))
                 for k, refs in self.np_list(j):
                     single = len(refs) == 1
                     if kind == "between":
                         if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
                             found.append((k, Relation(kind, refs)))
+                    elif single and _set_against_others(refs[0]):
+                        # "everything in the bin but not the can": it is not the bin that the can is set against.
+                        continue
                     elif single:
                         below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
                         out = Relation("under", refs, order="from")
@@ -79,6 +87,8 @@ class Positions(Chart, ABC):
                 and j > start
                 and self.text(i) not in ("to", "towards", "toward", "into")
                 and self.text(k - 1) not in ("top", "bottom", "upper", "lower")
+                # "the ball in the left bin, the can in the right" means the right bin.
+                and not (self.text(i) == "in" and set(sides) <= {"left", "right"})
             ):
                 found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
         return found
@@ -88,6 +98,13 @@ class Positions(Chart, ABC):
         if self.text(i) in ("of", "on", "in"):
             ends = [end for j in self.optional(i + 1, "THE") for end, _ in self.tag(j, "TABLE")] + ends
         return ends
+
+
+def _set_against_others(ref: Ref) -> bool:
+    """Say whether a single thing is told apart from things of another kind: "the bin but not the can"."""
+    which = ref.determiner == "the" and not ref.plural and bool(ref.nouns)
+    told_apart = any(out.nouns and out.nouns != ref.nouns for out in ref.without)
+    return which and (told_apart or " but not " in ref.text)
 
 
 _BELOW = frozenset({"under", "underneath", "beneath", "below"})

@@ -43,6 +43,10 @@ _COURTESIES = tuple(
         r"(?:the )?(?:thing|fact|point|deal|truth|long and short of it) is(?: that| this| ,| :)?",
         r"(?:can|could|would|will) you (?:please )?do (?:this|something|that|one thing|me this)(?: for me| for us)?(?= [:,?])",
         r"(?:please )?do (?:this|the following|as follows|something)(?: for me| for us| now)?(?= [:,])",
+        r"would you be (?:so |very |really |terribly )*(?:kind|nice|good|sweet|lovely|helpful)(?: enough)?(?: as to| and| to)",
+        r"as as (?:possible|you (?:possibly )?can)|and(?= (?:[.!] )?$)|you there(?= ,)",
+        r"(?:without|(?:but |and |please )?(?:do not|never)) (?:drop|dropping|break|breaking|spill|spilling|damage|damaging|scratch|scratching|squash|squashing|crush|crushing|lose|losing) (?:it|them|anything|any)(?= (?:[,.!;] |$|and |but ))",
+        r"(?:look at|see) (?:this|that|the|all this) (?:mess|chaos|clutter|state)(?= [,.!])|what an? (?:mess|chaos|day|nice day|lovely day|state)(?= [,.!])",
         r"in advance|and thank you|and thanks",
         r"there is a (?:good|nice|dear|clever) \w+",
         r"(?:and )?that is (?:it|all|everything|enough)(?: for now| for today| i need| i want| i ask)?(?= [,.!] | $)",
@@ -82,7 +86,7 @@ _WILLING = word_set(
     "mind kind good nice sweet lovely can could would able willing minute moment second sec time chance ready free like care please"
 )
 _NO_TROUBLE = word_set("trouble bother possible convenient ask asking okay ok alright fine problem")
-_MAKING_SURE = frozenset({"if", "when", "whenever"})
+_MAKING_SURE = frozenset({"if", "when", "whenever", "should"})
 _BINDING = word_set(
     """
     if unless until till when whenever otherwise else instead except only first then after once twice again yet later
@@ -111,7 +115,7 @@ _HARMLESS = (
         busy late early almost nearly already finally always still for at with and bit little lot big small
         fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
         slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
-        right over side corner yours mine
+        right over side corner yours mine place spot position
         empty room space full enough needed necessary required useful important wanted good great ready done finished
         dinner lunch breakfast
         """
@@ -174,6 +178,9 @@ def _without_courtesies(tokens: Sequence[Token]) -> tuple[Token, ...]:
                 kept.append(token)
                 gone.add(k + 1)
                 continue
+        if token.text == "wrong" and k + 1 < len(tokens) and tokens[k + 1].text in ("place", "spot", "position"):
+            # In the wrong place it is, and nobody was wrong.
+            token = Token("bad", token.raw, "word")
         kept.append(token)
     return tuple(kept)
 
@@ -232,6 +239,9 @@ class _Remarks:
             {"COLOUR", "NOUN", "SIZE", "SHADE", "ABSENT"} & self.tags[m] or self._thing(m) for m in range(k + 1, end)
         )
         return (*self.tokens[k:end], Token(",", ",", "mark")) if k + 1 < end and named else ()
+
+    def _tags(self, i: int) -> set[str]:
+        return self.tags[i] if i < len(self.tags) else set()
 
     def _segment_end(self, i: int) -> int:
         """Return where the clause at `i` ends: at a mark, or where "and" joins a command to it."""
@@ -299,7 +309,7 @@ class _Remarks:
             return ()
         start = i + 2 if self._text(i + 1) == "that" else i + 1
         verb = next((k for k in range(start, end) if self._text(k) in _STATES), start)
-        told = "THE" in self.tags[start] and self._names_things(start, verb)
+        told = "THE" in self._tags(start) and self._names_things(start, verb)
         return (*self.tokens[start:verb], Token(",", ",", "mark")) if told else ()
 
     def _binds_nothing(self, i: int, end: int) -> bool:
@@ -322,10 +332,15 @@ class _Remarks:
         while self._text(subject) in ("that", "as", "how"):
             subject += 1
         if text in ("since", "as", "because", "given", "seeing", "considering", "now"):
-            about = (
-                self._text(subject) in ("it", "this", "that", "they", "there", "these", "those")
-                or "THE" in self.tags[subject]
-            )
+            about = self._text(subject) in (
+                "it",
+                "this",
+                "that",
+                "they",
+                "there",
+                "these",
+                "those",
+            ) or "THE" in self._tags(subject)
             if (text == "now" and self._text(i + 1) != "that") or not (about or self._speaks(subject)):
                 return False
             return self._told(subject, end)
@@ -419,7 +434,8 @@ class _Remarks:
         if end < len(self.tokens) and self._text(end) in ("and", "then", "but"):
             return 0
         whole = (i == 0 and end >= len(self.tokens)) or (end <= i + 1 and i > 0)
-        if i == 0 and end == 1 and self._text(end) in ("!", ",") and self._unknown(0) and end + 1 < len(self.tokens):
+        vocative = self._unknown(0) or ("ABSENT" in self.tags[0] and self._text(0) not in self.words.parts)
+        if i == 0 and end == 1 and self._text(end) in ("!", ",") and vocative and end + 1 < len(self.tokens):
             # "Jeeves, ..."
             return end
         if whole or self._text(end) == "?":

@@ -12,6 +12,7 @@ FILLERS = (
     "okey, okie, hey, hi, hello, yo, "
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
+    "hurry up and, hurry up, hurry, get a move on and, get a move on, and make it snappy, make it snappy, and make it quick, make it quick, chop chop, on the double, pronto, step on it, be quick about it, and be quick about it, and be quick, be quick, "
     "buddy, mate, pal, dude, bro, bruv, man, friend, my friend, bot, "
     "now, just, simply, only, lightly, delicately, tenderly, cautiously, swiftly, rapidly, promptly, firmly, safely, "
     "precisely,  thanks, thank you, thank you very much, thanks a lot, many thanks, thx, ty, cheers, "
@@ -43,7 +44,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
-    "why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
+    "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
     "it would be great if you could, it would be nice if you could, it would be lovely if you could, "
@@ -90,7 +91,7 @@ PREAMBLES = (
     "would love you to, robot, arm"
 )
 DESIRES = (
-    "what i need is for, what i want is for, all i want is for, all i need is for, all i ask is for, what i would like is for, what i want is, what i need is, all i want is, all i need is, what i would like is, i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
+    "show me, let me see, time for, it is time for, it is time, it is time that, high time for, what i need is for, what i want is for, all i want is for, all i need is for, all i ask is for, what i would like is for, what i want is, what i need is, all i want is, all i need is, what i would like is, i will have, i will take, i will need, i am going to need, i am gonna need, make, let, i want, i need, i would like, i would love, i require, i want to have, i would like to have, "
     "i need to have, i want to see, "
     "i would like to see, make sure, make sure that, ensure, ensure that, see to it that, we need, we want, "
     "we would like, "
@@ -171,7 +172,7 @@ COPULAS += "".join(
     if verb != "stay"
 )
 IS = (
-    "that is, which is, that are, which are, that sits, which sits, that lies, which lies, that stands, "
+    "that looks, which looks, that look, which look, looking, that seems, that appears, that is, which is, that are, which are, that sits, which sits, that lies, which lies, that stands, "
     "which stands, who is, "
     "sitting, lying, standing, placed, located, resting, positioned, situated, found, that is sitting, "
     "that is lying, that is standing, "
@@ -330,7 +331,7 @@ LIGHT_ADJECTIVES = (
 )
 LIGHT_NOUNS = {"push": "push, shove, nudge, prod, bump", "tap": "tap, poke, touch, pat, press", "pick": "lift"}
 END_FILLERS = (
-    "otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
+    "but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "

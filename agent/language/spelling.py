@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
 from rapidfuzz import process
@@ -56,7 +56,7 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
     return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
 
 
-def respelled(words: Sequence[str], known: Collection[str], parts: frozenset[str]) -> tuple[str, ...]:
+def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
     """Return the words of a sentence that was not understood with what its place in the sentence tells of their spelling.
 
     Where a command begins, the nearest verb is meant ("pik up"); elsewhere letters may have been left out ("rd cube").
@@ -65,11 +65,16 @@ def respelled(words: Sequence[str], known: Collection[str], parts: frozenset[str
     for i, word in enumerate(words):
         opens = i == 0 or words[i - 1] in _BEFORE_COMMANDS
         better = None
-        if opens and word.isalpha() and len(word) > 2 and (word not in known or _REAL_SLIPS.get(word)):
+        if (
+            opens
+            and word.isalpha()
+            and len(word) > 2
+            and ((word not in _KNOWN and word not in parts) or _REAL_SLIPS.get(word))
+        ):
             better = _nearest_verb(word)
-        if better is None and word.isalpha() and word not in known and 1 < len(word) < 6:
+        if better is None and word.isalpha() and word not in _KNOWN and word not in parts and 1 < len(word) < 6:
             better = _filled(word, parts)
-        if better is None and word.isalpha() and len(word) > 3 and (word not in known or word in REAL_WORDS):
+        if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
         better = better or _ACCENTS.get(word)
         if made and made[-1] == word and word in _TWICE:
@@ -79,6 +84,7 @@ def respelled(words: Sequence[str], known: Collection[str], parts: frozenset[str
 
 
 _ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
+_KNOWN = WORDS | REAL_WORDS
 _TWICE = frozenset({"the", "a", "in", "on", "up", "to", "and", "pick", "put", "push", "cube", "of"})
 _BEFORE_COMMANDS = frozenset({",", ".", "!", ";", ":", "and", "then", "please", "to", "you"})
 _VERBS = ("pick", "put", "push", "place", "take", "grab", "move", "stack", "drop", "lift", "get", "open", "close", "tap", "touch", "pull", "slide", "set", "swap", "pour")  # fmt: skip
@@ -88,7 +94,8 @@ _REAL_SLIPS = {"pic": "pick", "puck": "pick", "pink": "", "pip": "", "plate": ""
 @lru_cache(maxsize=1024)
 def _nearest_verb(word: str) -> str | None:
     if word in _REAL_SLIPS:
-        return _REAL_SLIPS[word] or None
+        slip: str = _REAL_SLIPS[word]
+        return slip or None
     near = [verb for verb in _VERBS if verb[0] == word[0] and OSA.distance(word, verb) == 1]
     return near[0] if len(near) == 1 else None
 
@@ -96,12 +103,24 @@ def _nearest_verb(word: str) -> str | None:
 @lru_cache(maxsize=1024)
 def _sounding(word: str, parts: frozenset[str]) -> str | None:
     """Return the one word of the scene that sounds like this, or lies a letter beside it: "qube", "bowel" for "bowl"."""
-    words = {w for w in (*parts, *(w for w, m in MEANING.items() if m.startswith(("colour", "noun")))) if w.isalpha()}
-    same = [w for w in words if _sound(w) == _sound(word) and len(w) > 2]
+    sound = _sound(word)
+    same: list[str] = list(
+        {*_sounds().get(sound, ()), *(w for w in parts if len(w) > 2 and w.isalpha() and _sound(w) == sound)}
+    )
     if len(same) == 1:
         return same[0]
     near = [w for w in parts if w.isalpha() and len(w) > 3 and w[0] == word[0] and OSA.distance(word, w) == 1]
     return near[0] if len(near) == 1 and not same else None
+
+
+@lru_cache(maxsize=1)
+def _sounds() -> dict[str, list[str]]:
+    """Return the words for things and colours by how they sound."""
+    table: dict[str, list[str]] = {}
+    for word, meaning in MEANING.items():
+        if meaning.startswith(("colour", "noun")) and word.isalpha() and len(word) > 2:
+            table.setdefault(_sound(word), []).append(word)
+    return table
 
 
 def _sound(word: str) -> str:

@@ -181,6 +181,7 @@ ORDINALS: dict[str, int] = {
     "first": 1, "1st": 1, "second": 2, "2nd": 2, "third": 3, "3rd": 3, "fourth": 4, "4th": 4, "fifth": 5, "5th": 5,
     "sixth": 6, "6th": 6, "seventh": 7, "7th": 7, "eighth": 8, "8th": 8, "last": -1, "final": -1, "second to last": -2, "next to last": -2, "last but one": -2, "penultimate": -2, "second last": -2, "third to last": -3, "next": 0,
 }  # fmt: skip
+_ORDERED = "in order from, in order, in order starting from, in order starting at, in order beginning from"
 ORDER_FROM: dict[str, str] = {
     "left": (
         "from the left, from left, counting from the left, from left to right, going left to right, "
@@ -202,6 +203,13 @@ ORDER_FROM: dict[str, str] = {
     "top": "from the top, from top, counting from the top, from above",
     "bottom": "from the bottom, from bottom, counting from the bottom, from below",
 }
+for _name, _side in (
+    ("left", "the left"),
+    ("left", "left to right"),
+    ("right", "the right"),
+    ("right", "right to left"),
+):
+    ORDER_FROM[_name] += "".join(f", {ordered} {_side}" for ordered in _ORDERED.split(", "))
 NUMBERS: dict[str, float] = {
     "zero": 0, "one": 1, "two": 2, "three": 3, "four": 4, "five": 5, "six": 6, "seven": 7, "eight": 8, "nine": 9, "ten": 10,
     "eleven": 11, "twelve": 12, "thirteen": 13, "fourteen": 14, "fifteen": 15, "sixteen": 16, "seventeen": 17, "eighteen": 18,

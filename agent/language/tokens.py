@@ -82,6 +82,7 @@ _CONTRACTIONS = [
         (r"\b(n|an')\b(?= )", "and"),
         (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
         (r"\bluv\b", "love"),
+        (r"\bi\.e\.?,?|\bthat is,|\bthat is to say,?|\bnamely\b", ","),
         (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
         (r"\.{2,}(?=\s*\S)", " , "),
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
@@ -238,6 +239,9 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
 
 def _numbered_steps(text: str) -> str:
     """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+    if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
+        # "a) ... b) ..."
+        text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
     start, number = 0, 1
     while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
         if number == 1 and text[: match.start()].strip(" ,"):

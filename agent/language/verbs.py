@@ -73,7 +73,7 @@ VERBS: dict[str, str] = {
         "get back, head back, return back, be"
     ),
     "home": (
-        "come back, home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
+        "take a break, take a rest, relax, come back, home, rehome, reset, retract, go home, park, stow, return home, retreat, head home, come home, "
         "go to sleep, stand down"
     ),
     "want": "want, need, require, like, love, prefer, wish",

@@ -7,6 +7,7 @@ RoboSandboxError
 ├── ServiceUnavailableError  no sim answers
 ├── PlannerError             a planner gave neither a plan nor a refusal
 │   ├── PlannerUnavailableError  its service does not answer, or will not for now
+│   ├── PlannerCancelledError    it was left while it thought
 │   └── PlannerAnswerError       it answered, but with nothing usable within its limits
 └── SkillError               a skill ended without its post-condition; the planner acts on it
     ├── InvalidArgumentError     an argument is of the wrong type or value
@@ -74,6 +75,10 @@ class PlannerError(RoboSandboxError):
 
 class PlannerUnavailableError(PlannerError):
     """The planner's service does not answer, or will not for now: try again later, or use another planner."""
+
+
+class PlannerCancelledError(PlannerError):
+    """The planner was left while it thought."""
 
 
 class PlannerAnswerError(PlannerError):

@@ -4,20 +4,24 @@ from __future__ import annotations
 
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from types import FrameType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.text import Text
 
 from robosandbox.agent import episode as events
+from robosandbox.errors import PlannerCancelledError
 
 if TYPE_CHECKING:
     from rich.status import Status
 
+    from robosandbox.agent.agent import Agent
+    from robosandbox.protocols import Attempt, Planner
     from robosandbox.tasks.workcell import PromptContext
+    from robosandbox.types import ObservedScene, Plan, Refusal
 
 
 class LiveView:
@@ -79,18 +83,49 @@ class LiveView:
             self._status = None
 
 
+class _Thinking:
+    """A planner that may be left while it thinks."""
+
+    def __init__(self, planner: Planner) -> None:
+        self.thinks = False
+        self.left = False
+        self.planner = planner
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        """Return what the planner makes of it.
+
+        Raises:
+            PlannerCancelledError: Ctrl-C came meanwhile.
+        """
+        if self.left:
+            raise PlannerCancelledError("cancelled before the planner was asked")
+        self.thinks = True
+        try:
+            return self.planner.plan(prompt, scene, history)
+        except KeyboardInterrupt:
+            raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from None
+        finally:
+            self.thinks = False
+
+
 @contextmanager
-def cancel_on_interrupt(ctx: PromptContext) -> Iterator[None]:
-    """Let the first Ctrl-C stop the arm and end the episode properly, and the second one end the program."""
+def cancel_on_interrupt(ctx: PromptContext, agent: Agent[Any]) -> Iterator[None]:
+    """Let the first Ctrl-C end the episode properly, at once while the planner thinks; the second one ends the program."""
 
     def handle(number: int, frame: FrameType | None) -> None:
         del number, frame
         print("stopping; Ctrl-C again quits", file=sys.stderr)
         signal.signal(signal.SIGINT, before)
+        thinking.left = True
+        if thinking.thinks:
+            raise KeyboardInterrupt
         ctx.cancel()
 
+    thinking = _Thinking(agent.planner)
+    agent.planner = thinking
     before = signal.signal(signal.SIGINT, handle)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
+        agent.planner = thinking.planner

@@ -209,7 +209,7 @@ def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | 
     from robosandbox.commands.live import LiveView, cancel_on_interrupt
 
     session.agent.listeners.append(LiveView())
-    with cancel_on_interrupt(session.ctx):
+    with cancel_on_interrupt(session.ctx, session.agent):
         episode = session.run(prompt)
     document = _document(session, episode)
     judged = document["judged"]
