@@ -16,6 +16,7 @@ _SOMETHING = 0.0015
 _WITHIN = 0.02
 _FITS = 0.012
 _OPENED = 0.003
+_SPARE = 0.5
 _CLOSED = 0.6
 _PRESSING = 0.25
 
@@ -86,7 +87,9 @@ class Hands:
         """Tell whether the fingers are as far apart as when they closed; how hard they press is the skill's choice."""
         assert self.hold is not None and self._geometry is not None
         empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
-        return empty < state.width < self.hold.width + _OPENED
+        # A wide thing leaves the fingers little way to open.
+        spare = self._geometry.max_aperture - self.hold.width
+        return empty < state.width < self.hold.width + min(_OPENED, _SPARE * max(spare, 0.0))
 
 
 def _carry(track: Track, pose: Pose) -> None:

@@ -36,6 +36,8 @@ _AT_HAND = 0.06
 _FALLEN = 0.4
 _PIECE = 0.01
 _SURELY = 0.6
+_ANOTHER_SIZE = 0.3
+_FAR_BETTER = 1.5
 
 
 @dataclass(slots=True, eq=False)
@@ -205,7 +207,11 @@ def _renew(track: Track, thing: Thing) -> None:
             # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
-        thing = thing if clearly else _with_known_size(thing, old)
+        thing = thing if clearly and not _other_size(old, thing) else _with_known_size(thing, old)
+        if _other_size(old, thing) and len(thing.seen.rows.values) < _FAR_BETTER * len(old.seen.rows.values):
+            # Things do not grow or shrink; with no better a view this is a wrong one.
+            track.confidence *= _FADING
+            return
         found = aligned(thing.fit, old.fit)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
@@ -225,6 +231,12 @@ def _renew(track: Track, thing: Thing) -> None:
     size, pose = described(old.kind, better)
     track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
     track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
+
+
+def _other_size(old: Thing, new: Thing) -> bool:
+    """Tell whether a thing that was clearly seen is now seen with quite another size."""
+    ratio = np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size)))
+    return old.confidence > _SURELY and float(ratio.max()) > _ANOTHER_SIZE
 
 
 def _is_part(thing: Thing, known: Thing) -> bool:
