@@ -7,15 +7,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from robosandbox.perception.drawers import grip_of
 from robosandbox.perception.relations import support
 from robosandbox.perception.tracks import Track
 from robosandbox.robots.robot import GripperGeometry
+from robosandbox.shapes import DrawerShape
 from robosandbox.types import Array, GripperState, Observation, Pose
 
 _SOMETHING = 0.0015
 _WITHIN = 0.02
 _FITS = 0.012
 _OPENED = 0.003
+_SPARE = 0.5
 _CLOSED = 0.6
 _PRESSING = 0.25
 
@@ -74,6 +77,32 @@ class Hands:
             _carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
             track.hidden = False
 
+    def move_drawers(self, seen: Observation, tracks: Iterable[Track]) -> None:
+        """Let drawers follow the hand: one whose grip it holds goes along, one that it would reach into is pushed shut.
+
+        The hand covers what a look would need to see of them.
+        """
+        geometry, state, tcp = self._geometry, seen.gripper, seen.tcp_pose
+        if geometry is None or state is None or self.hold is not None:
+            return
+        for track in tracks:
+            thing = track.thing
+            if thing.kind != "drawer" or thing.opening is None:
+                continue
+            shape = DrawerShape.of(thing.size)
+            local = thing.pose.rotation.T @ (tcp.position - grip_of(thing.size, thing.pose, 0.0))
+            if abs(float(local[1])) > _WITHIN or abs(float(local[2])) > float(shape.grip[2]) + _WITHIN:
+                continue
+            # As far open as it would be with its grip where the TCP is.
+            opening, there = thing.opening, -float(local[0])
+            if self._grips(state) and abs(state.width - 2.0 * float(shape.grip[1])) < _OPENED:
+                if -_WITHIN < there < shape.max_open + _WITHIN:
+                    opening = there
+            elif there > opening:
+                # Two solid things are not in one place.
+                opening = min(opening, there - float(shape.grip[0]) - geometry.finger_width / 2.0)
+            track.thing = replace(thing, opening=float(np.clip(opening, 0.0, shape.max_open)))
+
     def _grips(self, state: GripperState) -> bool:
         """Tell whether the fingers press on something: stopped before they are closed, and pressing on."""
         geometry = self._geometry
@@ -86,7 +115,9 @@ class Hands:
         """Tell whether the fingers are as far apart as when they closed; how hard they press is the skill's choice."""
         assert self.hold is not None and self._geometry is not None
         empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
-        return empty < state.width < self.hold.width + _OPENED
+        # A wide thing leaves the fingers little way to open.
+        spare = self._geometry.max_aperture - self.hold.width
+        return empty < state.width < self.hold.width + min(_OPENED, _SPARE * max(spare, 0.0))
 
 
 def _carry(track: Track, pose: Pose) -> None:
@@ -102,6 +133,8 @@ def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks:
     options = []
     for track in tracks:
         item = track.detected()
+        if item.kind == "drawer":
+            continue
         directions = np.vstack([np.eye(3), -np.eye(3), closing, -closing])
         reach = support(item, directions)
         outside = float((directions[:6] @ middle - reach[:6]).max())

@@ -55,7 +55,7 @@ def find_containers(
     """
     containers: list[Container] = []
     rest: list[Group] = []
-    for family in _families(groups):
+    for family in families(groups):
         found = _as_known(family, _best_container(family, scenery), known)
         if found is None:
             rest += family
@@ -127,19 +127,19 @@ def _at_shell(points: Array, hull: Fit) -> float:
     return float((within & (at_wall | on_floor)).mean())
 
 
-def _families(groups: Sequence[Group]) -> list[list[Group]]:
+def families(groups: Sequence[Group]) -> list[list[Group]]:
     """Return groups of like colour that lie within one another or side by side."""
-    families: list[list[Group]] = [[item] for item in groups]
+    found: list[list[Group]] = [[item] for item in groups]
     merged = True
     while merged:
         merged = False
-        for first, second in combinations(families, 2):
+        for first, second in combinations(found, 2):
             if any(_adjoin(a, b) for a in first for b in second):
                 first += second
-                families = [family for family in families if family is not second]
+                found = [family for family in found if family is not second]
                 merged = True
                 break
-    return families
+    return found
 
 
 def _adjoin(a: Group, b: Group) -> bool:

@@ -22,6 +22,7 @@ _BESIDE_REACH = 0.85
 _UNDER = 0.006
 _FEW = 6
 _LONG_CUT = 4
+_AT_CUT = 4.0
 _AWAY = -0.2
 _SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 # A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
@@ -119,6 +120,10 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
             # What lies lower is stood upon, as the table is.
             behind = valid & ((depth > here + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER))
             beside |= (piece > 0) & ~np.isin(piece, own) & ~behind
+    # A corner where a cut begins is no end of the thing either, whichever way it points.
+    pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
+    columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
+    covered |= (look.robot[rows, columns] & (look.robot_near[rows, columns] < here[:, None] + 0.02)).any(axis=1)
     # What is cut off may reach farther than what is left, and not only straight across the cut.
     free = sure = ~covered & ~beside
     for cut, reach in ((covered, 0.0 if covered.sum() >= _LONG_CUT else _ASIDE), (beside, _BESIDE_REACH)):

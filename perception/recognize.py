@@ -8,9 +8,10 @@ from typing import get_args
 
 import numpy as np
 
+from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import Hull, find_containers
+from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
@@ -47,6 +48,7 @@ class Thing:
         fit: Its hull as fitted.
         seen: What it was fitted to.
         resting: Height of what it stands on, metres; None in the air.
+        opening: For a drawer: how far it is open, metres.
     """
 
     kind: ObjectKind
@@ -59,6 +61,7 @@ class Thing:
     fit: Fit
     seen: Evidence
     resting: float | None
+    opening: float | None = None
 
     @property
     def top(self) -> float:
@@ -74,16 +77,35 @@ def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] =
         scenery: Where they are seen.
         known: The hulls of containers that were seen before.
     """
+    drawers, groups = find_drawers(families(groups), scenery)
     containers, rest, scenery = find_containers(groups, scenery, known)
     things = [
         _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
         for kind, found, members in containers
     ]
+    things += [_as_thing(drawer, scenery) for drawer in drawers]
     for members in sorted(rest, key=lambda item: float(item.bounds[1][2])):
         thing = _solid(members, things, scenery)
         if thing is not None:
             things.append(thing)
     return things
+
+
+def _as_thing(drawer: Drawer, scenery: Scenery) -> Thing:
+    hull, seen = drawer.hull, drawer.seen
+    return Thing(
+        kind="drawer",
+        size=drawer.size,
+        pose=drawer.pose,
+        rgb=paint_of(drawer.members.segments, hull, scenery),
+        confidence=_confidence(hull, seen.rows),
+        sigma=_sigma(hull),
+        group=drawer.members,
+        fit=hull,
+        seen=seen,
+        resting=scenery.table.height,
+        opening=drawer.opening,
+    )
 
 
 def measurements(members: Group, scenery: Scenery) -> Evidence:

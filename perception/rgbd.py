@@ -146,6 +146,7 @@ class RgbdPerception:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        self._hands.move_drawers(seen, self.tracks)
         self.christen()
         held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position

@@ -168,4 +168,6 @@ def _alike(a: DetectedObject, b: DetectedObject) -> bool:
 def _as_object(item: DetectedObject) -> SceneObject:
     kind = "box" if item.kind == "mesh" else item.kind
     apart = Pose(xyz=item.pose.xyz, quat_xyzw=item.pose.quat_xyzw)
-    return SceneObject(id=item.id, kind=kind, size=item.size, pose=apart, mass=0.05)
+    return SceneObject(
+        id=item.id, kind=kind, size=item.size, pose=apart, mass=0.05, open=min(item.opening or 0.0, item.size[-1])
+    )

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import colour_name
+from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing, aligned, described
@@ -36,6 +37,8 @@ _AT_HAND = 0.06
 _FALLEN = 0.4
 _PIECE = 0.01
 _SURELY = 0.6
+_ANOTHER_SIZE = 0.3
+_FAR_BETTER = 1.5
 
 
 @dataclass(slots=True, eq=False)
@@ -67,6 +70,7 @@ class Track:
             rgba=(r, g, b, 1.0),
             pose=self.thing.pose,
             confidence=round(self.confidence, 3),
+            opening=self.thing.opening,
         )
 
 
@@ -89,7 +93,7 @@ class Tracker:
         return [
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
-            if track.thing.kind in CONTAINER_KINDS and track.id != held and track.confidence > _SURELY
+            if track.thing.kind in CONTAINER_KINDS - {"drawer"} and track.id != held and track.confidence > _SURELY
         ]
 
     def rename(self, old: str, new: str) -> None:
@@ -132,7 +136,8 @@ class Tracker:
                 track.hidden = True
                 track.confidence *= _FADING
         for name, thing in named:
-            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+            known = next(item for item in self.declared if item.id == name)
+            self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
         for thing in new:
             if thing.confidence >= _STRANGER_CONFIDENCE and not any(thing is known for _, known in back):
                 close = float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND
@@ -191,11 +196,29 @@ def _lies_in(place: Array, vessel: Thing) -> bool:
     return bool((np.abs(local[:2]) < room).all())
 
 
+def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:
+    """Return a drawer with the measures that the task gives: how far it opens cannot be seen, and how deep it is hardly."""
+    if thing.kind != "drawer" or len(size) != len(thing.size):
+        return thing
+    total = thing.size[1] + (thing.opening or 0.0)
+    depth = min(size[1], total)
+    back = thing.fit.centre + thing.fit.sizes[0] * thing.fit.axes[:, 0]
+    centre = back - depth / 2.0 * thing.fit.axes[:, 0]
+    hull = replace(thing.fit, centre=centre, sizes=np.array([depth, size[0], size[2]]) / 2.0)
+    pose = Pose.from_matrix(np.array([*centre[:2], thing.pose.xyz[2]]), thing.pose.rotation)
+    return replace(thing, fit=hull, size=size, pose=pose, opening=opened(size, total))
+
+
 def _renew(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
     track.hidden = False
-    if old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS:
+    if old.kind == "drawer" and thing.kind == "drawer":
+        total = thing.size[1] + (thing.opening or 0.0)
+        track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
+        track.confidence = max(thing.confidence, track.confidence * _FADING)
+        return
+    if old.kind == "drawer" or (old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS):
         # A container half hidden shows a wall or two; that it is one is known.
         track.confidence = max(track.confidence * _FADING, thing.confidence)
         return
@@ -205,7 +228,11 @@ def _renew(track: Track, thing: Thing) -> None:
             # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
-        thing = thing if clearly else _with_known_size(thing, old)
+        thing = thing if clearly and not _other_size(old, thing) else _with_known_size(thing, old)
+        if _other_size(old, thing) and len(thing.seen.rows.values) < _FAR_BETTER * len(old.seen.rows.values):
+            # Things do not grow or shrink; with no better a view this is a wrong one.
+            track.confidence *= _FADING
+            return
         found = aligned(thing.fit, old.fit)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
@@ -227,6 +254,12 @@ def _renew(track: Track, thing: Thing) -> None:
     track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
 
 
+def _other_size(old: Thing, new: Thing) -> bool:
+    """Tell whether a thing that was clearly seen is now seen with quite another size."""
+    ratio = np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size)))
+    return old.confidence > _SURELY and float(ratio.max()) > _ANOTHER_SIZE
+
+
 def _is_part(thing: Thing, known: Thing) -> bool:
     """Tell whether a new thing is but a piece of a known one, cut off by what stands before it."""
     if colour_difference(thing.rgb, known.rgb) > _COLOUR_GATE:
@@ -234,7 +267,11 @@ def _is_part(thing: Thing, known: Thing) -> bool:
     half = known.fit.sizes
     if known.fit.shape != "box":
         half = np.array([half[0], half[0], half[-1]])
-    local = np.abs((thing.group.points - known.fit.centre) @ known.fit.axes)
+    local = (thing.group.points - known.fit.centre) @ known.fit.axes
+    if known.opening is not None:
+        # What has slid out of a drawer's front is of it too.
+        local[:, 0] += known.opening * np.clip(-local[:, 0] / half[0], 0.0, 1.0)
+    local = np.abs(local)
     return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)
 
 

@@ -24,6 +24,7 @@ _PLANE_BAND = 0.03
 _PLANE_LEAST = 300
 _PLANE_TRIMS = 4
 _LEAST_TRIM = 0.001
+_USUAL_NOISE = 0.0035
 # How far calibrations are off as a rule: what is seen of a small patch of table does not outweigh it.
 _TILT_PRIOR = 0.003
 _SHIFT_PRIOR = 0.004
@@ -195,7 +196,7 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     off = points[2] - table.height
     near = inner & (np.abs(off) < _PLANE_BAND)
     if near.sum() < _PLANE_LEAST:
-        return view.rotation, view.position, 0.0035
+        return view.rotation, view.position, _USUAL_NOISE
     points, off = points[:, near], off[near]
     middle = points[:2].mean(axis=1)
     design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
@@ -205,6 +206,9 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     for _ in range(_PLANE_TRIMS):
         rest = off - design @ plane
         keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
+        if keep.sum() < _PLANE_LEAST // 2:
+            # What is seen near the table's height is no plane.
+            return view.rotation, view.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
         noise = float(1.4826 * np.median(np.abs(rest[keep])))

@@ -193,6 +193,20 @@ def test_a_board_that_leans_is_seen_as_it_leans():
 
 
 @pytest.mark.gl
+@pytest.mark.parametrize("task, opening", [("open_drawer", 0.0), ("close_drawer", 0.1)])
+def test_a_drawer_is_known_by_its_grip_and_how_far_it_is_open(task, opening):
+    with open_session(task, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+        true = session.sim.truth().objects["drawer"]
+        drawer = seen.find("drawer")
+        assert drawer is not None and drawer.kind == "drawer"
+        assert np.linalg.norm(drawer.pose.position - true.pose.xyz) < 0.005
+        assert true.opening == pytest.approx(opening, abs=1e-3)
+        assert drawer.opening == pytest.approx(opening, abs=0.004)
+        assert session.run().success and session.judge().success
+
+
+@pytest.mark.gl
 def test_a_cup_is_told_from_a_bowl():
     scene = task_of(
         SceneObject(id="one", kind="cup", size=(0.04, 0.09), pose=Pose(xyz=(0.15, 0.0, 0.04)), mass=0.2),

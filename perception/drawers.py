@@ -1,0 +1,168 @@
+"""Drawers: a large box with a grip before the middle of one of its sides; what slides out of it lengthens the box."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from robosandbox.perception.fit import Evidence, Fit, Surface, fit
+from robosandbox.perception.groups import Group
+from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.scenery import Scenery
+from robosandbox.shapes import DrawerShape
+from robosandbox.types import Array, Pose
+
+_LARGEST_GRIP = 0.065
+_GRIP_OVER_TABLE = 0.012
+_LEAST_SIDE = 0.06
+_LEAST_HEIGHT = 0.03
+_STAND_OFF = (0.015, 0.065)
+_MIDDLE = 0.018
+_WIDEST = 0.024
+_LEVELS = (0.35, 0.85)
+_POOREST = 1.0
+_TOP = 0.012
+_FROM_SIDES = 0.02
+_BIN = 0.006
+_EMPTY = 0.25
+_SHUT = 0.012
+# How far it slides is not seen before it is opened.
+_MOST_OPEN = 0.75
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawer:
+    """A drawer as it was seen.
+
+    Attributes:
+        hull: Its cabinet, its x axis pointing from the front to the back.
+        opening: How far it is open, metres.
+        members: Its pieces, the grip's included.
+        seen: What the box around all of it was fitted to.
+    """
+
+    hull: Fit
+    opening: float
+    members: Group
+    seen: Evidence
+
+    @property
+    def size(self) -> tuple[float, float, float, float]:
+        """Width, depth, height and how far it opens, metres; the last is a guess."""
+        depth, width, height = (2.0 * float(half) for half in self.hull.sizes)
+        return width, depth, height, max(_MOST_OPEN * depth, self.opening)
+
+    @property
+    def pose(self) -> Pose:
+        """Of the middle of the cabinet's bottom, opening towards local -x."""
+        return Pose.from_matrix(self.hull.centre - [0.0, 0.0, self.hull.sizes[2]], self.hull.axes)
+
+
+def find_drawers(families: Sequence[list[Group]], scenery: Scenery) -> tuple[list[Drawer], list[Group]]:
+    """Return the drawers among families of like-coloured groups, and the groups that are none of theirs."""
+    left = [list(family) for family in families]
+    found = []
+    for grip in [item for family in families for item in family if _may_be_grip(item, scenery.table.height)]:
+        for family in left:
+            if any(item is grip for item in family) or not _near(family, grip):
+                continue
+            drawer = _as_drawer(family, grip, scenery)
+            if drawer is not None:
+                found.append(drawer)
+                left = [[item for item in each if item is not grip] for each in left if each is not family]
+                break
+    return found, [item for family in left for item in family]
+
+
+def _may_be_grip(item: Group, table: float) -> bool:
+    low, high = item.bounds
+    return bool((high - low).max() < _LARGEST_GRIP and low[2] > table + _GRIP_OVER_TABLE)
+
+
+def _near(family: Sequence[Group], grip: Group) -> bool:
+    points = np.vstack([item.points for item in family])
+    low, high = np.percentile(points, [1.0, 99.0], axis=0)
+    large = (high - low)[:2].min() > _LEAST_SIDE and high[2] - low[2] > _LEAST_HEIGHT / 2.0
+    first, last = grip.bounds
+    return bool(large and (first - _STAND_OFF[1] < high).all() and (low < last + _STAND_OFF[1]).all())
+
+
+def _as_drawer(family: Sequence[Group], grip: Group, scenery: Scenery) -> Drawer | None:
+    members = Group(tuple(segment for item in family for segment in item.segments))
+    top = float(np.percentile(members.points[:, 2], 98))
+    rows, surfaces = [], []
+    for camera, look in scenery.looks.items():
+        own = [segment for segment in members.segments if segment.view.camera == camera]
+        if own:
+            rows.append(tangents(own, look, grip.segments))
+            points = np.vstack([segment.points for segment in own])
+            points = points[points[:, 2] > top - _TOP]
+            surfaces.append(Surface(points, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
+    seen = Evidence(Rows.stack(rows), Surface.stack(surfaces))
+    whole = fit("box", seen, scenery.table.height) if len(seen.surface.points) else None
+    if whole is None or whole.cost > _POOREST or 2.0 * whole.sizes[2] < _LEAST_HEIGHT:
+        return None
+    whole = _facing(whole, grip)
+    if whole is None:
+        return None
+    length = 2.0 * float(whole.sizes[0])
+    depth = _cabinet(members, whole, scenery)
+    opening = length - depth if length - depth > _SHUT else 0.0
+    depth = length - opening
+    along = whole.axes[:, 0]
+    hull = replace(
+        whole,
+        centre=whole.centre + opening / 2.0 * along,
+        sizes=np.array([depth / 2.0, whole.sizes[1], whole.sizes[2]]),
+    )
+    return Drawer(hull, opening, Group((*members.segments, *grip.segments)), seen)
+
+
+def _facing(whole: Fit, grip: Group) -> Fit | None:
+    """Return the box with its x axis pointing away from the grip, if the grip is before the middle of a side."""
+    for quarter in range(4):
+        sizes = whole.sizes[[1, 0, 2]] if quarter % 2 else whole.sizes
+        turned = replace(whole, yaw=whole.yaw + quarter * np.pi / 2.0, sizes=sizes)
+        local = (grip.points - whole.centre) @ turned.axes
+        ahead = -float(np.percentile(local[:, 0], 5)) - float(sizes[0])
+        aside = float(np.median(local[:, 1]))
+        wide = float(np.subtract(*np.percentile(local[:, 1], [95, 5])))
+        level = (float(np.median(local[:, 2])) + float(sizes[2])) / (2.0 * float(sizes[2]))
+        if wide > _WIDEST or abs(aside) > _MIDDLE:
+            continue
+        if _STAND_OFF[0] < ahead < _STAND_OFF[1] and _LEVELS[0] < level < _LEVELS[1]:
+            return turned
+    return None
+
+
+def _cabinet(members: Group, whole: Fit, scenery: Scenery) -> float:
+    """Return how deep the cabinet is: from the back to where the top ends, metres."""
+    heights: list[Array] = []
+    for look in scenery.looks.values():
+        for segment in members.segments:
+            if segment.view is not look.view:
+                continue
+            left, top, right, bottom = segment.box
+            sure = segment.mask & look.view.valid[top:bottom, left:right]
+            points = look.view.xyz[:, top:bottom, left:right][:, sure].T
+            local = (points - whole.centre) @ whole.axes
+            within = (np.abs(local[:, 1]) < whole.sizes[1] - _FROM_SIDES) & (local[:, 2] > whole.sizes[2] - _TOP)
+            heights.append(whole.sizes[0] - local[within, 0])
+    length = 2.0 * float(whole.sizes[0])
+    counts, edges = np.histogram(np.concatenate(heights), bins=max(int(length / _BIN), 1), range=(0.0, length))
+    usual = float(np.median(counts[: max(len(counts) // 3, 1)]))
+    gaps = np.flatnonzero(counts < _EMPTY * usual)
+    gaps = gaps[gaps > 1]
+    return float(edges[gaps[0]]) if len(gaps) and usual > 0 else length
+
+
+def opened(size: tuple[float, ...], total: float) -> float:
+    """Return how far a drawer of a known size is open, by the length of its cabinet and box together, metres."""
+    return float(np.clip(total - size[1], 0.0, size[3]))
+
+
+def grip_of(size: tuple[float, ...], pose: Pose, opening: float) -> Array:
+    """Return the middle of a drawer's grip in the world, (3,)."""
+    return np.asarray(pose.position + pose.rotation @ (DrawerShape.of(size).grip_centre - [opening, 0.0, 0.0]))
