@@ -204,3 +204,21 @@ def test_reference_of_the_commands_is_up_to_date() -> None:
         assert make_cli.TARGET.read_text() == make_cli.page(), "run docs/make_cli.py"
     finally:
         sys.path.remove(str(ROOT / "docs"))
+
+
+def test_bench_page_has_a_line_per_task_and_names_what_failed() -> None:
+    from robosandbox.tasks.bench import run_bench
+    from robosandbox.tasks.loader import find_task
+
+    (row,) = (row.record() for row in run_bench([find_task("home")], 1))
+    failed = {**row, "seed": 1, "success": False, "detail": {"agent": "the arm is elsewhere"}}
+    sys.path.insert(0, str(ROOT / "docs"))
+    try:
+        import make_bench
+
+        page = make_bench.page([row, failed])
+    finally:
+        sys.path.remove(str(ROOT / "docs"))
+    (line,) = [line for line in page.splitlines() if line.startswith("| home |")]
+    assert line.split("|")[2].strip().startswith("1/2") and line.split("|")[3].strip() == "1"
+    assert "- home, seed 1: the arm is elsewhere" in page

@@ -42,7 +42,7 @@ def heading(text: str) -> str:
     )
 
 
-def gauge(name: str, value: float, low: float, high: float, text: str, *, warn: bool = True) -> str:
+def gauge(name: str, value: float, low: float, high: float, text: str, *, limits: str = "", warn: bool = True) -> str:
     """Return a row with a name, a bar with where a value lies between its limits, and the value in words.
 
     Args:
@@ -51,6 +51,7 @@ def gauge(name: str, value: float, low: float, high: float, text: str, *, warn: 
         low: The least.
         high: The most.
         text: The value in words; escaped here.
+        limits: Least and most in words, shown when the bar is pointed at; escaped here.
         warn: Whether it turns red near a limit.
     """
     share = 50.0 if not high > low else max(0.0, min(100.0, 100.0 * (value - low) / (high - low)))
@@ -59,7 +60,7 @@ def gauge(name: str, value: float, low: float, high: float, text: str, *, warn: 
     return (
         '<div style="display:grid;grid-template-columns:8.2em 1fr 6.2em;gap:0.6em;align-items:center;margin:0.18em 0">'
         f'<span style="overflow:hidden;text-overflow:ellipsis;white-space:nowrap">{escape(name)}</span>'
-        '<span style="position:relative;height:0.5em;background:#e4e8ec;border-radius:0.25em">'
+        f'<span title="{escape(limits)}" style="position:relative;height:0.5em;background:#e4e8ec;border-radius:0.25em">'
         f'<span style="position:absolute;left:calc({share:.1f}% - 0.3em);top:-0.1em;width:0.6em;height:0.7em;'
         f'border-radius:0.2em;background:{colour}"></span></span>'
         f'<span style="text-align:right;font-variant-numeric:tabular-nums;color:{colour if near else "inherit"}">'

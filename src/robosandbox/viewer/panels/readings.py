@@ -34,14 +34,16 @@ class ReadingsPanel:
         lines = [html.heading("Joints")]
         for index, name in enumerate(robot.joints):
             low, high, q = float(robot.lower[index]), float(robot.upper[index]), float(seen.q[index])
-            turns = blueprint.turns(index)
-            lines.append(html.gauge(name, q, low, high, f"{np.degrees(q):.1f}°" if turns else f"{1000 * q:.1f} mm"))
+            scale, unit = (float(np.degrees(1.0)), "°") if blueprint.turns(index) else (1000.0, " mm")
+            limits = f"{scale * low:.1f} to {scale * high:.1f}{unit}"
+            lines.append(html.gauge(name, q, low, high, f"{scale * q:.1f}{unit}", limits=limits))
         if seen.gripper is not None and robot.gripper is not None:
             geometry, gripper = robot.gripper.geometry, seen.gripper
             lines.append(html.heading("Gripper"))
             width = f"{1000 * gripper.width:.1f} mm"
             low, high = geometry.min_aperture, geometry.max_aperture
-            lines.append(html.gauge("opening", gripper.width, low, high, width, warn=False))
+            limits = f"{1000 * low:.1f} to {1000 * high:.1f} mm"
+            lines.append(html.gauge("opening", gripper.width, low, high, width, limits=limits, warn=False))
             lines.append(html.rows([("force", f"{gripper.force:.1f}"), ("holds", frame.held or "nothing")]))
         lines.append(html.heading("Tool centre point"))
         lines.append(html.rows(_pose(seen.tcp_pose)))

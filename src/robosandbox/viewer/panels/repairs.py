@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import viser
@@ -11,6 +12,23 @@ from robosandbox.errors import ErrorRecord, Repair
 from robosandbox.types import Plan
 from robosandbox.viewer import html, operator
 from robosandbox.viewer.operator import Doing, News, Operator
+
+# Of the evidence, what is in metres whatever the error.
+_LENGTHS = frozenset(
+    {
+        "position_error",
+        "depth",
+        "object_width",
+        "aperture",
+        "max_aperture",
+        "commanded",
+        "along",
+        "across",
+        "opening",
+        "moved",
+        "wanted",
+    }
+)
 
 
 class RepairsPanel:
@@ -71,7 +89,15 @@ class RepairsPanel:
 
 
 def _pairs(evidence: dict[str, Any]) -> list[tuple[str, str]]:
-    return [(name.replace("_", " "), _words(value)) for name, value in evidence.items()]
+    return [(name.replace("_", " "), _measured(name, value)) for name, value in evidence.items()]
+
+
+def _measured(name: str, value: Any) -> str:
+    if name in _LENGTHS and isinstance(value, float):
+        return f"{1000.0 * value:.1f} mm"
+    if name == "orientation_error":
+        return f"{math.degrees(value):.1f}°"
+    return _words(value)
 
 
 def _words(value: Any) -> str:
