@@ -6,30 +6,18 @@ from dataclasses import replace
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import Clauses, Element
+from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
-from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.modifiers import STATES
-from robosandbox.agent.language.verbs import BASE_FORMS
+from robosandbox.agent.language.wishes import Wishes, spoken
 
-_MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
-_MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
-_HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
-_BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
-_RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
-_GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
-class Commands(Clauses):
+class Commands(Wishes):
     """The rules for one command."""
-
-    def _skip(self, i: int) -> int:
-        while self.text(i) in (",", ".", ";", "!", "?", ":"):
-            i += 1
-        return i
 
     @rule
     def clause(self, i: int) -> Found[Command]:
@@ -191,13 +179,6 @@ class Commands(Clauses):
                 found.append((end, Command("home")))
         return found
 
-    def _asks(self, i: int) -> bool:
-        """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
-        if self.text(i) in BASE_FORMS:
-            return True
-        asked = self.text(i - 1) in ("have", "having", "got") or (self.text(i - 1) == "you" and i > 1)
-        return i > 0 and (self.text(i).endswith("ing") or asked)
-
     def _light(self, i: int) -> Found[Command]:
         """As in "give the can a gentle push to the left": the noun is the verb."""
         found: Found[Command] = []
@@ -211,129 +192,6 @@ class Commands(Clauses):
 
     def _arm(self, i: int) -> list[int]:
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
-
-    def _wish(self, i: int) -> Found[Command]:
-        """As in "I want the red cube in the bin", "make sure the can is on the tray", "the red cube goes in the bin"."""
-        found: Found[Command] = []
-        if self.text(i) in ("can", "could"):
-            # "could the can go in the bin?"
-            for j, refs in self.np_list(i + 1):
-                found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
-                for m, verb in self.tag(j, "VERB"):
-                    # "could the block scoot 2 cm to the right?"
-                    if verb in ("push", "move"):
-                        found += [
-                            (end, command)
-                            for end, elements in self.elements(m)
-                            for command in frame_command("push", (spoken(refs), *elements))
-                        ]
-        if self.text(i) == "it" and self.text(i + 1) == "is":
-            # "it is the apple that goes in the basket"
-            for j, refs in self.np_list(i + 2):
-                for k, _ in self.tag(j + 1, "COPULA") if self.text(j) in ("that", "which") else []:
-                    found += self._placed_there(refs, k)
-        starts = [end for end, _ in self.tag(i, "DESIRE")]
-        for start in starts:
-            # "I want to see a tower of the cubes"
-            for end, elements in self.elements(start):
-                if elements and elements[0].kind == "objects" and elements[0].value[0].nouns[:1] == ("tower",):
-                    found += [(end, command) for command in frame_command("build", elements)]
-        for start in [*starts, i]:
-            for j, refs in self.np_list(start):
-                found += self._holding(refs, j, wished=start > i)
-                found += self._belonging(refs, j)
-                if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
-                    # "each can gets a tap"
-                    k = j + 1 if self.text(j) in _RECEIVES else j + 2
-                    for a, _ in self.tag(k, "A"):
-                        for adjective in self.optional(a, "LIGHT_ADJECTIVE"):
-                            for n, verb in self.tag(adjective, "LIGHT_NOUN"):
-                                found += [
-                                    (end, command)
-                                    for end, elements in self.elements(n)
-                                    for command in frame_command(verb, (spoken(refs), *elements))
-                                ]
-                if (
-                    self.text(j) in _MODALS
-                    and self.text(j + 1) in ("all", "both", "each")
-                    and self.text(j + 2) in _GOES
-                ):
-                    found += self._placed_there(refs, j + 3)
-                aside = j + 1 if len(refs) > 1 and self.text(j) in (",", "all", "both", "each") else j
-                copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
-                if refs[0].text.startswith("anything") and self.text(j) in _MODALS:
-                    # "anything but the apple can go in the bin" allows, and does not ask.
-                    continue
-                if start > i:
-                    # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
-                    copulas += [end for end, _ in self.tag(j, "IS_NOW")]
-                for k in copulas + ([j] if start > i else []):
-                    for m, verb in self.tag(k, "VERB"):
-                        # "I need the red cube picked up", "... to be put in the bin".
-                        if verb == "swap" or self.text(k).endswith(("ed", "en", "t", "ng", "d")):
-                            for end, elements in self.elements(m):
-                                objects = spoken(refs)
-                                found += [(end, c) for c in frame_command(verb, (objects, *elements))]
-                    found += self._placed_there(refs, k)
-                    if self.text(k - 1) in ("goes", "go"):
-                        found += self._run_on(refs, k)
-        return found
-
-    def _holding(self, refs: tuple[Ref, ...], i: int, *, wished: bool) -> Found[Command]:
-        """As in "the tray should contain the ball": the container is named first."""
-        k = i + 1 if self.text(i) in (*_MODALS, "to") else i + 2 if self.said(i, i + 2) in _MODALS_TO else i
-        held = self.text(k)
-        plain = held in ("gets", "receives")
-        if len(refs) != 1 or not (plain or (held in _HOLDS and (k > i or wished))):
-            return []
-        found: Found[Command] = []
-        for j, objects in self.np_list(k + 1):
-            if any(part.determiner == "it" for ref in objects for where in ref.relations for part in where.refs):
-                continue
-            if self.text(j) == "on" and self.text(j + 1) in ("it", "top"):
-                found.append((j + 2, Command("put", objects, Relation("on", refs), bare=0.3)))
-            ends = [j + 1] if self.text(j) in ("inside", "in") else []
-            ends += [j + 2] if self.said(j, j + 2) in ("in it", "inside it") else []
-            found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in (*ends, j)]
-        return found
-
-    def _belonging(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
-        """As in "the bin is where the ball belongs", "the ball's place is in the bin"."""
-        found: Found[Command] = []
-        if self.said(i, i + 2) == "is where" and self._named_container(refs):
-            for j, objects in self.np_list(i + 2):
-                ends = [end for end, _ in self.tag(j, "COPULA")]
-                found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in ends]
-        if self.text(i) in ("place", "spot", "home", "position") and self.text(i + 1) == "is":
-            found += self._placed_there(refs, i + 2)
-        return found
-
-    def _by_doing(self, i: int) -> Found[Command]:
-        """As in "clean up the toys by putting them in the box", "clear the table by putting everything in the bin"."""
-        found: Found[Command] = []
-        for j, verb in self.tag(i, "VERB") if self._asks(i) else []:
-            if verb not in _BY_DOING:
-                continue
-            for k, element in self.element(j):
-                if self.text(k) != "by" or not self.text(k + 1).endswith("ing"):
-                    continue
-                for end, command in self._verb_first(k + 1):
-                    if not command.objects or command.verb not in ("put", "stack"):
-                        continue
-                    it = command.objects[0].determiner == "it"
-                    if it and element.kind == "objects":
-                        found.append((end, replace(command, objects=element.value)))
-                    elif not it and (element.kind == "table" or verb == "build"):
-                        found.append((end, command))
-        return found
-
-    def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
-        return [
-            (end, _under(command))
-            for end, elements in self.elements(i)
-            if elements and any(e.kind in ("place", "matching") for e in elements)
-            for command in frame_command("put", (spoken(refs), *elements))
-        ]
 
     def _partitive(self, i: int) -> Found[Command]:
         """As in "of the three mugs, take the middle one"."""
@@ -470,31 +328,6 @@ class Commands(Clauses):
     def _joints_at(self, i: int) -> bool:
         return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
 
-    def _run_on(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
-        """As in "red cube left bin", "put can bin": the container alone says where."""
-        return [
-            (j, Command("put", refs, Relation("in", where), bare=0.6))
-            for j, where in self.np_list(i)
-            if self._named_container(where) and not any(ref.unknown for ref in refs)
-        ]
-
-    def _named_container(self, refs: tuple[Ref, ...]) -> bool:
-        plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
-        return plain and bool(refs[0].nouns) and NOUN_CLASS.get(refs[0].nouns[0]) in ("bin", "bowl", "drawer")
-
-
-def _under(command: Command) -> Command:
-    """As in "the red cube should be under the blue one": the blue one goes on it."""
-    place = command.place
-    if isinstance(place, Relation) and place.kind == "under" and len(command.objects) == len(place.refs) == 1:
-        return replace(command, objects=place.refs, place=Relation("on", command.objects))
-    return command
-
 
 def _counted_from(ref: Ref, key: str) -> Ref:
     return replace(ref, ranks=tuple(replace(rank, key=key) if not rank.key else rank for rank in ref.ranks))
-
-
-def spoken(refs: tuple[Ref, ...]) -> Element:
-    """Return noun phrases as what a verb takes."""
-    return Element("objects", refs)

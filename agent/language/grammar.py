@@ -7,11 +7,12 @@ from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.commands import Commands, spoken
+from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
 from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
+from robosandbox.agent.language.wishes import spoken
 
 Part = Command | tuple[Ref, ...] | str
 MAX_SENTENCES = 8
