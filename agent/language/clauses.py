@@ -270,7 +270,7 @@ class Clauses(Phrasing):
         return closed or any(self.text(i) == side or end > i + 1 for end, side in self.tag(i, "DIR"))
 
     def _direction(self, i: int) -> Found[str]:
-        found = [
+        found: Found[str] = [
             (j, Axis(value) if {"x", "y"} & {self.text(k) for k in range(i, j)} else value)
             for j, value in self.tag(i, "DIR")
             if not (j == i + 1 and self.text(i) in _NEARER and self.text(j) in _TO)

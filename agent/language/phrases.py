@@ -196,13 +196,12 @@ class Phrasing(Nouns):
             if k:
                 again = first.plural and self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
+                    lead = others[0]
                     if any(o.options for o in others) and self.text(k - 1) not in ("and", "plus", "then", "with"):
                         found += [(end, refs) for refs in self._any_of(first, others, self.said(i, end))]
                         continue
                     # "the cubes, all of them" adds nothing.
-                    if len(others) < 10 and not (
-                        again and not (others[0].nouns or others[0].colours or others[0].names)
-                    ):
+                    if len(others) < 10 and not (again and not (lead.nouns or lead.colours or lead.names)):
                         found.append((end, (first, *others)))
         found = [
             (j, _sharing(refs)) if self.text(j - 1) not in ("one", "ones") or len(refs) < 2 else (j, refs)
@@ -218,11 +217,12 @@ class Phrasing(Nouns):
 
     def _any_of(self, first: Ref, others: tuple[Ref, ...], text: str) -> list[tuple[Ref, ...]]:
         """As in "the can, the ball or the cube", which is one of the three; "everything red, blue or green" is all of it."""
-        if len(others) > 1 or first.options or first.ranks:
+        lead, *more = others
+        if more or first.options or first.ranks:
             return []
-        options = others[0].options
+        options = lead.options
         if not (first.plural or first.determiner == "all"):
-            return [(replace(others[0], options=(first, *options), text=text),)]
+            return [(replace(lead, options=(first, *options), text=text),)]
         shades = tuple(c for o in options for c in o.colours if not (o.nouns or o.names))
         if first.colours and len(shades) == len(options):
             return [(replace(first, colours=(*first.colours, *shades), text=text),)]

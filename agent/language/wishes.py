@@ -67,6 +67,7 @@ class Wishes(Clauses, ABC):
                     found += [(end, command) for command in frame_command("build", elements)]
         for start in [*starts, i]:
             for j, refs in self.np_list(start):
+                lead = refs[0]
                 found += self._holding(refs, j, wished=start > i)
                 found += self._belonging(refs, j)
                 if self.text(j) in _RECEIVES or self.said(j, j + 2) in ("should get", "must get", "has to get"):
@@ -88,7 +89,7 @@ class Wishes(Clauses, ABC):
                     found += self._placed_there(refs, j + 3)
                 aside = j + 1 if len(refs) > 1 and self.text(j) in (",", "all", "both", "each") else j
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
-                if refs[0].text.startswith("anything") and self.text(j) in _MODALS:
+                if lead.text.startswith("anything") and self.text(j) in _MODALS:
                     # "anything but the apple can go in the bin" allows, and does not ask.
                     continue
                 if start > i:
