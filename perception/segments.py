@@ -100,9 +100,10 @@ def _cut(
     view: View, standing: Mask, painted: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
+    count, found, stats, _ = cv2.connectedComponentsWithStats(
         (standing & ~jumps(view, crop)).astype(np.uint8), connectivity=4
     )
+    labels: Labels = found.astype(np.int32, copy=False)
     small = np.bincount(labels[raised], minlength=count) < _LEAST_PIXELS
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
     mean = np.bincount(labels.ravel(), weights=height.ravel(), minlength=count) / np.maximum(stats[:, 4], 1)

@@ -178,10 +178,11 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
 def _world(depth: Image, x: Image, y: Image, rotation: Array, position: Array) -> Image:
     """Return world coordinates (3, h, w) of depths (h, w) along the rays (x, y, 1), x (w,) and y (h,)."""
     turned = np.empty((3, *depth.shape), dtype=np.float32)
-    for row, offset, out in zip(rotation.astype(np.float32), position.astype(np.float32), turned, strict=True):
-        np.add.outer(row[1] * y + row[2], row[0] * x, out=out)
-        out *= depth
-        out += offset
+    turn, offset = rotation.astype(np.float32), position.astype(np.float32)
+    for k in range(3):
+        np.add((turn[k, 1] * y + turn[k, 2])[:, None], (turn[k, 0] * x)[None, :], out=turned[k])
+        turned[k] *= depth
+        turned[k] += offset[k]
     return turned
 
 

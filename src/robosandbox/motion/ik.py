@@ -215,14 +215,16 @@ class DLSMotionPlanner:
             guesses = [path[-1]]
             if len(path) > 1:
                 guesses.insert(0, path[-1] + (ahead - done) / (done - before) * (path[-1] - path[-2]))
-            for guess in guesses:
-                solution = solver.descend(waypoint, turned, guess)
-                jump = np.abs(solution.q - path[-1])
-                if solution.solved and jump.max() <= _LINE_JUMP:
+            first, *others = guesses
+            solution = solver.descend(waypoint, turned, first)
+            for guess in others:
+                if solution.solved and np.abs(solution.q - path[-1]).max() <= _LINE_JUMP:
                     break
-            else:
-                if not solution.solved:
-                    raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
+                solution = solver.descend(waypoint, turned, guess)
+            if not solution.solved:
+                raise self._unreachable(Pose.from_matrix(waypoint, turned), solution)
+            jump = np.abs(solution.q - path[-1])
+            if jump.max() > _LINE_JUMP:
                 # Near a singularity joints turn far in little way; in a jump to another posture no step is small enough.
                 if step < _FINEST * stride:
                     raise self._in_another_posture(Pose.from_matrix(waypoint, turned), solution, jump)
