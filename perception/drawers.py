@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.perception.fit import Evidence, Fit, Surface, fit
+from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Scenery

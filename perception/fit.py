@@ -10,11 +10,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
+from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.outline import Rows
 from robosandbox.types import Array
 
@@ -29,7 +29,6 @@ _CLIP = 3.0
 _LEAST_SIZE = 0.003
 _LEAST_EVIDENCE = 12
 _STANDS = 0.0008
-_ROUGH = 0.008
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 _HOPELESS = 0.25
@@ -40,72 +39,6 @@ _LEAST_LEAN = np.radians(8.0)
 _MOST_LEAN = np.radians(65.0)
 _UP = np.array([0.0, 0.0, 1.0])
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-_COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Surface:
-    """Surface points, each with where it was seen from.
-
-    Attributes:
-        points: World, (n, 3).
-        camera: The same for all, (3,), or one for each, (n, 3).
-        weight: 1 / standard deviation along the normal, 1/m; one number, or one for each, (n,).
-    """
-
-    points: Array
-    camera: Array
-    weight: float | Array
-
-    @staticmethod
-    def stack(parts: Sequence[Surface]) -> Surface:
-        """Return all points as one surface."""
-        return Surface(
-            np.vstack([part.points for part in parts]),
-            np.vstack([np.broadcast_to(part.camera, part.points.shape) for part in parts]),
-            np.concatenate([np.broadcast_to(part.weight, len(part.points)) for part in parts]),
-        )
-
-
-@dataclass(frozen=True, eq=False)
-class Evidence:
-    """All that was measured of one thing.
-
-    Attributes:
-        rows: Tangent planes of all views.
-        surface: Surface points of all views.
-    """
-
-    rows: Rows
-    surface: Surface
-
-    @property
-    def count(self) -> int:
-        """How many measurements there are."""
-        return len(self.rows.values) + len(self.surface.points)
-
-    def turned(self, rotation: Array) -> Evidence:
-        """Return the same in a frame whose axes are the columns of a rotation (3, 3)."""
-        rows, surface = self.rows, self.surface
-        return Evidence(
-            Rows(rows.normals @ rotation, rows.values, rows.weights),
-            Surface(surface.points @ rotation, surface.camera @ rotation, surface.weight),
-        )
-
-    @cached_property
-    def tops(self) -> tuple[float, float]:
-        """Where its points end upwards, without outliers, and with fewer of them left out, metres."""
-        heights = self.surface.points[:, 2]
-        first, second = int(0.92 * (len(heights) - 1)), int(np.ceil(0.98 * (len(heights) - 1)))
-        ordered = np.partition(heights, (first, second))
-        return float(ordered[first]), float(ordered[second])
-
-    @cached_property
-    def rough(self) -> Rows:
-        """Tangents, and how far the points reach to eight sides: they say where the shape is, even without a tangent."""
-        place = round(0.96 * (len(self.surface.points) - 1))
-        values = np.partition(self.surface.points @ _COMPASS.T, place, axis=0)[place]
-        return Rows.stack([self.rows, Rows(_COMPASS, values, np.full(len(_COMPASS), 1.0 / _ROUGH))])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

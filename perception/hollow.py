@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import take_out
-from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, fit, lean_of
+from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.fit import Fit, Shape, fit, lean_of
 from robosandbox.perception.groups import Group, alike, group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Look, Scenery

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.perception.fit import Fit, Surface, surface_normals
+from robosandbox.perception.evidence import Surface
+from robosandbox.perception.fit import Fit, surface_normals
 from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.view import Table

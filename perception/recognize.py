@@ -9,7 +9,8 @@ from typing import get_args
 import numpy as np
 
 from robosandbox.perception.drawers import Drawer, find_drawers
-from robosandbox.perception.fit import Evidence, Fit, Shape, Surface, best_fit, fit_leaning
+from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents

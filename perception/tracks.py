@@ -35,6 +35,8 @@ _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
 _FALLEN = 0.4
+# Too little to be acted on, or to be claimed.
+_MAYBE = 0.25
 _PIECE = 0.01
 _SURELY = 0.6
 _ANOTHER_SIZE = 0.3
@@ -172,13 +174,15 @@ class Tracker:
                 continue
             if not _lies_in(track.thing.fit.centre, vessel):
                 continue
+            between = track.thing.fit.bottom < vessel.fit.top
             height = vessel.fit.bottom + CONTAINER_WALL + (track.thing.fit.top - track.thing.fit.bottom) / 2.0
             drop = np.array([0.0, 0.0, height - float(track.thing.fit.centre[2])])
             pose = Pose.from_matrix(track.thing.pose.position + drop, track.thing.pose.rotation)
             moved = replace(track.thing.fit, centre=track.thing.fit.centre + drop)
             track.thing = replace(track.thing, pose=pose, fit=moved)
             track.hidden = True
-            track.confidence = min(track.confidence, _FALLEN)
+            # Let go between the walls it can hardly be elsewhere; from over the rim it may have missed.
+            track.confidence = min(track.confidence, _FALLEN if between else _MAYBE)
             return True
         return False
 

@@ -7,7 +7,8 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
-from robosandbox.perception.fit import SIZES, Evidence, Surface, fit, support_terms, turn_terms
+from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.fit import SIZES, fit, support_terms, turn_terms
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.relations import inside
@@ -224,6 +225,28 @@ def test_a_thing_that_the_task_does_not_name_can_be_picked():
         assert {item.id for item in session.observe().objects} == {"red_box_1", "green_box_1", "blue_box_1"}
         assert session.run("pick up the blue box").success
         assert session.sim.truth().held == "blue_cube"
+
+
+@pytest.mark.gl
+def test_what_vanishes_over_a_container_is_not_claimed_to_be_in_it():
+    with open_session("put_in_bin", perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+        bin_ = next(item for item in seen.objects if item.kind == "bin")
+        name = next(item.id for item in seen.objects if item.kind != "bin")
+        tracker = session.ctx.perception._tracker
+        track, vessel = tracker.tracks[name], tracker.tracks[bin_.id].thing
+        for above, certain in ((0.1, False), (-0.01, True)):
+            lift = np.array([*vessel.fit.centre[:2], vessel.fit.top + above + track.thing.fit.sizes[-1]])
+            shift = lift - track.thing.fit.centre
+            moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
+            track.thing = replace(
+                track.thing,
+                fit=moved,
+                pose=Pose.from_matrix(track.thing.pose.position + shift, track.thing.pose.rotation),
+            )
+            track.confidence = 1.0
+            assert tracker._falls_into_something(track)
+            assert (track.confidence >= 0.3) == certain
 
 
 @pytest.fixture
