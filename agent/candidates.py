@@ -41,7 +41,9 @@ class Candidates:
         self._world = World(scene)
 
     def all(self) -> Iterator[tuple[Calls, str]]:
-        """Yield calls, the likeliest first, and why they may help."""
+        """Yield calls, the likeliest first but what moves nothing else before that, and why they may help."""
+        if self._error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING) and self._call.skill != "home":
+            yield (SkillCall(skill="home"), self._call), "from another start"
         match self._call.skill:
             case "pick" | "tap":
                 yield from self._before_grasp(str(self._call.arguments["object"]))
@@ -56,8 +58,6 @@ class Candidates:
                 yield from self._pour(str(self._call.arguments["target"]))
             case name if name in _PLACES:
                 yield from self._place()
-        if self._error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING) and self._call.skill != "home":
-            yield (SkillCall(skill="home"), self._call), "from another start"
 
     def _before_grasp(self, name: str) -> Iterator[tuple[Calls, str]]:
         item = self._scene.find(name)

@@ -57,7 +57,9 @@ class _Budget:
 
 
 def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
-    """Return skill calls that reach the failed call's post-condition on a copy of the world, cheapest first.
+    """Return skill calls that reach the failed call's post-condition on a copy of the world.
+
+    What moves the fewest other things comes first, then what takes the least time.
 
     Candidates are made from the evidence, the likeliest first, and rolled out one after another until some have succeeded
     or the context's budget of simulated seconds is spent. The live world is not touched.
@@ -97,4 +99,9 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
             found.append(Repair(calls=calls, why=why, cost=round(copy.sim.time - begin, 3)))
         if len(found) >= _ENOUGH:
             break
-    return tuple(sorted(found, key=lambda repair: repair.cost))
+    return tuple(sorted(found, key=lambda repair: (len(_handled(repair.calls) - _handled((call,))), repair.cost)))
+
+
+def _handled(calls: Calls) -> set[object]:
+    """Return what these calls pick up or push."""
+    return {item.arguments["object"] for item in calls if "object" in item.arguments}

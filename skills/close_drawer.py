@@ -85,7 +85,7 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
     arm.use(arm.look())
     q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
     inwards = -outwards(drawer)
-    for rotation in hand_rotations(drawer, hand, _PITCHES):
+    for rotation in (*hand_rotations(drawer, hand, _PITCHES), *_turned(drawer, hand)):
         start = _start(arm, drawer, rotation)
         end = moved_by(start, (opening_of(drawer) + _STAND_OFF + _PRESS) * inwards)
         try:
@@ -105,12 +105,20 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
     raise most_telling(failures)
 
 
+def _turned(drawer: DetectedObject, hand: Array) -> list[Array]:
+    """Return TCP rotations (3, 3) that point down and close along the slide, where a hand has less room aside."""
+    down, out = np.array([0.0, 0.0, -1.0]), outwards(drawer)
+    both = [np.column_stack([np.cross(y, down), y, down]) for y in (out, -out)]
+    return sorted(both, key=lambda rotation: -float(np.trace(hand.T @ rotation)))
+
+
 def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
     """Return the TCP pose before the grip, from which it is pushed."""
     gripper, shape = arm.sim.robot.gripper, DrawerShape.of(drawer.size)
     point = grip_point(drawer)
     if gripper is not None:
-        depth = gripper.geometry.finger_width / 2.0
+        along = abs(float(rotation[:, 1] @ outwards(drawer))) > 0.5
+        depth = gripper.geometry.finger_thickness if along else gripper.geometry.finger_width / 2.0
     else:
         # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
         depth = flange_depth(arm.sim.robot.tool_bounds, -(rotation.T @ outwards(drawer)))

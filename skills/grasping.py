@@ -98,7 +98,7 @@ def plan_grasp(
         if search.is_over:
             break
     # Where the measured gap is not exact, as of curved fingers, the hand may seem to touch what it is to hold.
-    for grasp in search.touching:
+    for grasp in tuple(search.touching):
         plan = search.attempt(grasp, target.id)
         if plan is not None:
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))

@@ -40,6 +40,11 @@ def test_what_cannot_be_helped_is_refused_at_once_with_its_cause(bench: ModuleTy
     assert row.refused_rightly, f"{row.errors}: {row.detail}"
 
 
+def test_a_hand_that_touches_the_object_from_the_start_plans_to_an_end(bench: ModuleType) -> None:
+    row = bench.run("mislocated", 49, what_if=True)
+    assert row.done and row.claimed and row.cpu_secs < 30.0, row.detail
+
+
 def test_same_seed_gives_the_same_episode(bench: ModuleType) -> None:
     one, other = (bench.run("crowded", 2, what_if=True) for _ in range(2))
     assert (one.about, one.errors, one.detail, one.sim_secs) == (

@@ -31,6 +31,13 @@ def test_enclosed_cube_is_picked_after_the_repair_that_the_copy_showed() -> None
         assert tuple(step.call for step in episode.steps) == repairs[0].calls
 
 
+def test_what_moves_nothing_else_is_offered_first() -> None:
+    with open_session("put_in_drawer", seed=68) as session:
+        episode = session.run()
+        verdict = session.judge()
+        assert verdict.success and episode.success, (episode.final_detail, verdict.detail)
+
+
 def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
     with open_session(ENCLOSED) as session:
         before = session.sim.snapshot()

@@ -458,7 +458,7 @@ class SkillError(RoboSandboxError):
         phase: What the skill was doing.
         message: What, which value, which limit, what to do.
         evidence: Measurements, typed per code.
-        repairs: Calls that were tried on a copy of the world, cheapest first.
+        repairs: Calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
     """
 
     code: ClassVar[ErrorCode] = ErrorCode.INTERNAL
@@ -502,7 +502,7 @@ class ErrorRecord(StrictModel):
         phase: What the skill was doing.
         message: What, which value, which limit, what to do.
         evidence: Measurements, of the kind that the code has.
-        repairs: Skill calls that were tried on a copy of the world, cheapest first.
+        repairs: Skill calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
     """
 
     code: ErrorCode
