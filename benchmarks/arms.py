@@ -202,6 +202,9 @@ def _task(name: str, model: Path, config: Path | None, robot: RobotModel) -> Tas
     task = cube_task(model, config, at(ahead, -aside))
     x, y = at(ahead, aside)
     if name == "place_in":
+        # Of an arm with a short reach the bin would stand in the base: farther out, then.
+        out = min(max(1.0, 0.11 / space.middle), max(1.0, 0.95 * space.far / space.middle))
+        x, y = at(out * ahead, out * aside)
         bin_ = SceneObject(id="grey_bin", kind="bin", size=(0.045, 0.045, 0.04), pose=Pose(xyz=(x, y, 0.042)), mass=0.3)
         return _with(
             task,
