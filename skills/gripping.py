@@ -19,6 +19,7 @@ _WEIGHING_SECONDS = 0.05
 _EASING_SECONDS = 0.12
 _LEAST_SHARE = 0.1
 _SHORTFALL = 0.6
+_ASTRAY = 0.05
 
 
 def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
@@ -54,6 +55,12 @@ def ease(arm: Manipulator, held: DetectedObject) -> float:
     wanted = max(needed_force(arm, held, mass), _LEAST_SHARE * before)
     state = arm.gripper
     closed = float(np.clip(state.closed, 0.0, 1.0))
+    geometry = gripper.geometry
+    astray = abs(geometry.joint_for_aperture(state.width) - state.joint)
+    if astray > _ASTRAY * abs(geometry.closed_joint - geometry.open_joint):
+        # Fingers with servos of their own, at their limits, stand where the object pushed them: one command for both
+        # would open the one that stands farther in.
+        return before
     slope = _force_per_closing(sim.model, arm, closed)
     if wanted >= before or slope <= 0.0 or state.force <= 0.0:
         return before
