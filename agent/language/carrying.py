@@ -93,7 +93,7 @@ def put(frame: Frame) -> list[Command]:
             return [Command("tidy", objects)]
         if particle in TOGETHER:
             return [Command("line_up", objects, None)]
-        if particle in MUTUAL and frame.objects:
+        if particle in MUTUAL and particle != "up" and frame.objects:
             return [Command("stack", objects)]
         return []
     if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "out", "back up"):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.modifiers import STATES
@@ -47,7 +47,7 @@ class Commands(Wishes):
         for j, what, condition in self._condition(i):
             after = self._skip(j)
             after = after + 1 if self.text(after) == "then" else after
-            for start in self._preambles(after, 0) if after > j else []:
+            for start in self._preambles(after, 0) if after > j else [j]:
                 for k, command in self._verb_first(start):
                     it = bool(command.objects) and command.objects[0].determiner == "it"
                     objects = (what,) if it and what else command.objects
@@ -160,8 +160,14 @@ class Commands(Wishes):
                     if self.text(k) == ":" and (whole.plural or whole.determiner == "all"):
                         found += [(end, Command("stack", refs)) for end, refs in self.np_list(k + 1) if len(refs) > 1]
             if verb == "put":
+                taken = self.text(i - 1) in (",", "and", "then") and "pick" in {
+                    value for m in range(i - 1) for _, value in self.tag(m, "VERB")
+                }
                 for k, refs in self.np_list(j):
                     found += self._run_on(refs, k)
+                    if taken and self._named_container(refs):
+                        # "take sponge, put blue box"
+                        found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
             if verb in ("go", "move", "put", "push"):
@@ -226,6 +232,8 @@ class Commands(Wishes):
                 ]
         for k, ref in self.np(i):
             if ref.nouns[:1] in (("tower",), ("stack",), ("pile",)) and self.text(k) in (":", ","):
+                # "a tower: red on green on blue"
+                found += [(end, c) for end, c in self._telegram(k + 1) if c.verb in ("put", "stack")]
                 # "tower: red, green, blue from bottom to top"
                 found += [
                     (end, command)

@@ -10,6 +10,7 @@ from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.things import ORDINALS
 from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
@@ -49,7 +50,23 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
             steps.append(part)
         elif isinstance(part, tuple):
             avoid += part
-    return Sentence(tuple(steps), tuple(avoid)) if steps or avoid else None
+    return Sentence(_on_the_way(steps), tuple(avoid)) if steps or avoid else None
+
+
+def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
+    """As in "bring the cube over to the can and set it down beside the can": one carrying."""
+    made: list[Command] = []
+    for step in steps:
+        last = made[-1] if made else None
+        over = last.place if last is not None and last.verb == "put" else None
+        onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
+        if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
+            again = len(onwards.refs) == 1 and _plainly(onwards.refs[0]) and onwards.refs[0].nouns == over.refs[0].nouns
+            there = over.refs if onwards.refs == (IT,) or again else onwards.refs
+            made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
+        else:
+            made.append(step)
+    return tuple(made)
 
 
 def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
@@ -92,6 +109,14 @@ _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 class Grammar(Commands):
     """The rules for sentences."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for i, tags in enumerate(self.tags[:-1]):
+            if self.texts[i] in ORDINALS and "SUPER" in self.tags[i + 1]:
+                # "..., second biggest in the bowl" counts, and opens no new step.
+                for tag in ("THEN", "FIRST"):
+                    tags[tag] = [hit for hit in tags.get(tag, []) if hit[0] > i + 1]
 
     def parts(self, i: int) -> Found[tuple[Part, ...]]:
         """Everything from `i` to the end, as parts in the order in which they are done."""
@@ -146,6 +171,14 @@ class Grammar(Commands):
         if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
             return []
         found: Found[tuple[Part, ...]] = []
+        narrowed = [
+            (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
+            for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
+            if self._skip(j) >= len(self.tokens) and {*map(_naming, refs)} < {*map(_naming, last.objects)}
+        ]
+        if narrowed:
+            # "the salt and the pepper on the plate... nah, only the salt"
+            return narrowed[:1]
         places = last.place.refs if isinstance(last.place, Relation) else ()
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
@@ -186,6 +219,17 @@ class Grammar(Commands):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        said = [ref for ref in _refs(last) if ref.determiner in ("a", "all") or ref.count]
+        if self.text(k) in ("any", "either") and said:
+            # "put a bolt in each box, any bolt" says that it does not matter which.
+            same = [
+                self._skip(j)
+                for j, ref in self.np(k)
+                if not (ref.unknown or ref.relations)
+                and any((ref.nouns, ref.names) == (known.nouns, known.names) or ref.one for known in said)
+            ]
+            if same:
+                return [(n, part) for j in same if j >= n][:1]
         if self.text(k - 1) == ":":
             # "put two things in the bin: the can and the ball": the list says which.
             open_ = len(last.objects) == 1 and (last.objects[0].count or last.objects[0].determiner == "it")
@@ -260,18 +304,17 @@ class Grammar(Commands):
                 found.append((j, (command,)))
                 comma = self._skip(j)
                 for tag in ("BEFORE", "AFTER"):
-                    for k, _ in self.tag(comma, tag):
-                        for end, second in self.clause(k):
-                            found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
+                    second_at = [hit for k, _ in self.tag(comma, tag) for hit in self.clause(k)]
+                    done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
+                    for end, second in second_at + (done if tag == "AFTER" else []):
+                        found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
             for tag in ("BEFORE", "AFTER"):
-                for k, _ in self.tag(start, tag):
-                    for j, second in self.clause(k):
-                        for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
-                            for first_start in self.optional(m, "FIRST"):
-                                for end, first in self.clause(first_start):
-                                    found.append(
-                                        (end, _named_first(first, second) if tag == "BEFORE" else (second, first))
-                                    )
+                second_at = [hit for k, _ in self.tag(start, tag) for hit in self.clause(k)]
+                for j, second in second_at + (self._accomplished(start) if tag == "AFTER" else []):
+                    for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
+                        for first_start in self.optional(m, "FIRST"):
+                            for end, first in self.clause(first_start):
+                                found.append((end, _named_first(first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
         for k, _ in self.tag(i, "STILL"):
             found += [(j, (Command("nothing", refs, negated="move"),)) for j, refs in self.np_list(k)]
@@ -343,9 +386,26 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     return (first, *parts[1:])
 
 
+def _plainly(ref: Ref) -> bool:
+    """Say whether a description is no more than "the can"."""
+    return ref.determiner == "the" and bool(ref.nouns) and not (ref.colours or ref.ranks or ref.names or ref.relations)
+
+
+def _inside_it(second: Command, first: Command) -> Command:
+    """As in "close the drawer once the apple is inside"."""
+    into = second.place
+    if isinstance(into, Relation) and into.refs == (IT,) and first.objects and first.objects[0].determiner != "it":
+        return replace(second, place=replace(into, refs=first.objects))
+    return second
+
+
 def _kind(ref: Ref) -> tuple[str, ...]:
     """Return what sort of thing a description names, by its noun or by the first word of its id."""
     return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
+
+
+def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
+    return ref.nouns, ref.names, ref.colours
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

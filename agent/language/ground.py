@@ -10,6 +10,7 @@ from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.materials import told
 from robosandbox.agent.language.orders import Fits, Meaning, Orders
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.tokens import id_parts
@@ -68,7 +69,10 @@ class Grounder(Orders):
 
     def _singled_out(self, ref: Ref, meaning: Meaning) -> None:
         """Refuse to choose by what cannot be seen: "a wooden cube" where there are several cubes."""
-        if ref.claims and (meaning.others or len(meaning.ids) > 1):
+        ids = (*meaning.ids, *meaning.others)
+        if all(told(claim, name) for claim in ref.claims for name in ids):
+            return
+        if ref.claims and len(ids) > 1:
             quoted = listed([f"“{word}”" for word in ref.claims])
             raise RefusedError(
                 RefusalCode.AMBIGUOUS,
@@ -76,6 +80,15 @@ class Grounder(Orders):
                 (*meaning.ids, *meaning.others),
                 about=ref.text,
             )
+
+    def _claimed(self, claim: str, names: list[str], *, several: bool) -> list[str]:
+        """As in "the wooden thing", "everything edible": what the names tell, where that settles it."""
+        known = {name: told(claim, name) for name in names}
+        fitting = [name for name in names if known[name]]
+        named = [name for name in fitting if claim.removesuffix("en") in id_parts(name)]
+        if len(named) == 1 and not several:
+            return named
+        return fitting if fitting and None not in known.values() else names
 
     def _pronoun(self, ref: Ref, fits: Fits | None, barred: set[str]) -> Meaning:
         groups = [ids for ids in reversed(self.discourse.themes)] + [ids for ids in reversed(self.discourse.mentioned)]
@@ -149,6 +162,8 @@ class Grounder(Orders):
         if fits:
             preferred = [name for name in names if fits(name)]
             names = preferred or names
+        for claim in ref.claims:
+            names = self._claimed(claim, names, several=several)
         if not names:
             raise self._not_found(ref, fits, barred)
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
@@ -177,7 +192,9 @@ class Grounder(Orders):
                 preferred = [item for item in found if fits(item.id) and match.noun_fit("box", item)]
                 found = preferred or found
             before = found
-            found = match.with_noun(found, ref.nouns, several=several, count=ref.count)
+            found = match.with_noun(
+                found, ref.nouns, several=several, count=ref.count, kinds=several or bool(ref.ranks)
+            )
             if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
                 # "put the ball in the black thing"
                 found = [item for item in before if fits(item.id)]

@@ -114,7 +114,12 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list
 
 
 def with_noun(
-    items: Iterable[DetectedObject], nouns: Sequence[str], *, several: bool, count: int | None = None
+    items: Iterable[DetectedObject],
+    nouns: Sequence[str],
+    *,
+    several: bool,
+    count: int | None = None,
+    kinds: bool = False,
 ) -> list[DetectedObject]:
     """Return the objects that the noun names best.
 
@@ -123,12 +128,16 @@ def with_noun(
         nouns: As said; several are alternatives.
         several: More than one is meant: if too few bear the name, those of the shape count as well.
         count: How many are meant; two at least without it.
+        kinds: What is a kind of it counts as well, although it has a name of its own: marbles among all balls.
     """
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
         return []
     top = [item for item, fit in fits if fit == best]
+    if kinds and best >= SYNONYM:
+        words = frozenset(w for noun in nouns for w in things.HYPONYMS.get(NOUN_CLASS.get(noun, noun), ()) if noun != w)
+        top = [item for item, fit in fits if fit == best or (fit and words & {*id_parts(item.id)})]
     if len(nouns) > 1 or (several and len(top) < (count or 2)):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
     return top

@@ -49,6 +49,11 @@ NOUNS: dict[str, str] = {
     "drink": "drink, beverage",
     "snack": "snack",
     "utensil": "utensil, piece of cutlery, cutlery",
+    "food": "food, foodstuff, edible, eatable, food item, grocery",
+    "stationery": "stationery, writing tool, office supply",
+    "fastener": "fastener, fixing, hardware",
+    "condiment": "condiment, seasoning, spice",
+    "crockery": "crockery, tableware, dishware",
 }
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
@@ -70,7 +75,21 @@ KINDS_OF: dict[str, frozenset[str]] = {
     "drink": word_set("coke cola pepsi sprite fanta water juice soda beer lemonade milk wine cider"),
     "snack": word_set("chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers"),
     "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
+    "stationery": word_set(
+        "pen pencil marker crayon eraser rubber ruler stapler notebook envelope highlighter sharpener"
+    ),
+    "fastener": word_set("bolt nut screw nail washer rivet bracket hinge"),
+    "condiment": word_set("salt pepper ketchup mustard vinegar mayonnaise mayo paprika cinnamon"),
+    "crockery": word_set("plate saucer cup mug teacup bowl dish teapot"),
 }
+KINDS_OF["food"] = (
+    KINDS_OF["fruit"]
+    | KINDS_OF["vegetable"]
+    | KINDS_OF["snack"]
+    | word_set(
+        "egg eggs bread toast sandwich cake pizza burger cheese bun bagel muffin donut doughnut croissant ham sausage meat fish rice pasta nut honey jam butter"
+    )
+) - {"pepper", "nut", "fish"}
 """Words for many kinds of things, by what an id may call them; never by shape."""
 IRREGULAR_PLURALS: dict[str, str] = {
     "boxes": "box",
@@ -86,7 +105,7 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "tumblers": "mug",
     "brushes": "brush",
 }
-PLURAL_NOUNS = frozenset({"cutlery", "stuff", "dice"})
+PLURAL_NOUNS = frozenset({"crockery", "tableware", "dishware", "stationery", "hardware", "cutlery", "stuff", "dice"})
 MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
@@ -254,6 +273,8 @@ UNIVERSALS = (
     "all my, all your, any and all, each one of the, all of my, the whole set of, the entire set of, "
     "each of these, each of those, every last"
 )
+HYPONYMS: dict[str, frozenset[str]] = {"ball": frozenset({"marble"})}
+"""Kinds of a kind that have a name of their own: of all balls, a marble is one."""
 BOTHS = (
     "both, both the, both of the, both these, both those, both of these, both of those, the pair of, the two, "
     "each of the two, both my"
