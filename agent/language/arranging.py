@@ -236,6 +236,9 @@ class Arranging(Placing):
         if len(bins) == 1 and everything:
             # With bowls about as well, one bin is no longer the place for all there is.
             bins += [item.id for item in objects.values() if item.kind == "bowl"]
+        waste = [name for name in bins if match.is_waste(name)]
+        if isinstance(command.place, Relation) and len(waste) == 1:
+            bins = waste
         if len(bins) != 1:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
         left = [name for name in names if name not in self.world.inside(bins[0])]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosandbox.agent.language.clauses import IT, Axis
-from robosandbox.agent.language.composing import unstack
+from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
 from robosandbox.agent.language.intent import (
@@ -119,6 +119,9 @@ def move(frame: Frame) -> list[Command]:
 
 def throw(frame: Frame) -> list[Command]:
     """As in "chuck it in the bin", which means to put it there; throwing it to the left is another thing."""
+    if frame.only("particle") and frame.particle in ("out", "away") and not frame.places:
+        all_of_it = any(ref.determiner == "all" and not ref.nouns for refs in frame.objects for ref in refs)
+        return [] if all_of_it else discard(frame)
     return [c for c in put(frame) if isinstance(c.place, Relation) and c.place.kind in ("in", "on", "to")]
 
 

@@ -156,6 +156,13 @@ def tidy(frame: Frame) -> list[Command]:
     return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
 
 
+def discard(frame: Frame) -> list[Command]:
+    """As in "throw the can away": into the waste bin, if one is called so."""
+    objects = frame.objects or (((IT,),) if frame.particle else ())
+    commands = tidy(replace(frame, objects=objects)) if objects else []
+    return [replace(c, place=Relation("discard")) if c.verb == "tidy" else c for c in commands]
+
+
 def load(frame: Frame) -> list[Command]:
     """As in "load the tray with the blocks": the container is named first."""
     if len(frame.objects) != 1 or len(frame.objects[0]) != 1 or frame.places or not frame.only("material", "particle"):

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import IT
+from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
@@ -199,7 +199,7 @@ class Grammar(Commands):
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
-            for command in frame_command(last.verb, (spoken(last.objects), *elements)):
+            for command in frame_command(last.verb, (spoken(last.objects), *_beside_it(elements, places))):
                 better = replace(command, distance=command.distance or last.distance, times=last.times)
                 if command.verb == "push" and not command.direction and not command.place:
                     better = replace(better, direction=last.direction, place=last.place)
@@ -279,6 +279,9 @@ class Grammar(Commands):
         if k > j:
             starts.append(k)
         for end, _ in self.tag(k, "THEN"):
+            if k == j and self.text(end) == ":":
+                # "the drawer should be closed afterwards: put the can in it" tells what comes last first.
+                continue
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
         if self.tag(k, "AVOID") or self.tag(k, "NEGATION") or self.tag(k, "STILL"):
@@ -384,6 +387,16 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     elif first.objects and first.objects[0].determiner == "it":
         first = replace(first, objects=last.objects)
     return (first, *parts[1:])
+
+
+def _beside_it(elements: Elements, places: tuple[Ref, ...]) -> Elements:
+    """As in "on top of the tape, no, next to it": next to the tape."""
+    return tuple(
+        replace(e, value=replace(e.value, refs=places))
+        if isinstance(e.value, Relation) and e.value.refs == (IT,) and places
+        else e
+        for e in elements
+    )
 
 
 def _plainly(ref: Ref) -> bool:

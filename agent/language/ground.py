@@ -10,9 +10,10 @@ from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref, Relation
-from robosandbox.agent.language.materials import told
+from robosandbox.agent.language.materials import is_familiar, told
 from robosandbox.agent.language.orders import Fits, Meaning, Orders
 from robosandbox.agent.language.spelling import suggestions
+from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import DetectedObject, RefusalCode
 
@@ -195,6 +196,15 @@ class Grounder(Orders):
             found = match.with_noun(
                 found, ref.nouns, several=several, count=ref.count, kinds=several or bool(ref.ranks)
             )
+            sorts = {match.NOUN_CLASS.get(noun, noun) for noun in ref.nouns}
+            strange = [
+                item.id
+                for item in before
+                if item not in found and self.world.movable(item.id) and not is_familiar(item.id)
+            ]
+            if several and strange and found and sorts & {*KINDS_OF}:
+                # "all the fruit": a thing that nobody here knows may be one as well.
+                raise self._ambiguous(ref, [*(item.id for item in found), *strange])
             if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
                 # "put the ball in the black thing"
                 found = [item for item in before if fits(item.id)]

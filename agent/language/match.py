@@ -77,6 +77,9 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         or all(w in parts for w in noun.split())
     ):
         return NAMED
+    if " " in noun and noun.split()[0] in parts and kind in SHAPE_KINDS.get(noun_class, ()):
+        # "the waste bin" is the bin called waste, rather than a tray.
+        return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
     if noun_class in own:
         return SYNONYM
@@ -148,6 +151,13 @@ def with_names(items: Iterable[DetectedObject], names: Sequence[str]) -> list[De
     everything = list(items)
     exact = [item for item in everything if item.id in names]
     return exact or [item for item in everything if all(name in id_parts(item.id) for name in names)]
+
+
+def is_waste(name: str) -> bool:
+    """Say whether a container's id tells that it takes what is thrown away."""
+    return bool(
+        {"waste", "trash", "rubbish", "garbage", "scrap", "dustbin", "wastebasket", "discard"} & {*id_parts(name)}
+    )
 
 
 def brightness(item: DetectedObject) -> float:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.agent.language.things import KINDS_OF
+from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.things import ABSENT_NOUNS, KINDS_OF
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wordlist import word_set
 
@@ -43,6 +44,33 @@ _KNOWN = frozenset(word for words in _MADE.values() for word in words) | _EDIBLE
 _INEDIBLE = _KNOWN - _EDIBLE | word_set(
     "block cube ball bar battery bottle tray bowl basket bin crate bucket drawer tool toy tape glue soap candle pen"
 )
+
+
+_HOUSEHOLD = word_set(
+    """
+    cereal ice flour sugar oats muesli porridge soup stew salad noodle noodles sauce oil syrup cream yoghurt yogurt tofu
+    vial beaker pipette petri flask funnel syringe cuvette sample swab dish rack stand holder case parcel package
+    postcard stamp label badge pad mat coaster lid cork cap stopper bottle jug kettle thermos shampoo lotion perfume
+    lipstick razor sponge weight rod bar dowel plank tile pebble shell feather leaf acorn pinecone fidget yoyo kite
+    puppet marble jack rattle whistle trumpet guitar violin piano radio speaker headphones mouse usb dongle adapter plug
+    socket fuse resistor capacitor chip board motor servo sensor wheel axle pulley lens prism compass protractor calculator
+    sticky note notes clip pushpin tack band string twine yarn thread needle button zip ribbon foil film medicine pill
+    plaster bandage mask thermometer stethoscope trowel pot seed seeds bulb bottle_opener corkscrew grater strainer
+    """
+)
+_NAMED = (
+    _HOUSEHOLD
+    | _KNOWN
+    | _INEDIBLE
+    | ABSENT_NOUNS
+    | {*NOUN_CLASS}
+    | frozenset(w for words in KINDS_OF.values() for w in words)
+)
+
+
+def is_familiar(name: str) -> bool:
+    """Say whether an object's id has a word of which it is known what sort of thing it names."""
+    return any(part in _NAMED or part.rstrip("s") in _NAMED for part in id_parts(name))
 
 
 def told(claim: str, name: str) -> bool | None:

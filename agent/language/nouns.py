@@ -212,6 +212,9 @@ class Nouns(Modifiers):
                     found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
                     continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
+            if self.text(j) in _PACKED and self.text(j) not in self.words.parts:
+                # "the jam jar", where the jam is called just that.
+                found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found
@@ -266,6 +269,9 @@ class Nouns(Modifiers):
         return found
 
 
+_PACKED = word_set(
+    "jar pot packet pack tub shaker mill tube stick bar carton bag sachet roll reel spool holder stand dispenser piece pen"
+)
 _NOT_NAMES = word_set(
     """
     REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN

@@ -254,6 +254,9 @@ class Placing(Hands):
                 world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
             ):
                 free.append((round(math.dist((x, y), world.base_xy), 3), side, (x, y)))
+        if not free and target in world.parent:
+            # "the butter on the plate and the spoon beside it": beside the plate, then.
+            return self._put_beside(name, world.parent[target][1], sides)
         if not free:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room next to {target}.", (target,))
         if target in world.parent or target == world.held:

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Sequence
 
 from robosandbox.agent.language.courtesies import MARKS
+from robosandbox.agent.language.idioms import plainly
 from robosandbox.agent.language.tokens import Token
 
 _LIFT = r"lift|grab|pick up|pickup|pick|hoist|raise|hold"
@@ -37,6 +38,12 @@ _ROOM_WORDS = r"(?:table|desk|tabletop|counter|bench|worktop|workbench|surface)"
 Replacement = str | Callable[["re.Match[str]"], str]
 
 
+def _other_way_round(match: re.Match[str]) -> str:
+    """As in "put the vial where the sponge is and the sponge where the vial was"."""
+    first, second, again, back = (match[k].split()[-1] for k in (1, 2, 3, 4))
+    return f" swap {match[1]} and {match[2]}" if (first, second) == (back, again) else match[0]
+
+
 _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -46,6 +53,22 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (r" (?!(?:in|on|with|to|pick|up|grab|put|take|get|and|or|as|into|onto|for|of|from|by|is|such|push|tap) )(\w+) an (?=[bcdfgjklmnpqrstvwxyz])", r" \1 and "),
         (r" (?<!on )(?<!the )(?<!to )(?<!at )(?<!from )(?<!off )(?<!onto )(?<!very )(top|front) of (?=\w)", lambda m: f" {'on' if m[1] == 'top' else 'in'} {m[1]} of "),
         (r" no (touch|move|push|pick up|pick|take|put|grab|lift|open|close|bump|hit) (?=\w)", r" do not \1 "),
+        (r" along (?=to the |to your |towards |toward )", " "),
+        (rf" (tap|touch|pat|poke|press|rap|bop|boop)( on)? ({_NP}) on (?:its |the )?(?:top|head|lid|upper side|top side|upper surface|cap|tip)(?= (?:[,.;!?]|and|then|once|twice) | $)", r" \1 \3"),
+        (rf" (?=the |my |that |this )({_NP}) (?:needs|need|wants|want|requires|require|could do with|deserves|deserve|is in need of) (?:a )?(?:good |quick )?(\w{{3,}}ing)((?: up| down| over| away)?)(?= )", r" start \2\3 \1"),
+        (rf"^ (?=the |that )({_NP}) : (open|close|tap|touch|push)(?= (?:[,.;!?] )?$)", r" \2 \1"),
+        (r"(^|,|and|then) (?:up|off) with (?=the |that |this |my )", r"\1 pick up "),
+        (r"(^|,|and|then) (?:away|down|in|off) with ((?:the |that |this |my )[\w ]+?)(?: ,)? (?=(?:into|in|onto|on|to) )", r"\1 put \2 "),
+        (r" (home|place|spot) is (?=(?:the |that )(?:\w+ )?(?:bowl|bin|box|basket|tray|drawer|crate|bucket|dish|container) )", r" place is in "),
+        (rf" (?:let |have |make |get )?(?=the |that |my )({_NP}) (?:and|with) ((?:the |that |my ){_NP}) (?:should|must|need to|have to|could|can|want to|would like to|to|ought to|are to)? ?(?:swap|trade|switch|exchange|change)(?: places| positions| spots| seats| locations)?(?: with each other)?(?= (?:[,.;!?] )?$)", r" swap \1 and \2"),
+        (rf" (?:put|place|set|move|bring) ((?:the |that |my ){_NP}) (?:to )?where ((?:the |that |my ){_NP}) (?:is|stands|sits|was)(?: now| right now| at the moment| currently)?(?: ,)? (?:and )?(?:vice versa|the other way (?:round|around)(?: too)?|then (?:do )?the reverse|\2 where \1 (?:is|stands|sits|was)(?: now| right now| at the moment)?)(?= (?:[,.;!?] )?$)", r" swap \1 and \2"),
+        (rf" (?:put|place|set|move|bring) ((?:the |that |my ){_NP}) (?:to )?where ((?:the |that |my ){_NP}) (?:is|stands|sits|was)(?: now)?(?: ,)? and (?:put )?((?:the |that |my ){_NP}) (?:to )?where ((?:the |that |my ){_NP}) (?:is|stands|sits|was)(?: now| before)?(?= (?:[,.;!?] )?$)", _other_way_round),
+        (r" (?:i would like|i want|have|let|make|get|could|can) (?=the |those |these |both )((?:the |those |these |both )?(?:\w+ ){1,2}?)(?:to )?(?:swap|trade|switch|exchange|change) (?:places|positions|spots|seats|locations)(?: with each other)?(?= )", r" swap \1"),
+        (rf"(^|,|and|then|that) ((?:the |that |my ){_NP}) (?:does|do|goes|follows)(?: the same| likewise| so| that)?(?= (?:[.;!?] )?$)", r"\1 \2"),
+        (rf"(^|,|and|then|[.;]) (?:so (?:does|do|goes)|ditto(?: for| with)?|the same goes for|same goes for|likewise) ((?:the |that |my ){_NP})(?= (?:[.;!?] )?$)", r"\1 then \2"),
+        (r" not (the \w+) (\w+) , (?:but )?(the \w+) one(?= )", r" \3 \2"),
+        (r"^ not ((?:the |a )(?:\w+ ){0,2}?\w+) , (?:but )?(?=the |a )", r" "),
+        (r" roll (the (?:\w+ ){0,2}?(?:ball|marble|sphere|orb)) (?!in |into |on |onto |out |off |away |over )(?!.* me )", r" push \1 "),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
@@ -103,6 +126,7 @@ def rephrased(tokens: Sequence[Token]) -> tuple[Token, ...]:
     if any(" " in token.text for token in tokens):
         return tuple(tokens)
     text = before = f" {' '.join(token.text for token in tokens)} "
+    text = plainly(text)
     for pattern, replacement in _RULES:
         text = pattern.sub(replacement, text)
         if not text.endswith(" "):

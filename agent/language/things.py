@@ -59,22 +59,40 @@ KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
         """
         apple banana orange pear lemon lime grape grapes strawberry peach plum apricot cherry mango kiwi melon fig
-        pineapple
+        pineapple tangerine mandarin clementine satsuma nectarine grapefruit raspberry blueberry blackberry cranberry
+        gooseberry currant papaya guava lychee pomegranate coconut date watermelon cantaloupe pomelo persimmon quince
+        passionfruit avocado berry kumquat
         """
     ),
-    "vegetable": word_set("tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet"),
+    "vegetable": word_set(
+        """
+        tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet beetroot aubergine eggplant
+        courgette zucchini celery spinach kale leek garlic turnip parsnip pea peas bean pumpkin squash cauliflower
+        mushroom asparagus artichoke chilli chili ginger shallot sprout yam
+        """
+    ),
     "tool": word_set(
         """
         hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors tape ruler knife
+        tweezers crowbar level plane rasp awl vice ratchet socket soldering caliper calipers trowel axe hatchet cutter
         """
     ),
     "animal": word_set(
-        "cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse"
+        """
+        cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse giraffe
+        zebra monkey panda penguin owl fox wolf goat chicken hen turtle snake crocodile hippo rhino kangaroo koala bunny
+        donkey whale shark dolphin octopus crab bee butterfly unicorn dragon
+        """
     ),
-    "vehicle": word_set("car truck bus train plane boat bike lorry van tractor"),
+    "vehicle": word_set(
+        "car truck bus train plane boat bike lorry van tractor taxi ambulance helicopter jet ship rocket motorbike scooter tram digger excavator bulldozer"
+    ),
     "drink": word_set("coke cola pepsi sprite fanta water juice soda beer lemonade milk wine cider"),
-    "snack": word_set("chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers"),
-    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
+    "snack": word_set("""
+        chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers sweet sweets wafer gum
+        brownie granola
+        """),
+    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks teaspoon tablespoon tongs peeler spork"),
     "stationery": word_set(
         "pen pencil marker crayon eraser rubber ruler stapler notebook envelope highlighter sharpener"
     ),
