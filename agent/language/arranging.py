@@ -165,7 +165,9 @@ class Arranging(Placing):
         order = command.order
         if isinstance(order, tuple):
             placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
-            rest = sorted((name for name in names if name not in placed.values()), key=self._breadth)
+            rest = [name for name in names if name not in placed.values()]
+            if len(command.objects) == 1 or len(rest) < len(names):
+                rest.sort(key=self._breadth)
             levels = (
                 placed.get("bottom"),
                 *rest[: len(rest) // 2],
@@ -173,6 +175,15 @@ class Arranging(Placing):
                 *rest[len(rest) // 2 :],
                 placed.get("top"),
             )
+            if len(command.objects) > 1 and (
+                names[0] == placed.get("bottom", names[0]) and names[-1] == placed.get("top", names[-1])
+            ):
+                # "the brick, the block and the sponge, brick at the bottom": listed upwards.
+                levels = (*names,)
+            elif len(command.objects) > 1 and (
+                names[-1] == placed.get("bottom", names[-1]) and names[0] == placed.get("top", names[0])
+            ):
+                levels = (*reversed(names),)
             names = [name for name in levels if name]
         elif order == "down":
             names.reverse()

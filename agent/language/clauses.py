@@ -165,7 +165,7 @@ class Clauses(Phrasing):
                 found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
-        found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]
+        found += [(j, Original(self.text(i) == "where")) for j, _ in self.tag(i, "ORIGINAL")]
         for j, _ in self.tag(i, "FREE"):
             for k in self._of_table(j):
                 found.append((k, Table()))

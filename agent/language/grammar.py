@@ -61,7 +61,12 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
         over = last.place if last is not None and last.verb == "put" else None
         onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
         if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
-            again = len(onwards.refs) == 1 and _plainly(onwards.refs[0]) and onwards.refs[0].nouns == over.refs[0].nouns
+            again = (
+                len(onwards.refs) == 1
+                and _plainly(onwards.refs[0])
+                and over.refs
+                and onwards.refs[0].nouns == over.refs[0].nouns
+            )
             there = over.refs if onwards.refs == (IT,) or again else onwards.refs
             made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
         else:

@@ -52,7 +52,7 @@ class Grounder(Orders):
             found = self._one_of(ref, fits, barred) if ref.options else self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
             self._singled_out(ref, meaning)
-            self.discourse.mention(meaning.ids, ref.nouns)
+            self.discourse.mention(meaning.ids, ref.nouns or tuple(name for name in ref.names[-1:] if name.isalpha()))
             if ref.nouns or ref.colours:
                 self.discourse.described.append(ref)
             return meaning

@@ -97,7 +97,13 @@ class Offset:
 
 @dataclass(frozen=True, slots=True)
 class Original:
-    """Where the object was before this sentence moved it."""
+    """Where the object was before this sentence moved it.
+
+    Attributes:
+        vacated: "where it was": of a thing that has not been moved, the place that another one has left.
+    """
+
+    vacated: bool = False
 
 
 @dataclass(frozen=True, slots=True)

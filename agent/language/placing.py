@@ -108,9 +108,13 @@ class Placing(Hands):
                 x, y = world.at[name]
                 step = distance or NUDGE
                 self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
-            case Original():
+            case Original(vacated=vacated):
                 # Where it was before this sentence, or else before the one that moved it.
                 origins = self.discourse.origins if name in self.moved else self.came_from
+                other = list(self.moved)
+                if vacated and name not in origins and len(other) == 1 and other[0] in self.discourse.origins:
+                    # "move the block out of the way and put the sponge where it was"
+                    origins = {name: self.discourse.origins[other[0]]}
                 if name not in origins:
                     raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
                 xy, parent = origins[name]

@@ -13,11 +13,11 @@ class Positions(Chart, ABC):
     """The rules for positions relative to things and for parts of the table."""
 
     @abstractmethod
-    def np(self, i: int) -> Found[Ref]:
+    def np(self, i: int, /) -> Found[Ref]:
         """One noun phrase; `Phrasing` knows how."""
 
     @abstractmethod
-    def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
+    def np_list(self, i: int, /) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"; `Phrasing` knows how."""
 
     @rule

@@ -69,6 +69,13 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (r" not (the \w+) (\w+) , (?:but )?(the \w+) one(?= )", r" \3 \2"),
         (r"^ not ((?:the |a )(?:\w+ ){0,2}?\w+) , (?:but )?(?=the |a )", r" "),
         (r" roll (the (?:\w+ ){0,2}?(?:ball|marble|sphere|orb)) (?!in |into |on |onto |out |off |away |over )(?!.* me )", r" push \1 "),
+        (rf"^ (?:what|how) about ((?:the |a |all ){_NP}) ,", r" \1 ,"),
+        (r" (?:afterwards|afterward|after that|at the end|in the end|once done|when done|once you are done|when you are done|to finish|to finish off)(?= (?:[.;!?] )?$)", ""),
+        (rf" (?:rather )?than (?:in|on|into|onto|inside) {_NP}(?= (?:[.;!?] )?$)", ""),
+        (r" (?:once|when|as soon as|after) (?:it|that) (?:is|has been|was|gets) (?:there|in place|done|in position|on it|in it|on there|in there|inside|moved|placed|put down|set down)(?= (?:[,.;!?] )?$)", ""),
+        (rf" (?:use|take|with) ((?:the |a |that ){_NP}) (?:as|for|to be) (?:a|the|your|its) (?:base|foundation|bottom|support|stand|platform|pedestal|plinth)(?: ,)?(?: and| then)* (?:put|place|set|stack|stick|pop) ((?:the |a |that ){_NP}) (?:on|onto|on top of|atop) (?:it|that|top)(?= )", r" put \2 on \1"),
+        (rf" it is ((?:the |a |that ){_NP}) (?:that )?(?:i|we) (?:want|need|would like|mean) (?=in |on |next |beside |to |inside |at )", r" i want \1 "),
+        (r" so (?:that )?(?:it|they) (?:is|are|sits|stands|ends up|lands|comes to (?:rest|stand)) (?=next |beside |by |to |left |right |between |behind |in |on |near |close )", " "),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
