@@ -114,6 +114,9 @@ class Commands(Wishes):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 # "leave the can on the table" is rather to let it be.
                 strain = 0.6 if self.text(i).startswith("leav") else 0.0
+                if verb == "pour" and self.text(i).startswith("dump"):
+                    # "dump the can in the bowl": the can rather than what is in it.
+                    strain = 0.6
                 for k, elements in self.elements(start):
                     found += [
                         (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)

@@ -52,6 +52,7 @@ class Grounder(Orders):
             found = self._one_of(ref, fits, barred) if ref.options else self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
             self._singled_out(ref, meaning)
+            self._no_contents(ref, meaning, fits)
             self.discourse.mention(meaning.ids, ref.nouns or tuple(name for name in ref.names[-1:] if name.isalpha()))
             if ref.nouns or ref.colours:
                 self.discourse.described.append(ref)
@@ -81,6 +82,15 @@ class Grounder(Orders):
                 (*meaning.ids, *meaning.others),
                 about=ref.text,
             )
+
+    def _no_contents(self, ref: Ref, meaning: Meaning, fits: Fits | None) -> None:
+        """As in "the pills", where there is a pill cup: what is in it is not the cup."""
+        name, said = meaning.ids[0], (*ref.names, *ref.nouns)
+        parts = id_parts(name)
+        open_above = self.world.objects[name].kind in ("cup", "bowl") or match.NOUN_CLASS.get(parts[-1]) == "mug"
+        apart = ref.plural and len(said) == 1 and ref.determiner != "all" and said[0] in parts[:-1]
+        if apart and open_above and len(meaning.ids) == 1 and fits == self.world.movable:
+            raise self._ambiguous(ref, (name,))
 
     def _claimed(self, claim: str, names: list[str], *, several: bool) -> list[str]:
         """As in "the wooden thing", "everything edible": what the names tell, where that settles it."""

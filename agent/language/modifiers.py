@@ -85,7 +85,7 @@ class Modifiers(Positions):
             found += [
                 (j, replace(ref, ranks=(Rank(key, 0),)))
                 for j, key in self.tag(i, "FROM")
-                if self.text(j - 2) in ("to", "the") and j > i + 2
+                if (self.text(j - 2) in ("to", "the") and j > i + 2) or self.text(j - 1) == "size"
             ]
         for j, excluded in self._exceptions(start, ref):
             best = excluded[0] if len(excluded) == 1 else None

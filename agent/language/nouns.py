@@ -255,9 +255,10 @@ class Nouns(Modifiers):
         if self.text(j) in _THINGS:
             # "the hammer thing"
             found.append((j + 1, ref))
-        if self.text(j) == "of" and ref.nouns and self.text(j + 1) in self.words.parts and not ref.plural:
-            # "the bottle of water"
-            found.append((j + 2, replace(ref, names=(*ref.names, self.text(j + 1)))))
+        filling = _singular(self.text(j + 1), self.words.parts) if self.text(j) == "of" else ""
+        if filling in self.words.parts and ref.nouns and not ref.plural:
+            # "the bottle of water", "the can of beans"
+            found.append((j + 2, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1

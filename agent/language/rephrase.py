@@ -38,6 +38,20 @@ _ROOM_WORDS = r"(?:table|desk|tabletop|counter|bench|worktop|workbench|surface)"
 Replacement = str | Callable[["re.Match[str]"], str]
 
 
+_INTO = r"(?:into|in|inside|to|onto|on)"
+_PEOPLE = (
+    r"(?:daughter|son|wife|husband|mum|mom|mother|dad|father|boss|friend|kid|kids|child|children|baby|teacher|customer|guest|chef|"
+    r"doctor|professor|colleague|partner|girlfriend|boyfriend|brother|sister|neighbour|neighbor|client|manager|supervisor|nurse|"
+    r"cook|cat|dog|grandma|grandpa|roommate|flatmate|team|family|student|patient|waiter|barista|bartender|lab|lady|man|woman)"
+)
+
+
+def _by_size(match: re.Match[str]) -> str:
+    """As in "the stones into the bucket, smallest first"."""
+    rising = match[3] in ("smallest", "littlest", "tiniest", "small", "little")
+    return f" {match[1]} in {'rising' if rising else 'falling'} size {match[2]}"
+
+
 def _other_way_round(match: re.Match[str]) -> str:
     """As in "put the vial where the sponge is and the sponge where the vial was"."""
     first, second, again, back = (match[k].split()[-1] for k in (1, 2, 3, 4))
@@ -76,6 +90,16 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (rf" (?:use|take|with) ((?:the |a |that ){_NP}) (?:as|for|to be) (?:a|the|your|its) (?:base|foundation|bottom|support|stand|platform|pedestal|plinth)(?: ,)?(?: and| then)* (?:put|place|set|stack|stick|pop) ((?:the |a |that ){_NP}) (?:on|onto|on top of|atop) (?:it|that|top)(?= )", r" put \2 on \1"),
         (rf" it is ((?:the |a |that ){_NP}) (?:that )?(?:i|we) (?:want|need|would like|mean) (?=in |on |next |beside |to |inside |at )", r" i want \1 "),
         (r" so (?:that )?(?:it|they) (?:is|are|sits|stands|ends up|lands|comes to (?:rest|stand)) (?=next |beside |by |to |left |right |between |behind |in |on |near |close )", " "),
+        (rf" ((?:the |all |all the |both |these |those )?(?:\w+ )??\w+s) ({_INTO} (?:the |a |that )?{_NP})(?: one by one| one at a time)?(?: ,)? (?:in order |in turn )?(?:starting |beginning |start |begin )?(?:with |from |going from )?(?:the )?(smallest|littlest|tiniest|biggest|largest|small|little|big|large)(?: one| ones| \w+)?(?: first| to (?:the )?(?:biggest|largest|smallest|big|large|small))?(?= (?:[.;!?] )?$)", _by_size),
+        (rf" ((?:to the |on the )?(?:left|right) of|in front of|behind) ((?:the |a |that )?{_NP})(?: ,)? (?:about |around |roughly |some |approximately |at a distance of |with a gap of )?(\S+ {_UNIT}) (?:away|apart|from it|off|between them|distance)(?: from it)?(?= (?:[,.;!?] )?$)", r" \3 \1 \2"),
+        (rf"(^|,|[.;]) ((?:the |that |my ){_NP}) (?:is|are) not where (?:it|they) (?:should be|belongs?|ought to be|goes?|go) ,", r"\1 \2 ,"),
+        (rf"(^|,|[.;]) ((?:the |that |my ){_NP}) (?:does|do) not belong (?:there|here|on the {_ROOM_WORDS}|in the \w+|on the \w+) (?:,|[.;])(?: but)? (?:it|they) (?=belong|go|should|must|need)", r"\1 \2 "),
+        (rf"^ (?:my|our|the|a|your) {_PEOPLE} (?:wants|want|needs|need|would like|would love|would prefer|prefers|likes|asked for|asks for|is asking for|demands) (?=the |a |all |both |every )", r" i want "),
+        (r" (?:it|that) would (?:make me (?:so |very |really )?(?:happy|glad)|please me|be (?:so |very |really )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect)|make my day) (?:if|to see|to have|to get) (?=the |a |all |both |every )", " i want "),
+        (r" (?:,|[.]) (?:shall we|will you|would you|could you|can you|should we|yeah|yes|eh|huh|right|okay|alright|deal|understood|got it|capisce)(?= (?:[,.;!?] )?$)", ""),
+        (r" (?:,)? ?unless (?:it|they) (?:is|are) (?:already )?(?:there|in there|in it|on it|on there)(?: already)?(?= (?:[,.;!?] )?$)", ""),
+        (r" the (\w+est|\w+most) (two|three|four|five) (?=\w+s )", r" the \2 \1 "),
+        (r" in with (?:it|them|that one|the others?)(?= (?:[,.;!?] )?$)", " in there"),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),

@@ -240,6 +240,7 @@ ORDER_FROM: dict[str, str] = {
     "top": "from the top, from top, counting from the top, from above",
     "bottom": "from the bottom, from bottom, counting from the bottom, from below",
 }
+ORDER_FROM |= {"small": "in rising size", "big": "in falling size"}
 for _name, _side in (
     ("left", "the left"),
     ("left", "left to right"),

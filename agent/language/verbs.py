@@ -43,7 +43,7 @@ VERBS: dict[str, str] = {
     ),
     "stack": "stack, stack up, pile, pile up, heap, heap up, build up",
     "build": "build, make, construct, create, erect, form, assemble, build up",
-    "pour": "pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
+    "pour": "dump, sow, pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
     "open": "open, open up, pull open, slide open, unclose",
     "close": "close, shut, close up, push shut, slide shut, push closed, slide closed",
     "tap": (
