@@ -282,7 +282,7 @@ class Commands(Wishes):
             j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
             if self.text(j) == "over" and self.text(j + 1) == "there":
                 j += 2
-            if self._skip(j) == j:
+            if self._skip(j) == j and self.text(i - 3) != "if" and self.text(i - 4) != "if":
                 continue
             which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
             for start in self._preambles(self._skip(j), 0):

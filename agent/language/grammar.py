@@ -312,7 +312,11 @@ class Grammar(Commands):
                 found.append((j, (command,)))
                 comma = self._skip(j)
                 for tag in ("BEFORE", "AFTER"):
-                    second_at = [hit for k, _ in self.tag(comma, tag) for hit in self.clause(k)]
+                    second_at = [
+                        (end, _inside_it(second, command))
+                        for k, _ in self.tag(comma, tag)
+                        for end, second in self.clause(k)
+                    ]
                     done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
                     for end, second in second_at + (done if tag == "AFTER" else []):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))

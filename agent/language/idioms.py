@@ -26,26 +26,26 @@ _IDIOMS: dict[str, str] = {
         "take and put, go put, go and put, get and put, pick and put, pick and place, grab and put, take over, bring across, "
         "take across, carry across, carry over, carry off, transfer over, sit down, set up, place back, set back, chuck, "
         "lay out, plonk down, plunk down, plop down, pop down, stick down, bang down, dump down, put down, introduce, add, drop down, "
-        "pile on, lever, ease down, let down, re-house, rehouse, reposition"
+        "lever, ease down, let down, rehouse, reposition"
     ),
-    "move": "ease, coax, manoeuvre, maneuver, steer, work, wangle, slip over, hump, heave over, get over",
+    "move": "ease, coax, manoeuvre, maneuver, steer, work, wangle, hump, heave over, get over",
     "push": (
         "shunt, shuffle, skid, shimmy, budge, force, urge, scrape, tow, yank, jerk, hustle, creep, give a push to, "
         "nudge along, push along, slide along, shove along, shove over, push over, nudge over, scoot over, slide across, "
-        "push across, draw over, scoot along, elbow, shoulder, slither, trundle, squish, heave along, press on with"
+        "push across, draw over, scoot along, elbow, shoulder, trundle, squish, heave along, press on with"
     ),
     "open": (
         "yank open, crack open, pop open, jerk open, ease open, fling open, tug open, draw open, slide out, unshut, pry open, "
         "prise open, swing open, throw open, haul open, wrench open, nudge open, push open, bring open, roll open, whip open"
     ),
-    "close": "slam, slam shut, ease shut, bang shut, snap shut, pull shut, draw shut, nudge shut, slide to, push to, swing shut, knock shut, roll shut, seal up, bump shut",
+    "close": "slam, slam shut, ease shut, bang shut, snap shut, pull shut, draw shut, nudge shut, swing shut, knock shut, roll shut, seal up, bump shut",
     "tap": (
         "rap, rap on, make contact with, lay a finger on, put a finger on, tap at, pat on, peck, peck at, bonk, touch upon, knock upon, "
         "touch down on, lightly touch, briefly touch, tap upon, make a tap on, come into contact with, get in touch with, "
         "boop on, bop on, high five, get in contact with, tap lightly on"
     ),
     "go home": (
-        "return to base, return to your base, go back to base, go back to your base, fall back, withdraw, pull back, back to base, "
+        "return to base, return to your base, go back to base, go back to your base, fall back, withdraw, back to base, "
         "back to your base, back to start, go to your resting place, get yourself home, take yourself home, bring yourself home, "
         "assume your home position, assume the home position, take up your home position, resume your home position, take your home position, "
         "go to bed, call it a day, go and rest, have a rest, take five, have a break, return yourself home"
@@ -61,10 +61,14 @@ _IDIOMS["pick up"] += "".join(
     for on in ("on", "around", "round", "over", "onto")
     if get in ("wrap", "close", "clamp", "clasp") or (get in ("get", "lay") and on in ("on", "around"))
 )
-_PLAIN: dict[str, str] = {phrase: verb for verb, phrases in _IDIOMS.items() for phrase in phrase_list(phrases)}
+PLAIN: dict[str, str] = {phrase: verb for verb, phrases in _IDIOMS.items() for phrase in phrase_list(phrases)}
 _OPENING = r"(^|[,.;!:?]|and|then|to|you|but|start|try|would|could|can|not|i want)"
 _FOUND = re.compile(
-    rf"(?:(?<=\s)|^)({_OPENING[1:-1]}) ({'|'.join(map(re.escape, sorted(_PLAIN, key=len, reverse=True)))}) (?!$|[,.;!?:] |and |then )"
+    rf"(?:(?<=\s)|^)({_OPENING[1:-1]}) ({'|'.join(map(re.escape, sorted(PLAIN, key=len, reverse=True)))}) (?!$|[,.;!?:] |and |then )"
+)
+_HOMEWARD = re.compile(
+    rf"(?:(?<=\s)|^)({_OPENING[1:-1]}) ({'|'.join(sorted((p for p, v in PLAIN.items() if v == 'go home'), key=len, reverse=True))})"
+    r"(?= (?:[,.;!?]|and|then|now) | $)"
 )
 _DRAWER = r"((?:the |that |this |my |your )?(?:\w+ ){0,2}?(?:drawer|cabinet|cupboard|drawers)(?: \w)?)"
 _SPLIT: tuple[tuple[re.Pattern[str], str], ...] = tuple(
@@ -82,4 +86,5 @@ def plainly(text: str) -> str:
     """Return a sentence, its words joined by spaces, with plain verbs for those of everyday speech."""
     for pattern, replacement in _SPLIT:
         text = pattern.sub(replacement, text)
-    return _FOUND.sub(lambda match: f"{match[1]} {_PLAIN[match[2]]} ", text)
+    text = _HOMEWARD.sub(r"\1 go home", text)
+    return _FOUND.sub(lambda match: f"{match[1]} {PLAIN[match[2]]} ", text)

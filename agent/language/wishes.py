@@ -98,6 +98,14 @@ class Wishes(Clauses, ABC):
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
                     copulas += [end for end, _ in self.tag(j, "IS_NOW")]
+                if start > i:
+                    # "I would like the salt a bit further to the left"
+                    found += [
+                        (end, command)
+                        for end, elements in self.elements(j)
+                        if {"direction"} <= {e.kind for e in elements} <= {"direction", "distance"}
+                        for command in frame_command("push", (spoken(refs), *elements))
+                    ]
                 for k in copulas + ([j] if start > i else []):
                     for m, verb in self.tag(k, "VERB"):
                         # "I need the red cube picked up", "... to be put in the bin".
