@@ -18,6 +18,13 @@ from robosandbox.agent.language.intent import (
     Table,
 )
 
+_AIMED = tuple(
+    f"{to} {whose} {side}"
+    for to in ("to", "towards", "toward")
+    for whose in ("the", "your")
+    for side in ("left", "right")
+)
+
 
 def pick(frame: Frame) -> list[Command]:
     """As in "pick up the can", "take the can from the tray"."""
@@ -137,6 +144,9 @@ def push(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or not frame.only("direction", "distance", "particle", "times"):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
+    if any(ref.text.endswith(_AIMED) for ref in objects):
+        # "push the can to the left and the ball to the right": ways to go, which tell no things apart.
+        return []
     distance = frame.one("distance")
     direction = frame.one("direction")
     times = frame.one("times") or 1

@@ -49,7 +49,7 @@ def build(frame: Frame) -> list[Command]:
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
     where = frame.places[0] if len(frame.places) == 1 else None
     tower_ref = frame.objects[0][0]
-    plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
+    plain = not (tower_ref.relations or tower_ref.without or any(rank.strict for rank in tower_ref.ranks))
     on = isinstance(where, Relation) and where.kind == "on" and bool(where.refs)
     if (
         set(frame.rest) - {"order", "order_end", "material", "person"}

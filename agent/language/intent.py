@@ -107,6 +107,13 @@ class Original:
 
 
 @dataclass(frozen=True, slots=True)
+class Spot:
+    """Where another thing stands, or stood before this sentence moved it."""
+
+    refs: tuple[Ref, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Table:
     """Anywhere free on the table."""
 
@@ -122,7 +129,7 @@ class Matching:
     noun: str = "bin"
 
 
-Place = Relation | Region | At | Offset | Original | Table | Matching
+Place = Relation | Region | At | Offset | Original | Spot | Table | Matching
 
 
 @dataclass(frozen=True, slots=True)

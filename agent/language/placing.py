@@ -15,6 +15,7 @@ from robosandbox.agent.language.intent import (
     Place,
     Region,
     Relation,
+    Spot,
 )
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
@@ -124,6 +125,11 @@ class Placing(Hands):
                     self._put_on(name, parent[1])
                 else:
                     self._put_at(name, xy, "its first place")
+            case Spot(refs=refs):
+                other_one = self.ground.one(refs[0], lambda _: True, (name,)).ids[0]
+                gone = other_one in self.moved and other_one in self.discourse.origins
+                where = self.discourse.origins[other_one][0] if gone else world.at[other_one]
+                self._put_at(name, where, f"where {other_one} {'was' if gone else 'is'}")
             case Region():
                 self._put_region(name, place, radius)
             case _:

@@ -47,9 +47,11 @@ _PEOPLE = (
 
 
 def _by_size(match: re.Match[str]) -> str:
-    """As in "the stones into the bucket, smallest first"."""
+    """As in "the stones into the bucket, smallest first"; a tower has an order of its own."""
+    if any(word in match.string for word in (" stack ", " pile ", " tower ", " build ", " line ")):
+        return match[0]
     rising = match[3] in ("smallest", "littlest", "tiniest", "small", "little")
-    return f" {match[1]} in {'rising' if rising else 'falling'} size {match[2]}"
+    return f" {match[1]} in {'rising' if rising else 'falling'} size {match[2] or ''}".rstrip()
 
 
 def _other_way_round(match: re.Match[str]) -> str:
@@ -91,7 +93,7 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (rf" (?:use|take|with) ((?:the |a |that ){_NP}) (?:as|for|to be) (?:a|the|your|its) (?:base|foundation|bottom|support|stand|platform|pedestal|plinth)(?: ,)?(?: and| then)* (?:put|place|set|stack|stick|pop) ((?:the |a |that ){_NP}) (?:on|onto|on top of|atop) (?:it|that|top)(?= )", r" put \2 on \1"),
         (rf" it is ((?:the |a |that ){_NP}) (?:that )?(?:i|we) (?:want|need|would like|mean) (?=in |on |next |beside |to |inside |at )", r" i want \1 "),
         (r" so (?:that )?(?:it|they) (?:is|are|sits|stands|ends up|lands|comes to (?:rest|stand)) (?=next |beside |by |to |left |right |between |behind |in |on |near |close )", " "),
-        (rf" ((?:the |all |all the |both |these |those )?(?:\w+ )??\w+s) ({_INTO} (?:the |a |that )?{_NP})(?: one by one| one at a time)?(?: ,)? (?:in order |in turn )?(?:starting |beginning |start |begin )?(?:with |from |going from )?(?:the )?(smallest|littlest|tiniest|biggest|largest|small|little|big|large)(?: one| ones| \w+)?(?: first| to (?:the )?(?:biggest|largest|smallest|big|large|small))?(?= (?:[.;!?] )?$)", _by_size),
+        (rf" ((?:the |all |all the |both |these |those )?(?:\w+ )??\w+s)(?: ({_INTO} (?:the |a |that )?{_NP}))?(?: one by one| one at a time)?(?: ,)? (?:in order (?:of size )?(?:, )?|in turn )?(?:starting |beginning |start |begin )?(?:with |from |going from )?(?:the )?(smallest|littlest|tiniest|biggest|largest|small|little|big|large)(?: one| ones| \w+)?(?: first| to (?:the )?(?:biggest|largest|smallest|big|large|small))?(?= (?:[.;!?] )?$)", _by_size),
         (rf" ((?:to the |on the )?(?:left|right) of|in front of|behind) ((?:the |a |that )?{_NP})(?: ,)? (?:about |around |roughly |some |approximately |at a distance of |with a gap of )?(\S+ {_UNIT}) (?:away|apart|from it|off|between them|distance)(?: from it)?(?= (?:[,.;!?] )?$)", r" \3 \1 \2"),
         (rf"(^|,|[.;]) ((?:the |that |my ){_NP}) (?:is|are) not where (?:it|they) (?:should be|belongs?|ought to be|goes?|go) ,", r"\1 \2 ,"),
         (rf"(^|,|[.;]) ((?:the |that |my ){_NP}) (?:does|do) not belong (?:there|here|on the {_ROOM_WORDS}|in the \w+|on the \w+) (?:,|[.;])(?: but)? (?:it|they) (?=belong|go|should|must|need)", r"\1 \2 "),
@@ -101,6 +103,11 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (r" (?:,)? ?unless (?:it|they) (?:is|are) (?:already )?(?:there|in there|in it|on it|on there)(?: already)?(?= (?:[,.;!?] )?$)", ""),
         (r" the (\w+est|\w+most) (two|three|four|five) (?=\w+s )", r" the \2 \1 "),
         (r" in with (?:it|them|that one|the others?)(?= (?:[,.;!?] )?$)", " in there"),
+        (r" up in (a|one) (row|line)(?= )", r" in \1 \2"),
+        (rf" a (?:hand|finger|palm|thumb)s? width ,(?: so| that is)? (?:about |around |roughly |some )?(\S+ {_UNIT})(?= )", r" \1"),
+        (rf" (\S+ {_UNIT})( .*?) (?:by )?(?:the|that) same (?:amount|distance|again)(?= )", r" \1\2 \1"),
+        (r" , (?:no , |wait , |oh , )*(?:actually )?(?:leave|forget|skip|drop|keep) (?:it|that)(?: there| alone)? (?:,|and|[.]) (?:instead )?(?=\w+ )", " , no , "),
+        (rf" ((?:the |all the |these |those |both ){_NP}) (?:should|must|need to|have to|are to|could|can) (?:all )?(?:form|make|become|be (?:made |built |stacked )?into|be) a (?:\w+ )?(?:tower|stack|pile)(?= )", r" stack \1"),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),

@@ -270,7 +270,7 @@ AMOUNTS: dict[str, float] = {
     "a bit": 0.05, "a little": 0.05, "a little bit": 0.05, "slightly": 0.05, "a touch": 0.03, "a tad": 0.03, "a smidge": 0.03,
     "a tiny bit": 0.03, "some": 0.10, "a small amount": 0.05, "a small distance": 0.05, "a short distance": 0.05, "a bit more": 0.05,
     "a short way": 0.05, "a little way": 0.05, "a hair": 0.02, "somewhat": 0.05, "a wee bit": 0.03, "just a bit": 0.05, "a smidgen": 0.03,
-    "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
+    "a finger width": 0.02, "a thumb width": 0.02, "a hand width": 0.10, "a palm width": 0.08, "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
 }  # fmt: skip
 ABOUT = (
     "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "

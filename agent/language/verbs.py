@@ -28,7 +28,7 @@ VERBS: dict[str, str] = {
     ),
     "load": "load, fill, load up, fill up, stock, pack",
     "discard": (
-        "throw away, throw out, chuck out, chuck away, toss out, toss away, bin, trash, dispose of, discard, get rid of"
+        "throw away, throw out, chuck out, chuck away, toss out, toss away, bin, trash, dispose of, discard, get rid of, scrap, junk, ditch"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
     "throw": "throw, toss, chuck, lob, sling, fling, hurl, pitch",
