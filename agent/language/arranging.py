@@ -18,7 +18,7 @@ from robosandbox.agent.language.intent import (
     Table,
 )
 from robosandbox.agent.language.placing import Placing
-from robosandbox.types import RefusalCode
+from robosandbox.types import RefusalCode, Side
 
 
 class Arranging(Placing):
@@ -345,8 +345,11 @@ class Arranging(Placing):
         self._need_empty("line things up")
         anchor = min(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
         previous = anchor
+        sides: tuple[Side, ...] = ("right", "left", "front", "back")
         for name in (name for name in names if name != anchor):
-            self._put_beside(
-                name, previous, ("right", "left") if previous != anchor else ("right", "left", "front", "back")
+            self._put_beside(name, previous, sides)
+            # A row goes on along the axis on which it began.
+            sides = (
+                ("front", "back") if self.steps[-1].call.arguments["side"] in ("front", "back") else ("right", "left")
             )
             previous = name

@@ -118,6 +118,9 @@ class Commands(Wishes):
                     # "dump the can in the bowl": the can rather than what is in it.
                     strain = 0.6
                 for k, elements in self.elements(start):
+                    if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
+                        # "arrange the cubes": by what, or into what?
+                        continue
                     found += [
                         (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
                     ]

@@ -61,12 +61,8 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
         over = last.place if last is not None and last.verb == "put" else None
         onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
         if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
-            again = (
-                len(onwards.refs) == 1
-                and _plainly(onwards.refs[0])
-                and over.refs
-                and onwards.refs[0].nouns == over.refs[0].nouns
-            )
+            named = [ref.nouns for ref in onwards.refs]
+            again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
             there = over.refs if onwards.refs == (IT,) or again else onwards.refs
             made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
         else:
@@ -109,6 +105,7 @@ def _ref_strain(ref: Ref) -> float:
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
 
+_LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
@@ -284,8 +281,12 @@ class Grammar(Commands):
         if k > j:
             starts.append(k)
         for end, _ in self.tag(k, "THEN"):
-            if k == j and self.text(end) == ":":
-                # "the drawer should be closed afterwards: put the can in it" tells what comes last first.
+            if (
+                k == j
+                and self.text(k) in _LAST
+                and (self.text(end) == ":" or (self.tokens[end:] and self.tokens[end].kind == "mark"))
+            ):
+                # "tap the can last, first the ball": it tells what comes last first.
                 continue
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]

@@ -38,6 +38,7 @@ _ROOM_WORDS = r"(?:table|desk|tabletop|counter|bench|worktop|workbench|surface)"
 Replacement = str | Callable[["re.Match[str]"], str]
 
 
+_OTHERS = r"(?:the rest|everything else|all else|the others|all the others|all others|the remaining (?:things|ones|objects|items))(?: all)?(?: goes| go| should go| can go| belongs| is to go| must go)?(?= in| on| to| next| away| beside)"
 _INTO = r"(?:into|in|inside|to|onto|on)"
 _PEOPLE = (
     r"(?:daughter|son|wife|husband|mum|mom|mother|dad|father|boss|friend|kid|kids|child|children|baby|teacher|customer|guest|chef|"
@@ -108,6 +109,7 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (rf" (\S+ {_UNIT})( .*?) (?:by )?(?:the|that) same (?:amount|distance|again)(?= )", r" \1\2 \1"),
         (r" , (?:no , |wait , |oh , )*(?:actually )?(?:leave|forget|skip|drop|keep) (?:it|that)(?: there| alone)? (?:,|and|[.]) (?:instead )?(?=\w+ )", " , no , "),
         (rf" ((?:the |all the |these |those |both ){_NP}) (?:should|must|need to|have to|are to|could|can) (?:all )?(?:form|make|become|be (?:made |built |stacked )?into|be) a (?:\w+ )?(?:tower|stack|pile)(?= )", r" stack \1"),
+        (rf" (?:push|shove|nudge|slide|scoot|brush|sweep|knock|shift) ((?:the |that |this |it|them)(?:{_NP})?) (aside|out of the way|to one side|to the side|off to one side)(?= (?:[,.;!?]|and|then) | $)", r" move \1 \2"),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
@@ -132,8 +134,8 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (r"^ (.*) (?:is|that is) (?:what|all|how|where) (?:i|we) (?:want|need|would like|am after|ask|wish)(?: for| it| them)?(?= (?:[,.;!?] )?$)", r" i want \1"),
         (r" (?:(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|better|ideal|perfect|helpful|awesome|brilliant)|(?:i|we) would (?:be (?:glad|happy|pleased|delighted)|like it|love it|prefer it)) (?:if|were|to have|to see) (?=the |a |all |both |every|my )", " i want "),
         (r"^ (i want .*?) (?:had|held|contained) (?=the |a |all |both |every)", r" \1 to contain "),
-        (rf" (?:i|we) (?:want|need|would like)(?: to (?:see|have))? (?=the )({_NP}) (?:left|to (?:stay|remain|be left)|remaining|staying|to be the one left)(?: over| behind| out| here)?(?: on the {_ROOM_WORDS})?(?: ,)?(?: and)? (?=the rest|everything else|all else|the others|all the others|all others|the remaining)", r" leave \1 , "),
-        (rf" leave (?=the )({_NP}) (?:on|at) the {_ROOM_WORDS}(?: ,)?(?: and)?(?: put| move| place)? (?=the rest|everything else|all else|the others|all the others|all others|the remaining)", r" leave \1 , put "),
+        (rf" (?:i|we) (?:want|need|would like)(?: to (?:see|have))? (?=the )({_NP})(?: (?:left|to (?:stay|remain|be left)|remaining|staying|to be the one left))?(?: over| behind| out| here)? (?:on (?:the|my|this) {_ROOM_WORDS}|where it is)(?: ,| ;| [.])?(?: and| so)?(?: put| move| place)? {_OTHERS}", r" leave \1 , put everything else"),
+        (rf" (?:leave|keep) (?=the )({_NP})(?: (?:on|at) (?:the|my|this) {_ROOM_WORDS})?(?: ,| ;| [.])?(?: and| but)?(?: put| move| place)? {_OTHERS}", r" leave \1 , put everything else"),
         (rf" no (?!touching )(?=\w+s )({_NP}) (?:left |remaining |lying |standing |around )*on the {_ROOM_WORDS}(?: any ?more| any longer)?(?: ,| and) (?:use|they (?:all )?go in|put them in(?:to)?|all in|into) (?=the |that |a )", r" put all the \1 in "),
         (r" (?:,|and|then) (?:use|using) (the (?:\w+ ){0,2}(?:basket|bin|box|bowl|tray|crate|bucket|container|tub|drawer|dish))(?: for (?:that|this|it|them))?(?= (?:[,.;!?] )?$)", r" into \1"),
         (rf" (?:and|,|then|while) (?=the |that |a |my )({_NP}) (?:joins|join|should join|can join|follows|goes with|accompanies|gets to join|keeps) (?:it|them|him|her)(?: there| in there| inside| in it| on it| too| company)*{_END}", r" , then \1"),
