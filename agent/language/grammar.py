@@ -187,7 +187,7 @@ class Grammar(Commands):
             if refs[0].one and refs[0].colours and not refs[0].nouns:
                 # "put the red cup on the tray, no, the white one": colours stand against each other.
                 same = [bool(ref.colours) for ref in (*last.objects, *places)]
-                refs = (replace(refs[0], nouns=last.objects[0].nouns, one=False),)
+                refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)
             if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))

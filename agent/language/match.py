@@ -54,6 +54,9 @@ CANONICAL_COLOUR = {
 }
 
 
+_LIVING = frozenset({"fruit", "vegetable", "animal", "vehicle", "tool"})
+
+
 def noun_fit(noun: str, item: DetectedObject) -> int:
     """Return how well a noun names an object: NAMED, SYNONYM, SHAPE, LOOSE or 0.
 
@@ -84,6 +87,10 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     if noun_class in own:
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
+        head = next((part for part in reversed(parts) if part.isalpha() and part not in CANONICAL_COLOUR), "")
+        if noun_class in _LIVING and head in NOUN_CLASS and head not in things.KINDS_OF[noun_class]:
+            # A tomato can is no vegetable.
+            return 0
         return SHAPE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())
     if kind in shapes:
