@@ -38,7 +38,7 @@ CLAIMS = word_set(
     """
     favourite favorite plain simple odd trusty shiny glossy matte old new ancient brand used worn metal metallic wooden
     wood plastic rubber rubbery steel iron aluminium aluminum copper brass ceramic porcelain stone paper cardboard foam
-    woollen cotton leather fluffy furry soft hard squishy bouncy smooth rough slippery sticky dirty filthy grubby clean
+    metal eatable woollen cotton leather fluffy furry soft hard squishy bouncy smooth rough slippery sticky dirty filthy grubby clean
     dusty muddy wet dry damp cold hot warm cool frozen fresh ripe unripe rotten juicy tasty delicious yummy sweet sour
     bitter spicy salty sugary crunchy healthy edible broken cracked chipped damaged dented bent rusty scratched torn
     ruined faulty useless useful needed unwanted unneeded unused spare extra lone lonely solitary single sole only heavy

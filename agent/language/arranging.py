@@ -18,7 +18,7 @@ from robosandbox.agent.language.intent import (
     Table,
 )
 from robosandbox.agent.language.placing import Placing
-from robosandbox.types import RefusalCode
+from robosandbox.types import RefusalCode, Side
 
 
 class Arranging(Placing):
@@ -165,7 +165,9 @@ class Arranging(Placing):
         order = command.order
         if isinstance(order, tuple):
             placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
-            rest = sorted((name for name in names if name not in placed.values()), key=self._breadth)
+            rest = [name for name in names if name not in placed.values()]
+            if len(command.objects) == 1 or len(rest) < len(names):
+                rest.sort(key=self._breadth)
             levels = (
                 placed.get("bottom"),
                 *rest[: len(rest) // 2],
@@ -173,6 +175,15 @@ class Arranging(Placing):
                 *rest[len(rest) // 2 :],
                 placed.get("top"),
             )
+            if len(command.objects) > 1 and (
+                names[0] == placed.get("bottom", names[0]) and names[-1] == placed.get("top", names[-1])
+            ):
+                # "the brick, the block and the sponge, brick at the bottom": listed upwards.
+                levels = (*names,)
+            elif len(command.objects) > 1 and (
+                names[-1] == placed.get("bottom", names[-1]) and names[0] == placed.get("top", names[0])
+            ):
+                levels = (*reversed(names),)
             names = [name for name in levels if name]
         elif order == "down":
             names.reverse()
@@ -236,6 +247,9 @@ class Arranging(Placing):
         if len(bins) == 1 and everything:
             # With bowls about as well, one bin is no longer the place for all there is.
             bins += [item.id for item in objects.values() if item.kind == "bowl"]
+        waste = [name for name in bins if match.is_waste(name)]
+        if isinstance(command.place, Relation) and len(waste) == 1:
+            bins = waste
         if len(bins) != 1:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
         left = [name for name in names if name not in self.world.inside(bins[0])]
@@ -331,8 +345,11 @@ class Arranging(Placing):
         self._need_empty("line things up")
         anchor = min(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
         previous = anchor
+        sides: tuple[Side, ...] = ("right", "left", "front", "back")
         for name in (name for name in names if name != anchor):
-            self._put_beside(
-                name, previous, ("right", "left") if previous != anchor else ("right", "left", "front", "back")
+            self._put_beside(name, previous, sides)
+            # A row goes on along the axis on which it began.
+            sides = (
+                ("front", "back") if self.steps[-1].call.arguments["side"] in ("front", "back") else ("right", "left")
             )
             previous = name

@@ -14,6 +14,7 @@ from robosandbox.agent.language.intent import (
     Ref,
     Relation,
     Sentence,
+    Spot,
 )
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, ObservedScene, RefusalCode, SkillCall
@@ -45,10 +46,11 @@ def build(
     try:
         return _Builder(scene, frozenset(skills), context, chosen).sentence(sentence)
     except RefusedError as error:
-        # "red on green and green on blue": a tower grows from below.
-        if error.refusal.code is not RefusalCode.IMPOSSIBLE or not _is_tower(sentence.steps):
+        # "red on green and green on blue": a tower grows from below; "the can where the cup is": first the cup has to go.
+        exchanged = any(isinstance(step.place, Spot) for step in sentence.steps)
+        if error.refusal.code is not RefusalCode.IMPOSSIBLE or not (exchanged or _is_tower(sentence.steps)):
             raise
-        upwards = Sentence(tuple(reversed(sentence.steps)), sentence.avoid)
+        upwards = Sentence(_swapped(sentence.steps) or tuple(reversed(sentence.steps)), sentence.avoid)
         try:
             return _Builder(scene, frozenset(skills), Discourse(), chosen).sentence(upwards)
         except RefusedError:
@@ -295,6 +297,20 @@ class _Builder(Arranging):
 
     def _home(self, command: Command) -> None:
         self._add("home")
+
+
+def _swapped(steps: Sequence[Command]) -> tuple[Command, ...]:
+    """As in "the can where the cup is and the cup where the can is"; nothing for anything else."""
+    if len(steps) != 2 or any(len(step.objects) != 1 or step.verb != "put" for step in steps):
+        return ()
+    one, other = steps
+    if not (isinstance(one.place, Spot) and isinstance(other.place, Spot)):
+        return ()
+    named = [
+        ref.text.split()[-1:] for ref in (one.objects[0], other.place.refs[0], other.objects[0], one.place.refs[0])
+    ]
+    mutual = named[0] == named[1] and named[2] == named[3]
+    return (Command("swap", (one.objects[0], other.objects[0])),) if mutual else ()
 
 
 def _each_spared(command: Command) -> Command:

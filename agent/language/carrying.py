@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosandbox.agent.language.clauses import IT, Axis
-from robosandbox.agent.language.composing import unstack
+from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
 from robosandbox.agent.language.intent import (
@@ -16,6 +16,13 @@ from robosandbox.agent.language.intent import (
     Ref,
     Relation,
     Table,
+)
+
+_AIMED = tuple(
+    f"{to} {whose} {side}"
+    for to in ("to", "towards", "toward")
+    for whose in ("the", "your")
+    for side in ("left", "right")
 )
 
 
@@ -93,7 +100,7 @@ def put(frame: Frame) -> list[Command]:
             return [Command("tidy", objects)]
         if particle in TOGETHER:
             return [Command("line_up", objects, None)]
-        if particle in MUTUAL and frame.objects:
+        if particle in MUTUAL and particle != "up" and frame.objects:
             return [Command("stack", objects)]
         return []
     if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "out", "back up"):
@@ -119,6 +126,9 @@ def move(frame: Frame) -> list[Command]:
 
 def throw(frame: Frame) -> list[Command]:
     """As in "chuck it in the bin", which means to put it there; throwing it to the left is another thing."""
+    if frame.only("particle") and frame.particle in ("out", "away") and not frame.places:
+        all_of_it = any(ref.determiner == "all" and not ref.nouns for refs in frame.objects for ref in refs)
+        return [] if all_of_it else discard(frame)
     return [c for c in put(frame) if isinstance(c.place, Relation) and c.place.kind in ("in", "on", "to")]
 
 
@@ -134,6 +144,9 @@ def push(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or not frame.only("direction", "distance", "particle", "times"):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
+    if any(ref.text.endswith(_AIMED) for ref in objects):
+        # "push the can to the left and the ball to the right": ways to go, which tell no things apart.
+        return []
     distance = frame.one("distance")
     direction = frame.one("direction")
     times = frame.one("times") or 1

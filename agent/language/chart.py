@@ -12,7 +12,7 @@ from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
 Found = list[tuple[int, T]]
-MAX_STEPS = 8_000
+MAX_STEPS = 5_000
 MAX_READINGS_PER_END = 40
 
 

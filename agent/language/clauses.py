@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from robosandbox.agent.language.chart import Found, capped, rule
-from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Table
+from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Spot, Table
 from robosandbox.agent.language.phrases import Phrasing
 from robosandbox.agent.language.wordlist import word_set
 
@@ -40,6 +40,10 @@ class Axis(str):
 Elements = tuple[Element, ...]
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _NEARER = frozenset({"closer", "nearer"})
+_STANDS = frozenset({"is", "was", "stands", "stood", "sits", "sat", "lies", "lay"})
+_AT_PRESENT = frozenset(
+    {"now", "currently", "standing", "before", "right now", "standing now", "originally", "earlier"}
+)
 _TO = frozenset({"to", "towards", "toward", "the"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
 IT = Ref(text="it", determiner="it")
@@ -165,7 +169,13 @@ class Clauses(Phrasing):
                 found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
-        found += [(j, Original()) for j, _ in self.tag(i, "ORIGINAL")]
+        found += [(j, Original(self.text(i) == "where")) for j, _ in self.tag(i, "ORIGINAL")]
+        where = i + 1 if self.text(i) == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
+        for j, ref in self.np(where) if where > i and not self.tag(where, "PRON") else ():
+            # "to where the wrench is now"
+            if self.text(j) in _STANDS and not (ref.plural or ref.unknown):
+                ends = [k for k in (j + 2, j + 3) if self.said(j + 1, k) in _AT_PRESENT]
+                found += [(k, Spot((ref,))) for k in (*ends, j + 1)]
         for j, _ in self.tag(i, "FREE"):
             for k in self._of_table(j):
                 found.append((k, Table()))

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.modifiers import STATES
@@ -47,7 +47,7 @@ class Commands(Wishes):
         for j, what, condition in self._condition(i):
             after = self._skip(j)
             after = after + 1 if self.text(after) == "then" else after
-            for start in self._preambles(after, 0) if after > j else []:
+            for start in self._preambles(after, 0) if after > j else [j]:
                 for k, command in self._verb_first(start):
                     it = bool(command.objects) and command.objects[0].determiner == "it"
                     objects = (what,) if it and what else command.objects
@@ -114,7 +114,13 @@ class Commands(Wishes):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 # "leave the can on the table" is rather to let it be.
                 strain = 0.6 if self.text(i).startswith("leav") else 0.0
+                if verb == "pour" and self.text(i).startswith("dump"):
+                    # "dump the can in the bowl": the can rather than what is in it.
+                    strain = 0.6
                 for k, elements in self.elements(start):
+                    if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
+                        # "arrange the cubes": by what, or into what?
+                        continue
                     found += [
                         (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
                     ]
@@ -160,8 +166,14 @@ class Commands(Wishes):
                     if self.text(k) == ":" and (whole.plural or whole.determiner == "all"):
                         found += [(end, Command("stack", refs)) for end, refs in self.np_list(k + 1) if len(refs) > 1]
             if verb == "put":
+                taken = self.text(i - 1) in (",", "and", "then") and "pick" in {
+                    value for m in range(i - 1) for _, value in self.tag(m, "VERB")
+                }
                 for k, refs in self.np_list(j):
                     found += self._run_on(refs, k)
+                    if taken and self._named_container(refs):
+                        # "take sponge, put blue box"
+                        found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
             if verb in ("go", "move", "put", "push"):
@@ -226,6 +238,8 @@ class Commands(Wishes):
                 ]
         for k, ref in self.np(i):
             if ref.nouns[:1] in (("tower",), ("stack",), ("pile",)) and self.text(k) in (":", ","):
+                # "a tower: red on green on blue"
+                found += [(end, c) for end, c in self._telegram(k + 1) if c.verb in ("put", "stack")]
                 # "tower: red, green, blue from bottom to top"
                 found += [
                     (end, command)
@@ -271,7 +285,7 @@ class Commands(Wishes):
             j = next((end for end, particle in self.tag(j, "PART") if particle == "over here"), j)
             if self.text(j) == "over" and self.text(j + 1) == "there":
                 j += 2
-            if self._skip(j) == j:
+            if self._skip(j) == j and self.text(i - 3) != "if" and self.text(i - 4) != "if":
                 continue
             which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
             for start in self._preambles(self._skip(j), 0):

@@ -49,7 +49,7 @@ def build(frame: Frame) -> list[Command]:
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
     where = frame.places[0] if len(frame.places) == 1 else None
     tower_ref = frame.objects[0][0]
-    plain = not (tower_ref.relations or tower_ref.ranks or tower_ref.without)
+    plain = not (tower_ref.relations or tower_ref.without or any(rank.strict for rank in tower_ref.ranks))
     on = isinstance(where, Relation) and where.kind == "on" and bool(where.refs)
     if (
         set(frame.rest) - {"order", "order_end", "material", "person"}
@@ -154,6 +154,13 @@ def tidy(frame: Frame) -> list[Command]:
     if frame.objects:
         return [Command("tidy", frame.objects[0])] if frame.particle in (None, "up", "away", "off", "out") else []
     return [Command("tidy", (Ref(text="everything", determiner="all", plural=True),))]
+
+
+def discard(frame: Frame) -> list[Command]:
+    """As in "throw the can away": into the waste bin, if one is called so."""
+    objects = frame.objects or (((IT,),) if frame.particle else ())
+    commands = tidy(replace(frame, objects=objects)) if objects else []
+    return [replace(c, place=Relation("discard")) if c.verb == "tidy" else c for c in commands]
 
 
 def load(frame: Frame) -> list[Command]:

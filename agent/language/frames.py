@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 from robosandbox.agent.language.carrying import go, move, pick, pull, push, put, release, relocate, throw
 from robosandbox.agent.language.clauses import IT, Element
-from robosandbox.agent.language.composing import build, line_up, load, sort, stack, swap, tidy, unstack
+from robosandbox.agent.language.composing import build, discard, line_up, load, sort, stack, swap, tidy, unstack
 from robosandbox.agent.language.frame import Frame, chosen_by, excepted, joined
 from robosandbox.agent.language.intent import Command, Relation, Verb
 
@@ -65,7 +65,7 @@ _FRAMES: dict[str, Callable[[Frame], list[Command]]] = {
     "unstack": unstack,
     "tidy": tidy,
     # Without an object it would be everything, which nobody means by it.
-    "discard": lambda frame: tidy(frame) if frame.objects else [],
+    "discard": lambda frame: discard(frame) if frame.objects else [],
     # "clean the table" tidies; "clean the brushes" asks for water.
     "clean": lambda frame: tidy(frame) if "table" in frame.rest or frame.places else [],
     "load": load,

@@ -6,10 +6,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import IT
+from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.things import ORDINALS
 from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
@@ -49,7 +50,24 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
             steps.append(part)
         elif isinstance(part, tuple):
             avoid += part
-    return Sentence(tuple(steps), tuple(avoid)) if steps or avoid else None
+    return Sentence(_on_the_way(steps), tuple(avoid)) if steps or avoid else None
+
+
+def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
+    """As in "bring the cube over to the can and set it down beside the can": one carrying."""
+    made: list[Command] = []
+    for step in steps:
+        last = made[-1] if made else None
+        over = last.place if last is not None and last.verb == "put" else None
+        onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
+        if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
+            named = [ref.nouns for ref in onwards.refs]
+            again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
+            there = over.refs if onwards.refs == (IT,) or again else onwards.refs
+            made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
+        else:
+            made.append(step)
+    return tuple(made)
 
 
 def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
@@ -87,11 +105,20 @@ def _ref_strain(ref: Ref) -> float:
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
 
 
+_LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
 class Grammar(Commands):
     """The rules for sentences."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for i, tags in enumerate(self.tags[:-1]):
+            if self.texts[i] in ORDINALS and "SUPER" in self.tags[i + 1]:
+                # "..., second biggest in the bowl" counts, and opens no new step.
+                for tag in ("THEN", "FIRST"):
+                    tags[tag] = [hit for hit in tags.get(tag, []) if hit[0] > i + 1]
 
     def parts(self, i: int) -> Found[tuple[Part, ...]]:
         """Everything from `i` to the end, as parts in the order in which they are done."""
@@ -146,13 +173,21 @@ class Grammar(Commands):
         if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
             return []
         found: Found[tuple[Part, ...]] = []
+        narrowed = [
+            (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
+            for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
+            if self._skip(j) >= len(self.tokens) and {*map(_naming, refs)} < {*map(_naming, last.objects)}
+        ]
+        if narrowed:
+            # "the salt and the pepper on the plate... nah, only the salt"
+            return narrowed[:1]
         places = last.place.refs if isinstance(last.place, Relation) else ()
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
             if refs[0].one and refs[0].colours and not refs[0].nouns:
                 # "put the red cup on the tray, no, the white one": colours stand against each other.
                 same = [bool(ref.colours) for ref in (*last.objects, *places)]
-                refs = (replace(refs[0], nouns=last.objects[0].nouns, one=False),)
+                refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)
             if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
@@ -166,7 +201,7 @@ class Grammar(Commands):
         for j, elements in self.elements(k):
             if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
                 continue
-            for command in frame_command(last.verb, (spoken(last.objects), *elements)):
+            for command in frame_command(last.verb, (spoken(last.objects), *_beside_it(elements, places))):
                 better = replace(command, distance=command.distance or last.distance, times=last.times)
                 if command.verb == "push" and not command.direction and not command.place:
                     better = replace(better, direction=last.direction, place=last.place)
@@ -186,6 +221,17 @@ class Grammar(Commands):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        said = [ref for ref in _refs(last) if ref.determiner in ("a", "all") or ref.count]
+        if self.text(k) in ("any", "either") and said:
+            # "put a bolt in each box, any bolt" says that it does not matter which.
+            same = [
+                self._skip(j)
+                for j, ref in self.np(k)
+                if not (ref.unknown or ref.relations)
+                and any((ref.nouns, ref.names) == (known.nouns, known.names) or ref.one for known in said)
+            ]
+            if same:
+                return [(n, part) for j in same if j >= n][:1]
         if self.text(k - 1) == ":":
             # "put two things in the bin: the can and the ball": the list says which.
             open_ = len(last.objects) == 1 and (last.objects[0].count or last.objects[0].determiner == "it")
@@ -235,6 +281,13 @@ class Grammar(Commands):
         if k > j:
             starts.append(k)
         for end, _ in self.tag(k, "THEN"):
+            if (
+                k == j
+                and self.text(k) in _LAST
+                and (self.text(end) == ":" or (self.tokens[end:] and self.tokens[end].kind == "mark"))
+            ):
+                # "tap the can last, first the ball": it tells what comes last first.
+                continue
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
         if self.tag(k, "AVOID") or self.tag(k, "NEGATION") or self.tag(k, "STILL"):
@@ -260,18 +313,21 @@ class Grammar(Commands):
                 found.append((j, (command,)))
                 comma = self._skip(j)
                 for tag in ("BEFORE", "AFTER"):
-                    for k, _ in self.tag(comma, tag):
-                        for end, second in self.clause(k):
-                            found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
+                    second_at = [
+                        (end, _inside_it(second, command))
+                        for k, _ in self.tag(comma, tag)
+                        for end, second in self.clause(k)
+                    ]
+                    done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
+                    for end, second in second_at + (done if tag == "AFTER" else []):
+                        found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
             for tag in ("BEFORE", "AFTER"):
-                for k, _ in self.tag(start, tag):
-                    for j, second in self.clause(k):
-                        for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
-                            for first_start in self.optional(m, "FIRST"):
-                                for end, first in self.clause(first_start):
-                                    found.append(
-                                        (end, _named_first(first, second) if tag == "BEFORE" else (second, first))
-                                    )
+                second_at = [hit for k, _ in self.tag(start, tag) for hit in self.clause(k)]
+                for j, second in second_at + (self._accomplished(start) if tag == "AFTER" else []):
+                    for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
+                        for first_start in self.optional(m, "FIRST"):
+                            for end, first in self.clause(first_start):
+                                found.append((end, _named_first(first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
         for k, _ in self.tag(i, "STILL"):
             found += [(j, (Command("nothing", refs, negated="move"),)) for j, refs in self.np_list(k)]
@@ -343,9 +399,36 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     return (first, *parts[1:])
 
 
+def _beside_it(elements: Elements, places: tuple[Ref, ...]) -> Elements:
+    """As in "on top of the tape, no, next to it": next to the tape."""
+    return tuple(
+        replace(e, value=replace(e.value, refs=places))
+        if isinstance(e.value, Relation) and e.value.refs == (IT,) and places
+        else e
+        for e in elements
+    )
+
+
+def _plainly(ref: Ref) -> bool:
+    """Say whether a description is no more than "the can"."""
+    return ref.determiner == "the" and bool(ref.nouns) and not (ref.colours or ref.ranks or ref.names or ref.relations)
+
+
+def _inside_it(second: Command, first: Command) -> Command:
+    """As in "close the drawer once the apple is inside"."""
+    into = second.place
+    if isinstance(into, Relation) and into.refs == (IT,) and first.objects and first.objects[0].determiner != "it":
+        return replace(second, place=replace(into, refs=first.objects))
+    return second
+
+
 def _kind(ref: Ref) -> tuple[str, ...]:
     """Return what sort of thing a description names, by its noun or by the first word of its id."""
     return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
+
+
+def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
+    return ref.nouns, ref.names, ref.colours
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

@@ -10,13 +10,16 @@ from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref, Relation
-from robosandbox.agent.language.orders import Fits, Meaning, Orders
+from robosandbox.agent.language.materials import is_familiar, told
+from robosandbox.agent.language.orders import Fits, Meaning
 from robosandbox.agent.language.spelling import suggestions
+from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.vicinity import Vicinity
 from robosandbox.types import DetectedObject, RefusalCode
 
 
-class Grounder(Orders):
+class Grounder(Vicinity):
     """Looks descriptions up in a world."""
 
     def one(self, ref: Ref, fits: Fits | None = None, exclude: Iterable[str] = ()) -> Meaning:
@@ -50,7 +53,8 @@ class Grounder(Orders):
             found = self._one_of(ref, fits, barred) if ref.options else self._candidates(ref, fits, barred)
             meaning = self._counted(ref, found)
             self._singled_out(ref, meaning)
-            self.discourse.mention(meaning.ids, ref.nouns)
+            self._no_contents(ref, meaning, fits)
+            self.discourse.mention(meaning.ids, ref.nouns or tuple(name for name in ref.names[-1:] if name.isalpha()))
             if ref.nouns or ref.colours:
                 self.discourse.described.append(ref)
             return meaning
@@ -68,7 +72,10 @@ class Grounder(Orders):
 
     def _singled_out(self, ref: Ref, meaning: Meaning) -> None:
         """Refuse to choose by what cannot be seen: "a wooden cube" where there are several cubes."""
-        if ref.claims and (meaning.others or len(meaning.ids) > 1):
+        ids = (*meaning.ids, *meaning.others)
+        if all(told(claim, name) for claim in ref.claims for name in ids):
+            return
+        if ref.claims and len(ids) > 1:
             quoted = listed([f"“{word}”" for word in ref.claims])
             raise RefusedError(
                 RefusalCode.AMBIGUOUS,
@@ -76,6 +83,24 @@ class Grounder(Orders):
                 (*meaning.ids, *meaning.others),
                 about=ref.text,
             )
+
+    def _no_contents(self, ref: Ref, meaning: Meaning, fits: Fits | None) -> None:
+        """As in "the pills", where there is a pill cup: what is in it is not the cup."""
+        name, said = meaning.ids[0], (*ref.names, *ref.nouns)
+        parts = id_parts(name)
+        open_above = self.world.objects[name].kind in ("cup", "bowl") or match.NOUN_CLASS.get(parts[-1]) == "mug"
+        apart = ref.plural and len(said) == 1 and ref.determiner != "all" and said[0] in parts[:-1]
+        if apart and open_above and len(meaning.ids) == 1 and fits == self.world.movable:
+            raise self._ambiguous(ref, (name,))
+
+    def _claimed(self, claim: str, names: list[str], *, several: bool) -> list[str]:
+        """As in "the wooden thing", "everything edible": what the names tell, where that settles it."""
+        known = {name: told(claim, name) for name in names}
+        fitting = [name for name in names if known[name]]
+        named = [name for name in fitting if claim.removesuffix("en") in id_parts(name)]
+        if len(named) == 1 and not several:
+            return named
+        return fitting if fitting and None not in known.values() else names
 
     def _pronoun(self, ref: Ref, fits: Fits | None, barred: set[str]) -> Meaning:
         groups = [ids for ids in reversed(self.discourse.themes)] + [ids for ids in reversed(self.discourse.mentioned)]
@@ -149,6 +174,8 @@ class Grounder(Orders):
         if fits:
             preferred = [name for name in names if fits(name)]
             names = preferred or names
+        for claim in ref.claims:
+            names = self._claimed(claim, names, several=several)
         if not names:
             raise self._not_found(ref, fits, barred)
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
@@ -177,7 +204,18 @@ class Grounder(Orders):
                 preferred = [item for item in found if fits(item.id) and match.noun_fit("box", item)]
                 found = preferred or found
             before = found
-            found = match.with_noun(found, ref.nouns, several=several, count=ref.count)
+            found = match.with_noun(
+                found, ref.nouns, several=several, count=ref.count, kinds=several or bool(ref.ranks)
+            )
+            sorts = {match.NOUN_CLASS.get(noun, noun) for noun in ref.nouns}
+            strange = [
+                item.id
+                for item in before
+                if item not in found and self.world.movable(item.id) and not is_familiar(item.id)
+            ]
+            if several and strange and found and sorts & {*KINDS_OF}:
+                # "all the fruit": a thing that nobody here knows may be one as well.
+                raise self._ambiguous(ref, [*(item.id for item in found), *strange])
             if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
                 # "put the ball in the black thing"
                 found = [item for item in before if fits(item.id)]
@@ -298,56 +336,6 @@ class Grounder(Orders):
         if loose and ref.determiner != "it":
             return self._loosely(ref, list(self.world.objects))
         return list(self.one(ref, lambda name: True).ids)
-
-    def _touches(self, kind: str, name: str, anchor: str) -> bool:
-        parent = self.world.parent.get(name)
-        if kind == "on":
-            return parent == ("on", anchor) or (parent == ("in", anchor))
-        if kind == "under":
-            return self.world.parent.get(anchor) == ("on", name)
-        return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
-
-    def _around(self, kind: str, names: list[str], anchor: str, *, narrow: bool = False) -> list[str]:
-        ax, ay = self.world.at[anchor]
-        offsets = {name: (self.world.at[name][0] - ax, self.world.at[name][1] - ay) for name in names}
-        axes = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "back": (1.0, 0.0)}
-        if kind in axes:
-            ex, ey = axes[kind]
-            along = {name: dx * ex + dy * ey for name, (dx, dy) in offsets.items()}
-            across = {name: abs(dx * ey - dy * ex) for name, (dx, dy) in offsets.items()}
-            found = [name for name in names if along[name] > 0.015]
-            cone = [name for name in found if along[name] >= (3.0 if narrow else 1.0) * across[name]]
-            return cone if narrow else cone or found
-        if narrow:
-            return []
-        gaps = {name: self._gap(name, anchor) for name in names}
-        near = sorted((name for name in names if gaps[name] < 0.15), key=lambda name: gaps[name])
-        if not near and names:
-            near = sorted(names, key=lambda name: gaps[name])
-            near = near if gaps[near[0]] < 0.25 else []
-        if len(near) > 1 and gaps[near[0]] < 0.6 * gaps[near[1]] - 0.01:
-            near = near[:1]
-        return near
-
-    def _gap(self, name: str, anchor: str) -> float:
-        ex, ey, _ = self.world.extents(anchor)
-        fx, fy, _ = self.world.extents(name)
-        (x, y), (ax, ay) = self.world.at[name], self.world.at[anchor]
-        return math.hypot(max(abs(x - ax) - ex - fx, 0.0), max(abs(y - ay) - ey - fy, 0.0))
-
-    def _between(self, names: list[str], ends: list[str]) -> list[str]:
-        if len(ends) != 2:
-            raise RefusedError(RefusalCode.AMBIGUOUS, f"“Between” needs two things; {listed(ends)} fit.", ends)
-        (ax, ay), (bx, by) = self.world.at[ends[0]], self.world.at[ends[1]]
-        length = math.dist((ax, ay), (bx, by)) or 1e-9
-        found = []
-        for name in names:
-            x, y = self.world.at[name]
-            along = ((x - ax) * (bx - ax) + (y - ay) * (by - ay)) / length**2
-            across = abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length
-            if name not in ends and 0.1 < along < 0.9 and across < max(0.06, 0.35 * length):
-                found.append(name)
-        return found
 
     def _counted(self, ref: Ref, names: list[str]) -> Meaning:
         if ref.total is not None and len(names) != ref.total:

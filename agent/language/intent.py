@@ -52,7 +52,7 @@ class Relation:
 
     Attributes:
         kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
-            closed (of drawers), empty (of containers), holds or lacks (something inside), than ("taller than the can").
+            closed (of drawers), empty (of containers), holds or lacks (something inside), than ("taller than the can"), discard (where waste goes).
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
@@ -97,7 +97,20 @@ class Offset:
 
 @dataclass(frozen=True, slots=True)
 class Original:
-    """Where the object was before this sentence moved it."""
+    """Where the object was before this sentence moved it.
+
+    Attributes:
+        vacated: "where it was": of a thing that has not been moved, the place that another one has left.
+    """
+
+    vacated: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Spot:
+    """Where another thing stands, or stood before this sentence moved it."""
+
+    refs: tuple[Ref, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,7 +129,7 @@ class Matching:
     noun: str = "bin"
 
 
-Place = Relation | Region | At | Offset | Original | Table | Matching
+Place = Relation | Region | At | Offset | Original | Spot | Table | Matching
 
 
 @dataclass(frozen=True, slots=True)

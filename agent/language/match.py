@@ -54,6 +54,9 @@ CANONICAL_COLOUR = {
 }
 
 
+_LIVING = frozenset({"fruit", "vegetable", "animal", "vehicle", "tool"})
+
+
 def noun_fit(noun: str, item: DetectedObject) -> int:
     """Return how well a noun names an object: NAMED, SYNONYM, SHAPE, LOOSE or 0.
 
@@ -77,10 +80,17 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         or all(w in parts for w in noun.split())
     ):
         return NAMED
+    if " " in noun and noun.split()[0] in parts and kind in SHAPE_KINDS.get(noun_class, ()):
+        # "the waste bin" is the bin called waste, rather than a tray.
+        return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
     if noun_class in own:
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
+        head = next((part for part in reversed(parts) if part.isalpha() and part not in CANONICAL_COLOUR), "")
+        if noun_class in _LIVING and head in NOUN_CLASS and head not in things.KINDS_OF[noun_class]:
+            # A tomato can is no vegetable.
+            return 0
         return SHAPE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())
     if kind in shapes:
@@ -114,7 +124,12 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list
 
 
 def with_noun(
-    items: Iterable[DetectedObject], nouns: Sequence[str], *, several: bool, count: int | None = None
+    items: Iterable[DetectedObject],
+    nouns: Sequence[str],
+    *,
+    several: bool,
+    count: int | None = None,
+    kinds: bool = False,
 ) -> list[DetectedObject]:
     """Return the objects that the noun names best.
 
@@ -123,12 +138,16 @@ def with_noun(
         nouns: As said; several are alternatives.
         several: More than one is meant: if too few bear the name, those of the shape count as well.
         count: How many are meant; two at least without it.
+        kinds: What is a kind of it counts as well, although it has a name of its own: marbles among all balls.
     """
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
         return []
     top = [item for item, fit in fits if fit == best]
+    if kinds and best >= SYNONYM:
+        words = frozenset(w for noun in nouns for w in things.HYPONYMS.get(NOUN_CLASS.get(noun, noun), ()) if noun != w)
+        top = [item for item, fit in fits if fit == best or (fit and words & {*id_parts(item.id)})]
     if len(nouns) > 1 or (several and len(top) < (count or 2)):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
     return top
@@ -139,6 +158,13 @@ def with_names(items: Iterable[DetectedObject], names: Sequence[str]) -> list[De
     everything = list(items)
     exact = [item for item in everything if item.id in names]
     return exact or [item for item in everything if all(name in id_parts(item.id) for name in names)]
+
+
+def is_waste(name: str) -> bool:
+    """Say whether a container's id tells that it takes what is thrown away."""
+    return bool(
+        {"waste", "trash", "rubbish", "garbage", "scrap", "dustbin", "wastebasket", "discard"} & {*id_parts(name)}
+    )
 
 
 def brightness(item: DetectedObject) -> float:

@@ -85,7 +85,7 @@ class Modifiers(Positions):
             found += [
                 (j, replace(ref, ranks=(Rank(key, 0),)))
                 for j, key in self.tag(i, "FROM")
-                if self.text(j - 2) in ("to", "the") and j > i + 2
+                if (self.text(j - 2) in ("to", "the") and j > i + 2) or self.text(j - 1) == "size"
             ]
         for j, excluded in self._exceptions(start, ref):
             best = excluded[0] if len(excluded) == 1 else None
@@ -158,10 +158,7 @@ class Modifiers(Positions):
                 if kind.plural and kind.determiner == "bare" and kind.nouns and not (kind.colours or kind.ranks)
             ]
             if self.tag(k, "A"):
-                found += [
-                    (j, replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True))))
-                    for j, kind in self.np(k)
-                ]
+                found += self._neither(k, ref)
             if self.text(k) in SHAPED:
                 shaped = Ref(text=self.said(k, k + 1), determiner="all", plural=True, nouns=(SHAPED[self.text(k)],))
                 found.append((k + 1, replace(ref, without=(*ref.without, shaped))))
@@ -189,6 +186,16 @@ class Modifiers(Positions):
                 if not relation.directional and relation.refs:
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
+        return found
+
+    def _neither(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "that is not a mug", "that is neither a mug nor a can"."""
+        found: Found[Ref] = []
+        for j, kind in self.np(i):
+            less = replace(ref, without=(*ref.without, replace(kind, determiner="all", plural=True)))
+            found.append((j, less))
+            if self.text(j) in ("nor", "or"):
+                found += self._neither(j + 1, less)
         return found
 
     def _filled_with(self, i: int, ref: Ref) -> Found[Ref]:

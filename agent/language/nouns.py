@@ -212,6 +212,9 @@ class Nouns(Modifiers):
                     found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
                     continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
+            if self.text(j) in _PACKED and self.text(j) not in self.words.parts:
+                # "the jam jar", where the jam is called just that.
+                found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found
@@ -252,9 +255,10 @@ class Nouns(Modifiers):
         if self.text(j) in _THINGS:
             # "the hammer thing"
             found.append((j + 1, ref))
-        if self.text(j) == "of" and ref.nouns and self.text(j + 1) in self.words.parts and not ref.plural:
-            # "the bottle of water"
-            found.append((j + 2, replace(ref, names=(*ref.names, self.text(j + 1)))))
+        filling = _singular(self.text(j + 1), self.words.parts) if self.text(j) == "of" else ""
+        if filling in self.words.parts and ref.nouns and not ref.plural:
+            # "the bottle of water", "the can of beans"
+            found.append((j + 2, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
@@ -266,6 +270,9 @@ class Nouns(Modifiers):
         return found
 
 
+_PACKED = word_set(
+    "jar pot packet pack tub shaker mill tube stick bar carton bag sachet roll reel spool holder stand dispenser piece pen"
+)
 _NOT_NAMES = word_set(
     """
     REL TO SOURCE THE A ALL BOTH PRON THEN BEFORE AFTER NOT_IS EXCEPT AVOID TABLE COLOUR NOUN

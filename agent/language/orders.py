@@ -61,6 +61,8 @@ class Orders(ABC):
                 names,
                 about=ref.text,
             )
+        if not names:
+            raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see none.", tuple(self.world.objects))
         if rank.key in ("middle", "medium"):
             return self._middle(names, rank, ref)
         if rank.key in ("top", "bottom"):

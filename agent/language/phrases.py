@@ -200,6 +200,9 @@ class Phrasing(Nouns):
                     if any(o.options for o in others) and self.text(k - 1) not in ("and", "plus", "then", "with"):
                         found += [(end, refs) for refs in self._any_of(first, others, self.said(i, end))]
                         continue
+                    if first.determiner == "a" and lead.text.startswith("any ") and lead.nouns == first.nouns:
+                        # "a block, any block"
+                        continue
                     # "the cubes, all of them" adds nothing.
                     if len(others) < 10 and not (again and not (lead.nouns or lead.colours or lead.names)):
                         found.append((end, (first, *others)))

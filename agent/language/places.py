@@ -217,7 +217,7 @@ HOMES = (
     "initial pose, neutral position, neutral pose, default position, default pose, ready position, ready pose, "
     "original position, initial configuration, base position, idle position, parking position, "
     "beginning, starting point, starting place, home base, park position, neutral, home state, initial state, "
-    "home location, safe position, zero position, zero pose, standby, starting configuration, "
+    "home location, base, safe position, zero position, zero pose, standby, starting configuration, "
     "default configuration, resting pose, start point"
 )
 ARM = (

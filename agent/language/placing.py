@@ -15,6 +15,7 @@ from robosandbox.agent.language.intent import (
     Place,
     Region,
     Relation,
+    Spot,
 )
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
@@ -108,9 +109,13 @@ class Placing(Hands):
                 x, y = world.at[name]
                 step = distance or NUDGE
                 self._put_at(name, (x + dx * step, y + dy * step), f"{step:g} m {direction}")
-            case Original():
+            case Original(vacated=vacated):
                 # Where it was before this sentence, or else before the one that moved it.
                 origins = self.discourse.origins if name in self.moved else self.came_from
+                other = list(self.moved)
+                if vacated and name not in origins and len(other) == 1 and other[0] in self.discourse.origins:
+                    # "move the block out of the way and put the sponge where it was"
+                    origins = {name: self.discourse.origins[other[0]]}
                 if name not in origins:
                     raise RefusedError(RefusalCode.AMBIGUOUS, f"Where is back? I have not moved {name} yet.", (name,))
                 xy, parent = origins[name]
@@ -120,6 +125,11 @@ class Placing(Hands):
                     self._put_on(name, parent[1])
                 else:
                     self._put_at(name, xy, "its first place")
+            case Spot(refs=refs):
+                other_one = self.ground.one(refs[0], lambda _: True, (name,)).ids[0]
+                gone = other_one in self.moved and other_one in self.discourse.origins
+                where = self.discourse.origins[other_one][0] if gone else world.at[other_one]
+                self._put_at(name, where, f"where {other_one} {'was' if gone else 'is'}")
             case Region():
                 self._put_region(name, place, radius)
             case _:
@@ -254,6 +264,9 @@ class Placing(Hands):
                 world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
             ):
                 free.append((round(math.dist((x, y), world.base_xy), 3), side, (x, y)))
+        if not free and target in world.parent:
+            # "the butter on the plate and the spoon beside it": beside the plate, then.
+            return self._put_beside(name, world.parent[target][1], sides)
         if not free:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room next to {target}.", (target,))
         if target in world.parent or target == world.held:

@@ -13,11 +13,11 @@ class Positions(Chart, ABC):
     """The rules for positions relative to things and for parts of the table."""
 
     @abstractmethod
-    def np(self, i: int) -> Found[Ref]:
+    def np(self, i: int, /) -> Found[Ref]:
         """One noun phrase; `Phrasing` knows how."""
 
     @abstractmethod
-    def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
+    def np_list(self, i: int, /) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"; `Phrasing` knows how."""
 
     @rule
@@ -85,7 +85,7 @@ class Positions(Chart, ABC):
             if (
                 sides
                 and j > start
-                and self.text(i) not in ("to", "towards", "toward", "into")
+                and (self.text(i) not in ("to", "towards", "toward", "into") or self._of_table(k)[0] > k)
                 and self.text(k - 1) not in ("top", "bottom", "upper", "lower")
                 # "the ball in the left bin, the can in the right" means the right bin.
                 and not (self.text(i) == "in" and set(sides) <= {"left", "right"})

@@ -27,7 +27,7 @@ FILLERS = (
     "real quick, real quickly, right now, right away, straight away, immediately, asap, at once, this instant, "
     "this minute, very carefully, very gently, very slowly, "
     "once more, also, too, as well, alright, all right, basically, literally, honestly, perhaps, maybe, "
-    "quite, really, directly, simply, there is a good robot, there you go, "
+    "quite, possibly, really, directly, simply, there is a good robot, there you go, "
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
     "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
@@ -119,7 +119,7 @@ DESIRES += (
 COPULAS = (
     "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
-    "ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
+    "lives, live, ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
     "have to go, have to be, gets, is to go, "
     "sitting, resting, to come, comes, should come, should rest, to rest, ought to be, ought to go, will go, "
     "can go, could go, would go, standing, lying, "

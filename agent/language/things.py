@@ -49,28 +49,65 @@ NOUNS: dict[str, str] = {
     "drink": "drink, beverage",
     "snack": "snack",
     "utensil": "utensil, piece of cutlery, cutlery",
+    "food": "food, foodstuff, edible, eatable, food item, grocery",
+    "stationery": "stationery, writing tool, office supply",
+    "fastener": "fastener, fixing, hardware",
+    "condiment": "condiment, seasoning, spice",
+    "crockery": "crockery, tableware, dishware",
 }
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
         """
         apple banana orange pear lemon lime grape grapes strawberry peach plum apricot cherry mango kiwi melon fig
-        pineapple
+        pineapple tangerine mandarin clementine satsuma nectarine grapefruit raspberry blueberry blackberry cranberry
+        gooseberry currant papaya guava lychee pomegranate coconut date watermelon cantaloupe pomelo persimmon quince
+        passionfruit avocado berry kumquat
         """
     ),
-    "vegetable": word_set("tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet"),
+    "vegetable": word_set(
+        """
+        tomato potato carrot onion cucumber pepper cabbage lettuce broccoli corn radish beet beetroot aubergine eggplant
+        courgette zucchini celery spinach kale leek garlic turnip parsnip pea peas bean pumpkin squash cauliflower
+        mushroom asparagus artichoke chilli chili ginger shallot sprout yam
+        """
+    ),
     "tool": word_set(
         """
         hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors tape ruler knife
+        tweezers crowbar level plane rasp awl vice ratchet socket soldering caliper calipers trowel axe hatchet cutter
         """
     ),
     "animal": word_set(
-        "cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse"
+        """
+        cat dog bird fish horse elephant duck bear teddy dino dinosaur cow pig sheep lion tiger rabbit frog mouse giraffe
+        zebra monkey panda penguin owl fox wolf goat chicken hen turtle snake crocodile hippo rhino kangaroo koala bunny
+        donkey whale shark dolphin octopus crab bee butterfly unicorn dragon
+        """
     ),
-    "vehicle": word_set("car truck bus train plane boat bike lorry van tractor"),
+    "vehicle": word_set(
+        "car truck bus train plane boat bike lorry van tractor taxi ambulance helicopter jet ship rocket motorbike scooter tram digger excavator bulldozer"
+    ),
     "drink": word_set("coke cola pepsi sprite fanta water juice soda beer lemonade milk wine cider"),
-    "snack": word_set("chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers"),
-    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks"),
+    "snack": word_set("""
+        chips crisps cookie cookies biscuit chocolate candy popcorn pretzel pretzels cracker crackers sweet sweets wafer gum
+        brownie granola
+        """),
+    "utensil": word_set("knife fork spoon spatula ladle whisk chopsticks teaspoon tablespoon tongs peeler spork"),
+    "stationery": word_set(
+        "pen pencil marker crayon eraser rubber ruler stapler notebook envelope highlighter sharpener"
+    ),
+    "fastener": word_set("bolt nut screw nail washer rivet bracket hinge"),
+    "condiment": word_set("salt pepper ketchup mustard vinegar mayonnaise mayo paprika cinnamon"),
+    "crockery": word_set("plate saucer cup mug teacup bowl dish teapot"),
 }
+KINDS_OF["food"] = (
+    KINDS_OF["fruit"]
+    | KINDS_OF["vegetable"]
+    | KINDS_OF["snack"]
+    | word_set(
+        "egg eggs bread toast sandwich cake pizza burger cheese bun bagel muffin donut doughnut croissant ham sausage meat fish rice pasta nut honey jam butter"
+    )
+) - {"pepper", "nut", "fish"}
 """Words for many kinds of things, by what an id may call them; never by shape."""
 IRREGULAR_PLURALS: dict[str, str] = {
     "boxes": "box",
@@ -86,7 +123,7 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "tumblers": "mug",
     "brushes": "brush",
 }
-PLURAL_NOUNS = frozenset({"cutlery", "stuff", "dice"})
+PLURAL_NOUNS = frozenset({"crockery", "tableware", "dishware", "stationery", "hardware", "cutlery", "stuff", "dice"})
 MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
@@ -203,6 +240,7 @@ ORDER_FROM: dict[str, str] = {
     "top": "from the top, from top, counting from the top, from above",
     "bottom": "from the bottom, from bottom, counting from the bottom, from below",
 }
+ORDER_FROM |= {"small": "in rising size", "big": "in falling size"}
 for _name, _side in (
     ("left", "the left"),
     ("left", "left to right"),
@@ -232,7 +270,7 @@ AMOUNTS: dict[str, float] = {
     "a bit": 0.05, "a little": 0.05, "a little bit": 0.05, "slightly": 0.05, "a touch": 0.03, "a tad": 0.03, "a smidge": 0.03,
     "a tiny bit": 0.03, "some": 0.10, "a small amount": 0.05, "a small distance": 0.05, "a short distance": 0.05, "a bit more": 0.05,
     "a short way": 0.05, "a little way": 0.05, "a hair": 0.02, "somewhat": 0.05, "a wee bit": 0.03, "just a bit": 0.05, "a smidgen": 0.03,
-    "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
+    "a finger width": 0.02, "a thumb width": 0.02, "a hand width": 0.10, "a palm width": 0.08, "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
 }  # fmt: skip
 ABOUT = (
     "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
@@ -254,6 +292,8 @@ UNIVERSALS = (
     "all my, all your, any and all, each one of the, all of my, the whole set of, the entire set of, "
     "each of these, each of those, every last"
 )
+HYPONYMS: dict[str, frozenset[str]] = {"ball": frozenset({"marble"})}
+"""Kinds of a kind that have a name of their own: of all balls, a marble is one."""
 BOTHS = (
     "both, both the, both of the, both these, both those, both of these, both of those, the pair of, the two, "
     "each of the two, both my"

@@ -62,6 +62,21 @@ _CONTRACTIONS = [
         (r"\bshan'?t\b", "shall not"),
         (r"\blet'?s\b", "let us"),
         (r"\b(i|you|we|they|that|it)'d\b", r"\1 would"),
+        (
+            r"\b(?:leave|keep|have|park) (it|them) (?:standing|sitting|lying|resting|waiting|parked) (?=(?:to|on|in|at|next|beside|by|near|behind|left|right|between|atop|inside)\b)",
+            r"put \1 ",
+        ),
+        (r"\b(tap|touch|pat|poke|press) ([a-z_ ]{3,30}?) on (?:its|the) (?:top|head|lid)\b(?! of)", r"\1 \2"),
+        (
+            r"\b(tap|touch|pat|poke|press|boop|bop)( on)? ([a-z_ ]{3,30}?)'s? (?:top|head|lid|cap|nose|surface|upper side)\b",
+            r"\1 \3",
+        ),
+        (r"^not (the \w+) (\w+) ?, ?(?:but )?(the \w+) one\b", r"\3 \2"),
+        (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
+        (
+            r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",
+            "i want ",
+        ),
         (r"\b(i|you|we|they|that|it)'ll\b", r"\1 will"),
         (r"\b(i|you|we|they)'ve\b", r"\1 have"),
         (r"\b(you|we|they)'re\b", r"\1 are"),
@@ -111,6 +126,9 @@ _BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
 _DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
 _ARROWS = re.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
 _CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z]+)\((\w+)\)")
+_ITS_SIDE = re.compile(
+    r" (?:over )?(?:on|to|at|by)(?: to)? ((?:the |that |this |my )?(?!robot|arm|table|desk|your|you)[a-z_]+(?: (?!robot|arm|table|desk)[a-z_]+)?)'s (left|right)(?:[- ]?hand)?(?: side)?\b"
+)
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -219,6 +237,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
     text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
+    text = _ITS_SIDE.sub(r" to the \2 of \1", text)
     text = re.sub(r"'s\b", "", text).replace("'", " ")
     text = re.sub(r"(?<=[a-z])-(?=[a-z])|(?<=\d)-(?=[a-z])", " ", text)
     for match in _PIECES.finditer(text):

@@ -28,7 +28,7 @@ VERBS: dict[str, str] = {
     ),
     "load": "load, fill, load up, fill up, stock, pack",
     "discard": (
-        "throw away, throw out, chuck out, chuck away, toss out, toss away, bin, trash, dispose of, discard, get rid of"
+        "throw away, throw out, chuck out, chuck away, toss out, toss away, bin, trash, dispose of, discard, get rid of, scrap, junk, ditch"
     ),
     "move": "move, shift, get, take, reposition, scoot, displace, budge, advance, transfer, relocate, bring",
     "throw": "throw, toss, chuck, lob, sling, fling, hurl, pitch",
@@ -43,7 +43,7 @@ VERBS: dict[str, str] = {
     ),
     "stack": "stack, stack up, pile, pile up, heap, heap up, build up",
     "build": "build, make, construct, create, erect, form, assemble, build up",
-    "pour": "pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
+    "pour": "dump, sow, pour, pour out, tip, tip out, empty, decant, empty out, dump out, spill",
     "open": "open, open up, pull open, slide open, unclose",
     "close": "close, shut, close up, push shut, slide shut, push closed, slide closed",
     "tap": (

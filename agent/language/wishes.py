@@ -8,13 +8,16 @@ from dataclasses import replace
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
 _MODALS_TO = frozenset({"needs to", "need to", "has to", "have to", "ought to", "is to", "are to"})
 _HOLDS = frozenset({"has", "contain", "hold", "have", "get", "receive", "contains", "containing", "holding", "with"})
+_HAS_BEEN = frozenset({"has been", "have been", "is safely", "is all"})
+_DONE_STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
@@ -95,6 +98,14 @@ class Wishes(Clauses, ABC):
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.
                     copulas += [end for end, _ in self.tag(j, "IS_NOW")]
+                if start > i:
+                    # "I would like the salt a bit further to the left"
+                    found += [
+                        (end, command)
+                        for end, elements in self.elements(j)
+                        if {"direction"} <= {e.kind for e in elements} <= {"direction", "distance"}
+                        for command in frame_command("push", (spoken(refs), *elements))
+                    ]
                 for k in copulas + ([j] if start > i else []):
                     for m, verb in self.tag(k, "VERB"):
                         # "I need the red cube picked up", "... to be put in the bin".
@@ -155,6 +166,20 @@ class Wishes(Clauses, ABC):
                         found.append((end, command))
         return found
 
+    def _accomplished(self, i: int) -> Found[Command]:
+        """As in "once the sponge is in the box", "after the drawer is open": to be done before the rest."""
+        k = i + 1 if self.text(i) in ("once", "after") else i + 3 if self.said(i, i + 3) == "as soon as" else i
+        found: Found[Command] = []
+        for j, refs in self.np_list(k) if k > i else ():
+            m = j + 1 if self.text(j) in ("is", "are") else j + 2 if self.said(j, j + 2) in _HAS_BEEN else j
+            m += self.text(m) in ("safely", "all", "both") and m > j
+            if m == j or refs[0].determiner == "it":
+                continue
+            if self.text(m) in _DONE_STATES:
+                found.append((m + 1, Command(_DONE_STATES[self.text(m)], refs)))
+            found += self._placed_there(refs, m)
+        return found
+
     def _placed_there(self, refs: tuple[Ref, ...], i: int) -> Found[Command]:
         return [
             (end, _under(command))
@@ -173,7 +198,11 @@ class Wishes(Clauses, ABC):
 
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
         plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
-        return plain and bool(refs[0].nouns) and NOUN_CLASS.get(refs[0].nouns[0]) in ("bin", "bowl", "drawer")
+        named = refs[0].nouns or (id_parts(refs[0].names[0])[-1:] if refs[0].names else ())
+        kind = NOUN_CLASS.get(named[0]) if plain and named else None
+        # A box may be a thing to carry: only one that is told by its colour or its name is where others go.
+        coloured_box = kind == "box" and bool(refs[0].colours or refs[0].names) and not refs[0].relations
+        return kind in ("bin", "bowl", "drawer") or coloured_box
 
 
 def _under(command: Command) -> Command:
