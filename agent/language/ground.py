@@ -142,6 +142,9 @@ class Grounder(Vicinity):
         self._known(ref)
         objects = self.world.objects
         pool = [item for item in objects.values() if item.id not in barred]
+        if any(relation.kind in ("open", "closed") for relation in ref.relations):
+            # "shut the one that is open": of all things only drawers are open or closed.
+            pool = [item for item in pool if item.kind == "drawer"] or pool
         several = ref.plural or ref.determiner == "all"
         found = self._named(ref, pool, several, fits)
         if ref.other:

@@ -87,7 +87,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     if noun_class in own:
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
-        head = next((part for part in reversed(parts) if part.isalpha() and part not in CANONICAL_COLOUR), "")
+        head = _head(parts)
         if noun_class in _LIVING and head in NOUN_CLASS and head not in things.KINDS_OF[noun_class]:
             # A tomato can is no vegetable.
             return 0
@@ -100,9 +100,27 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         return LOOSE
     if noun_class == "bin" and noun in ("container", "receptacle", "basin") and kind in CONTAINERS:
         return LOOSE
+    if noun in things.COMPOUND_HEADS and any(part.endswith(noun) for part in parts):
+        # "the brush" for a paintbrush, where nothing is called brush.
+        return LOOSE
+    if noun in things.POTS and kind in VESSELS and _head(parts) in things.POTTED:
+        return LOOSE
     if kind in THING_KINDS.get(noun_class, ()) and not (own - set(SHAPE_KINDS)):
         return SHAPE
     return 0
+
+
+def _head(parts: Sequence[str]) -> str:
+    """Return what an id calls the thing: "paint" of paint_2 and of paint_red."""
+    return next((part for part in reversed(parts) if part.isalpha() and part not in CANONICAL_COLOUR), "")
+
+
+def _is_for(noun: str, item: DetectedObject) -> bool:
+    """Say whether a container is only named after what goes in it: no dice bowl is one of the dice."""
+    parts = id_parts(item.id)
+    head, noun_class = NOUN_CLASS.get(_head(parts)), NOUN_CLASS.get(noun, noun)
+    contents = noun_class not in (*STANDING, "box") and noun in parts and noun != _head(parts)
+    return contents and item.kind in CONTAINERS and head in (*STANDING, "box") and head != noun_class
 
 
 def _is_cubic(item: DetectedObject) -> bool:
@@ -141,6 +159,8 @@ def with_noun(
         kinds: What is a kind of it counts as well, although it has a name of its own: marbles among all balls.
     """
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
+    named = [(item, fit) for item, fit in fits if not all(_is_for(noun, item) for noun in nouns)]
+    fits = named if any(fit >= SHAPE for _, fit in named) else fits
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
         return []

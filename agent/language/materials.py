@@ -55,7 +55,8 @@ _HOUSEHOLD = word_set(
     puppet marble jack rattle whistle trumpet guitar violin piano radio speaker headphones mouse usb dongle adapter plug
     socket fuse resistor capacitor chip board motor servo sensor wheel axle pulley lens prism compass protractor calculator
     sticky note notes clip pushpin tack band string twine yarn thread needle button zip ribbon foil film medicine pill
-    plaster bandage mask thermometer stethoscope trowel pot seed seeds bulb bottle_opener corkscrew grater strainer
+    plaster bandage mask thermometer stethoscope trowel pot seed seeds bulb bottle_opener corkscrew grater strainer deck
+    domino joker paint paintbrush palette varnish sandpaper easel canvas
     """
 )
 _NAMED = (

@@ -6,6 +6,7 @@ prohibition or a number. The rules run on sentences that the grammar did not und
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable, Sequence
 
@@ -61,6 +62,59 @@ def _other_way_round(match: re.Match[str]) -> str:
     return f" swap {match[1]} and {match[2]}" if (first, second) == (back, again) else match[0]
 
 
+_FORBIDS = re.compile(r" (?:not|never|no|without|avoid|nor|neither|unless|if) ")
+
+
+def _single(noun: str) -> str:
+    """Return the singular of a plural: "dice", "cubes"."""
+    if noun == "dice":
+        return "die"
+    plural = noun.endswith("s") and not noun.endswith("ss")
+    return noun[:-2] if plural and noun.endswith(("xes", "shes", "ches", "sses")) else noun[:-1] if plural else noun
+
+
+def _bottom_up(match: re.Match[str]) -> str:
+    """As in "a stack with the wood: large, medium, small from the bottom up"."""
+    noun = _single(match[1])
+    order = [part.split()[-1] for part in re.split(r" (?:, and|,|and) ", match[2])]
+    if len(set(order)) != len(order) or _FORBIDS.search(match.string):
+        return match[0]
+    order = order if match[3] == "bottom" else order[::-1]
+    return ", then".join(
+        f" put the {upper} {noun} on the {lower} {noun} " for lower, upper in itertools.pairwise(order)
+    ).rstrip()
+
+
+def _come_back(match: re.Match[str]) -> str:
+    """As in "put the large one in the box and come back for the small one": what for is not said, so it is picked."""
+    return match[0] if _FORBIDS.search(match.string) else f" , then pick up {match[1]}"
+
+
+def _white_on_red(match: re.Match[str]) -> str:
+    """As in "stack the dice, white on red": both are dice."""
+    noun = _single(match[1])
+    return f" stack the {match[2]} {noun} on the {match[3]} {noun}"
+
+
+def _only_repeats(match: re.Match[str]) -> str:
+    """As in "the pawns in the box, leave everything else"; not where everything was to be moved."""
+    moved_all = re.search(r" (?:everything|all|anything|rest|others) ", f" {match.string[: match.start()]} ")
+    return match[0] if moved_all else ""
+
+
+_KIND_OF = (
+    r"(?:red|blue|green|yellow|orange|purple|pink|brown|black|white|grey|gray|small|medium|large|big|little|tall|short)"
+)
+_WHERE = r"(?:to )?where"
+_IS = r"(?:is|stands|sits|was|stood|sat)(?: now| right now| before)?"
+_SPELLED: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
+    (re.compile(pattern), replacement)
+    for pattern, replacement in (
+        (rf" (?:stack|pile)(?: up)? (?:the |both |both the |those |these )(\w+s|dice)(?: up)? [,:] (?:the )?({_KIND_OF})(?: one)? on(?: top of)? (?:the )?({_KIND_OF})(?: one)?(?= (?:[.!] )?$)", _white_on_red),
+        (rf" (?:put|place|set|move|bring) the (\w+) (\w+) {_WHERE} the (\w+) (?:one|\2) {_IS}(?: ,)? and (?:put )?the \3 (?:one|\2) {_WHERE} the \1 (?:one|\2) {_IS}(?= (?:[.!] )?$)", r" swap the \1 \2 and the \3 \2"),
+        (r"^ (put |place |drop |toss |move |stick |pop |)(?:the |those |my )?((?:(?!the |a |and |not )\w+ ){0,2}?(?:\w+s|dice)) (in|into|inside|on|onto) ((?:the |that |my )?(?:(?!the |and |not |but )\w+ ){0,2}?\w+(?<!s)) , both(?: of them| of those)?(?= (?:[.!] )?$)", r" \1both \2 \3 \4"),
+    )
+)  # fmt: skip
 _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -112,6 +166,11 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (rf" (?:push|shove|nudge|slide|scoot|brush|sweep|knock|shift) ((?:the |that |this |it|them)(?:{_NP})?) (aside|out of the way|to one side|to the side|off to one side)(?= (?:[,.;!?]|and|then) | $)", r" move \1 \2"),
         (rf"^ (?:as for|regarding|concerning|with regard to|when it comes to) ((?:the |a |all |this |that ){_NP}) [,:]", r" \1 ,"),
         (rf" (put|place|set|stand|pop|stick) ((?:the |a |that |this |it|them)(?:{_NP})?) (?:right |directly |close )?(?:up )?against (?=the |a |that |this )", r" \1 \2 next to "),
+        (r" (?:,|and|but|;|[.])(?: (?:and|but|please|just))* (?:leave|keep) (?:everything|anything|all) else(?: alone| where it is| as it is| in place| untouched| there| be)?(?= (?:[.!] )?$)", _only_repeats),
+        (r"^ (?:can|could|may|might) i (?:please )?(?:have|get) ((?:the|that|this) (?:(?!and |or |in |on |at |to |next |by |from |off |out |up |over |under |with |for |back |not |no |but )\w+ ){0,2}(?!up |back |over |off |out |in |on |away )\w+)(?: please| now)?(?= (?:[.!?] )?$)", r" pick up \1"),
+        (rf"^ (?:i|we) (?:am|are|have)(?: all| just| now)* (?:finished|done)(?: with)? {_LISTED} [,.;:!] (?:so |please |you (?:can|may) )*(?=\w+ (?:it|them|both|these|those) )", r" \1 , "),
+        (rf" (?:,|and|then|[.;])(?: and| then)* (?:come|go|head|return) back (?:for|to get|to fetch) ((?:the |that ){_NP})(?= (?:[.!] )?$)", _come_back),
+        (rf" (?:build|make|give)(?: me| us)? a (?:stack|tower|pile) (?:with|of|from|out of|using) the (\w+) [:,] ((?:the )?{_KIND_OF}(?: (?:, and|,|and) (?:the )?{_KIND_OF})+)(?: ,)? (?:from )?(?:the )?(bottom|top) (?:up|down|to top|to bottom|to the top|to the bottom|upwards|downwards)(?= (?:[.!] )?$)", _bottom_up),
         # Where it was: "its old place", "the place where you found it".
         (r" (?:back )?(?:in|to|into|on|onto|at) (?:(?:its|their|his|her|the) )?(?:old|original|previous|former|earlier|initial|starting|first|prior|usual) (?:place|spot|position|location|home|seat|perch|site)(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
         (r" (?:back )?(?:to |in |at |into )?(?:(?:the )?(?:exact |same |very )*(?:place|spot|position|location) )?(?:where|from which|from where|whence|that) (?:it|they|you|he|she) (?:came|come|comes|had come|originally came|was taken|were taken|got it|found it|took it|picked it up|fetched it|had it|was|were|stood|sat|started|started out|began|used to (?:be|stand|sit)|originally (?:was|stood|sat)|had been|had stood)(?: from| before| originally| at first| at the start| in the first place| to begin with)?(?= (?:and|then|[,.;!?]) | $)", " back where it was"),
@@ -153,24 +212,45 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
 
 
 def spelled_out(tokens: Sequence[Token]) -> tuple[Token, ...]:
-    """Return the tokens of a sentence about towers with "over" as "on": the grammar would read it as a position."""
+    """Return the tokens with what the grammar would read as something else in plain words.
+
+    Among towers "over" is "on", a position elsewhere; in "stack the dice, white on red" both colours are of dice; in
+    "the red cup where the blue one is and the blue one where the red one was" the two change places; and "the dice in
+    the bowl, both of them" asks once.
+    """
     words = {token.text for token in tokens}
-    if "over" not in words or not words & {"tower", "stack", "pile"}:
-        return tuple(tokens)
     made = list(tokens)
-    for k in range(1, len(made) - 1):
-        if made[k].text == "over" and made[k + 1].text not in ("there", "here", "to", "the", "on", "by", "at", "in"):
-            made[k] = Token("on", made[k].raw, "word")
-    return tuple(made)
+    if "over" in words and words & {"tower", "stack", "pile"}:
+        for k in range(1, len(made) - 1):
+            if made[k].text == "over" and made[k + 1].text not in (
+                "there",
+                "here",
+                "to",
+                "the",
+                "on",
+                "by",
+                "at",
+                "in",
+            ):
+                made[k] = Token("on", made[k].raw, "word")
+    return _applied(_SPELLED, made) if words & {"stack", "pile", "where", "both"} else tuple(made)
 
 
 def rephrased(tokens: Sequence[Token]) -> tuple[Token, ...]:
     """Return the tokens with what has a plainer wording in that wording; the same tokens if there is none."""
+    return _applied(_RULES, tokens, plainly)
+
+
+def _applied(
+    rules: Sequence[tuple[re.Pattern[str], Replacement]],
+    tokens: Sequence[Token],
+    first: Callable[[str], str] = str,
+) -> tuple[Token, ...]:
     if any(" " in token.text for token in tokens):
         return tuple(tokens)
     text = before = f" {' '.join(token.text for token in tokens)} "
-    text = plainly(text)
-    for pattern, replacement in _RULES:
+    text = first(text)
+    for pattern, replacement in rules:
         text = pattern.sub(replacement, text)
         if not text.endswith(" "):
             text += " "

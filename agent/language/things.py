@@ -54,6 +54,7 @@ NOUNS: dict[str, str] = {
     "fastener": "fastener, fixing, hardware",
     "condiment": "condiment, seasoning, spice",
     "crockery": "crockery, tableware, dishware",
+    "chess piece": "chess piece, chess figure, chessman",
 }
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
@@ -98,6 +99,7 @@ KINDS_OF: dict[str, frozenset[str]] = {
     ),
     "fastener": word_set("bolt nut screw nail washer rivet bracket hinge"),
     "condiment": word_set("salt pepper ketchup mustard vinegar mayonnaise mayo paprika cinnamon"),
+    "chess piece": word_set("pawn rook knight bishop queen king"),
     "crockery": word_set("plate saucer cup mug teacup bowl dish teapot"),
 }
 KINDS_OF["food"] = (
@@ -109,6 +111,11 @@ KINDS_OF["food"] = (
     )
 ) - {"pepper", "nut", "fish"}
 """Words for many kinds of things, by what an id may call them; never by shape."""
+COMPOUND_HEADS = word_set("brush spoon book driver knife")
+"""Nouns that end other nouns written in one word, each of which is one of them: a paintbrush is a brush."""
+POTS = word_set("pot jar tub")
+POTTED = word_set("paint glue ink jam honey varnish lacquer primer cream mustard yoghurt yogurt marmalade")
+"""What comes in a pot, and may be called one."""
 IRREGULAR_PLURALS: dict[str, str] = {
     "boxes": "box",
     "dice": "cube",
