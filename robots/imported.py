@@ -83,6 +83,7 @@ def copy_options(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
     for name in dir(source.option):
         if not name.startswith("_") and not callable(getattr(source.option, name)):
             setattr(spec.option, name, getattr(source.option, name))
+    spec.njmax, spec.nconmax = source.njmax, source.nconmax
 
 
 def put_scalar(element: Any, field: str, value: float) -> None:
