@@ -124,7 +124,7 @@ def test_a_model_that_does_not_answer_or_answers_nonsense_is_told():
     with (
         ScriptedServer(*[nonsense] * 4) as server,
         session_on(server) as session,
-        pytest.raises(PlannerAnswerError, match="points at nothing usable in 4 turns"),
+        pytest.raises(PlannerAnswerError, match="no usable answer in 4 turns"),
     ):
         session.observe()
 

@@ -57,9 +57,12 @@ def build(
             raise error from None
 
 
+_PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
 _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
-    "put": frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"}),
+    "put": _PLACING,
+    "release": _PLACING,
+    "drop": _PLACING,
     "stack": frozenset({"place_on", "stack"}),
     "move": frozenset({"pick", "push", "stack"}),
     "open": frozenset({"open_drawer"}),

@@ -55,7 +55,7 @@ _COURTESIES = tuple(
         r"do not (?:worry|panic|rush|hurry)(?: about it)?|no worries",
         r"(?:of|from) (?:where it (?:is|stands|sits|was)|its (?:current|present) (?:place|position|spot|location)|here|there)(?: right| just)?(?: now)?",
         r"(?:by the time|when|once|after|as soon as) you are(?: all)? (?:done|finished|through)(?= (?:the|my|your|all|every|both|each|a|i|there) )",
-        r"(?:once|when|after|as soon as) (?:you are|you have|it is|everything is|all is|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
+        r"(?:once|when|after|as soon as) (?:you are|you have|you)(?: all)? (?:finished|done|through|finish)(?= (?:[,.!?] )?$)",
         r"(?:with|by) you(?= (?:[,.!?] )?$)|in the end(?= (?:[,.!?] )?$)|at the end(?= (?:[,.!?] )?$)",
         r"terribly|awfully|by any chance|per chance|perchance|as usual|as always|as before|as discussed|as agreed|as promised|as requested",
         r"(?:i|we) do not (?:mind|care)(?: about)?(?: in)? ?(?:the|which|what|whatever)? order(?: you (?:do|use|pick|choose|like)(?: it| them)?(?: in)?)?",

@@ -102,6 +102,11 @@ def _only_repeats(match: re.Match[str]) -> str:
     return match[0] if moved_all else ""
 
 
+def _after_a_step(match: re.Match[str]) -> str:
+    """As in "put the can in the bin, then tap the cup once it is there"; alone it is a condition, which is kept."""
+    return "" if re.search(r" (?:and|then) ", match.string[: match.start() + 1]) else match[0]
+
+
 _KIND_OF = (
     r"(?:red|blue|green|yellow|orange|purple|pink|brown|black|white|grey|gray|small|medium|large|big|little|tall|short)"
 )
@@ -142,9 +147,9 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (r"^ not ((?:the |a )(?:\w+ ){0,2}?\w+) , (?:but )?(?=the |a )", r" "),
         (r" roll (the (?:\w+ ){0,2}?(?:ball|marble|sphere|orb)) (?!in |into |on |onto |out |off |away |over )(?!.* me )", r" push \1 "),
         (rf"^ (?:what|how) about ((?:the |a |all ){_NP}) ,", r" \1 ,"),
-        (r" (?:afterwards|afterward|after that|at the end|in the end|once done|when done|once you are done|when you are done|to finish|to finish off)(?= (?:[.;!?] )?$)", ""),
+        (r" (?:afterwards|afterward|after that|at the end|in the end|once done|when done|once you are done|when you are done|to finish|to finish off)(?= (?:[.;!?] )?$)", _after_a_step),
         (rf" (?:rather )?than (?:in|on|into|onto|inside) {_NP}(?= (?:[.;!?] )?$)", ""),
-        (r" (?:once|when|as soon as|after) (?:it|that) (?:is|has been|was|gets) (?:there|in place|done|in position|on it|in it|on there|in there|inside|moved|placed|put down|set down)(?= (?:[,.;!?] )?$)", ""),
+        (r" (?:once|when|as soon as|after) (?:it|that|everything|all) (?:is|has been|was|gets) (?:there|in place|done|finished|in position|on it|in it|on there|in there|inside|moved|placed|put down|set down)(?= (?:[,.;!?] )?$)", _after_a_step),
         (rf" (?:use|take|with) ((?:the |a |that ){_NP}) (?:as|for|to be) (?:a|the|your|its) (?:base|foundation|bottom|support|stand|platform|pedestal|plinth)(?: ,)?(?: and| then)* (?:put|place|set|stack|stick|pop) ((?:the |a |that ){_NP}) (?:on|onto|on top of|atop) (?:it|that|top)(?= )", r" put \2 on \1"),
         (rf" it is ((?:the |a |that ){_NP}) (?:that )?(?:i|we) (?:want|need|would like|mean) (?=in |on |next |beside |to |inside |at )", r" i want \1 "),
         (r" so (?:that )?(?:it|they) (?:is|are|sits|stands|ends up|lands|comes to (?:rest|stand)) (?=next |beside |by |to |left |right |between |behind |in |on |near |close )", " "),
@@ -155,7 +160,6 @@ _RULES: tuple[tuple[re.Pattern[str], Replacement], ...] = tuple(
         (rf"^ (?:my|our|the|a|your) {_PEOPLE} (?:wants|want|needs|need|would like|would love|would prefer|prefers|likes|asked for|asks for|is asking for|demands) (?=the |a |all |both |every )", r" i want "),
         (r" (?:it|that) would (?:make me (?:so |very |really )?(?:happy|glad)|please me|be (?:so |very |really )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect)|make my day) (?:if|to see|to have|to get) (?=the |a |all |both |every )", " i want "),
         (r" (?:,|[.]) (?:shall we|will you|would you|could you|can you|should we|yeah|yes|eh|huh|right|okay|alright|deal|understood|got it|capisce)(?= (?:[,.;!?] )?$)", ""),
-        (r" (?:,)? ?unless (?:it|they) (?:is|are) (?:already )?(?:there|in there|in it|on it|on there)(?: already)?(?= (?:[,.;!?] )?$)", ""),
         (r" the (\w+est|\w+most) (two|three|four|five) (?=\w+s )", r" the \2 \1 "),
         (r" in with (?:it|them|that one|the others?)(?= (?:[,.;!?] )?$)", " in there"),
         (r" up in (a|one) (row|line)(?= )", r" in \1 \2"),

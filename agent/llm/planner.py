@@ -5,24 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from pydantic_ai.messages import (
-    BinaryContent,
-    ModelMessage,
-    ModelRequest,
-    ModelRequestPart,
-    ModelResponse,
-    ToolCallPart,
-    ToolReturnPart,
-    UserContent,
-    UserPromptPart,
-)
+from pydantic_ai.messages import BinaryContent, UserContent
 
 from robosandbox.agent.agent import check_prompt
-from robosandbox.agent.llm.answer import MisuseError, read_answer, tools
+from robosandbox.agent.llm.answer import read_answer, tools
+from robosandbox.agent.llm.converse import converse
 from robosandbox.agent.llm.prompt import INSTRUCTIONS, question
-from robosandbox.agent.llm.service import Service, open_cassette, png, run_apart
+from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.errors import PlannerAnswerError
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
@@ -64,31 +54,11 @@ class LLMPlanner:
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        return run_apart(self._converse(content, scene))
-
-    async def _converse(self, content: list[UserContent], scene: ObservedScene) -> Plan | Refusal:
-        messages: list[ModelMessage] = [_request([UserPromptPart(content=content)])]
-        reason = ""
-        async with Service(self._settings, self._player) as service:
-            for _ in range(self._settings.max_turns):
-                response = await service.ask(messages, self._tools)
-                try:
-                    return read_answer(response, scene, self._skills)
-                except MisuseError as misuse:
-                    reason = str(misuse)
-                    messages += [response, _request(_correction(response, reason))]
-        raise PlannerAnswerError(
-            f"{self._settings.model}: no usable answer in {self._settings.max_turns} turns; the last one: {reason[:600]}"
+        return converse(
+            self._settings,
+            self._player,
+            instructions=INSTRUCTIONS,
+            content=content,
+            tools=self._tools,
+            read=lambda response: read_answer(response, scene, self._skills),
         )
-
-
-def _request(parts: Sequence[ModelRequestPart]) -> ModelRequest:
-    return ModelRequest(parts=parts, instructions=INSTRUCTIONS)
-
-
-def _correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
-    """Return the reply to a misused answer: a result for each of its tool calls, as the protocol asks."""
-    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if not calls:
-        return [UserPromptPart(content=reason)]
-    return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]

@@ -9,21 +9,14 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, ValidationError
-from pydantic_ai.messages import (
-    BinaryContent,
-    ModelMessage,
-    ModelRequest,
-    ModelRequestPart,
-    ModelResponse,
-    ToolCallPart,
-    ToolReturnPart,
-    UserPromptPart,
-)
+from pydantic_ai.messages import BinaryContent, ModelResponse, ToolCallPart
 from pydantic_ai.tools import ToolDefinition
 
-from robosandbox.agent.llm.service import Service, open_cassette, png, run_apart
+from robosandbox.agent.llm.answer import MisuseError
+from robosandbox.agent.llm.converse import converse
+from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.errors import PlannerAnswerError, PlannerError
+from robosandbox.errors import PlannerError
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.tracks import Track
@@ -97,7 +90,7 @@ class PointingPerception(RgbdPerception):
         if not new or look is None:
             return
         try:
-            pointed = run_apart(self._ask(look.view))
+            pointed = self._ask(look.view)
         except PlannerError as error:
             if not self._named:
                 raise
@@ -118,23 +111,16 @@ class PointingPerception(RgbdPerception):
                 self._named.add(name)
         self._named |= {track.id for track in new}
 
-    async def _ask(self, view: View) -> Sequence[Pointed]:
+    def _ask(self, view: View) -> Sequence[Pointed]:
         height, width = view.depth.shape
         text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
-        picture = BinaryContent(data=png(view.rgb), media_type="image/png")
-        messages: list[ModelMessage] = [_request([UserPromptPart(content=[text, picture])])]
-        wrong = ""
-        async with Service(self._settings, self._player) as service:
-            for _ in range(self._settings.max_turns):
-                response = await service.ask(messages, [_TOOL])
-                calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-                answer = _read(calls, width, height)
-                if not isinstance(answer, str):
-                    return answer
-                wrong = answer
-                messages += [response, _request(_correction(response, wrong))]
-        raise PlannerAnswerError(
-            f"{self._settings.model}: points at nothing usable in {self._settings.max_turns} turns; the last one: {wrong[:300]}"
+        return converse(
+            self._settings,
+            self._player,
+            instructions=_INSTRUCTIONS,
+            content=[text, BinaryContent(data=png(view.rgb), media_type="image/png")],
+            tools=[_TOOL],
+            read=lambda response: _read(response, width, height),
         )
 
 
@@ -162,31 +148,25 @@ def _nearest(tracks: Sequence[Track], place: Array) -> Track | None:
     return track if distance < _REACH else None
 
 
-def _read(calls: Sequence[ToolCallPart], width: int, height: int) -> Sequence[Pointed] | str:
-    """Return what the model points at, or what is wrong with its answer."""
-    call = next((call for call in calls if call.tool_name == _POINT), None)
+def _read(response: ModelResponse, width: int, height: int) -> Sequence[Pointed]:
+    """Return what the model points at.
+
+    Raises:
+        MisuseError: The answer is of no use, with what is wrong with it.
+    """
+    calls = (part for part in response.parts if isinstance(part, ToolCallPart) and part.tool_name == _POINT)
+    call = next(calls, None)
     if call is None:
-        return f"call the tool `{_POINT}`; it was not called"
+        raise MisuseError(f"call the tool `{_POINT}`; it was not called")
     try:
         answer = PointAnswer.model_validate(call.args_as_dict())
     except (ValidationError, ValueError) as error:
         first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": str(error)}
-        return f"{'.'.join(map(str, first['loc'])) or 'the arguments'}: {first['msg']}"
+        raise MisuseError(f"{'.'.join(map(str, first['loc'])) or 'the arguments'}: {first['msg']}") from error
     for item in answer.objects:
         if item.x >= width or item.y >= height:
-            return f"({item.x:g}, {item.y:g}) is outside of the picture of {width} x {height} pixels"
+            raise MisuseError(f"({item.x:g}, {item.y:g}) is outside of the picture of {width} x {height} pixels")
     return answer.objects
-
-
-def _request(parts: Sequence[ModelRequestPart]) -> ModelRequest:
-    return ModelRequest(parts=parts, instructions=_INSTRUCTIONS)
-
-
-def _correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
-    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if not calls:
-        return [UserPromptPart(content=reason)]
-    return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]
 
 
 def _as_id(name: str) -> str:
