@@ -9,15 +9,14 @@ import numpy as np
 
 from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
 from robosandbox.agent.language.world import World
-from robosandbox.errors import (
+from robosandbox.errors import ErrorCode, SkillError
+from robosandbox.evidence import (
     CollisionEvidence,
     DrawerEvidence,
-    ErrorCode,
     GraspEvidence,
     PlacementEvidence,
     PourEvidence,
     PushEvidence,
-    SkillError,
 )
 from robosandbox.perception.relations import gap
 from robosandbox.types import DIRECTION_AXES, DetectedObject, ObservedScene, SkillCall

@@ -11,7 +11,8 @@ from dataclasses import dataclass, field
 from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
-from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError, TimeoutEvidence
+from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError
+from robosandbox.evidence import TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 

@@ -7,14 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
-from robosandbox.errors import (
-    HoldingEvidence,
-    NotHoldingError,
-    Phase,
-    PlacementError,
-    PlacementEvidence,
-    SkillError,
-)
+from robosandbox.errors import NotHoldingError, Phase, PlacementError, SkillError
+from robosandbox.evidence import HoldingEvidence, PlacementEvidence
 from robosandbox.perception.relations import Relation, beside, centre, inside, on_top
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import LimitError, LimitEvidence, Phase
+from robosandbox.errors import LimitError, Phase
+from robosandbox.evidence import LimitEvidence
 from robosandbox.protocols import Sim
 
 # Impacts last a tick or two; pressing lasts.

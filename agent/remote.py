@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.goal import one_goal
-from robosandbox.errors import CancelledError, GoalTimeoutError, TimeoutEvidence
+from robosandbox.errors import CancelledError, GoalTimeoutError
+from robosandbox.evidence import TimeoutEvidence
 from robosandbox.types import Intent, ObservedScene, SkillResult
 from robosandbox.wire import SkillInfo
 

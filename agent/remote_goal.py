@@ -8,7 +8,8 @@ from collections import deque
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from robosandbox.errors import ConnectionEvidence, ConnectionLostError, UnknownGoalError
+from robosandbox.errors import ConnectionLostError, UnknownGoalError
+from robosandbox.evidence import ConnectionEvidence
 from robosandbox.types import Grasp, GraspSearch, Intent, SkillResult, Trajectory, frozen_array
 from robosandbox.wire import Feedback, Goal, Intended
 

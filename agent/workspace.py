@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from robosandbox.errors import LimitError, LimitEvidence, Phase
+from robosandbox.errors import LimitError, Phase
+from robosandbox.evidence import LimitEvidence
 from robosandbox.perception.relations import centre
 from robosandbox.protocols import Sim
 from robosandbox.types import DIRECTION_AXES, ObservedScene, SkillCall, Workspace

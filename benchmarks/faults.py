@@ -26,7 +26,8 @@ from typing import Any
 import zenoh
 
 from robosandbox.agent.client import connect
-from robosandbox.errors import BusyError, GoalTimeoutError, PlacementEvidence, SkillError
+from robosandbox.errors import BusyError, GoalTimeoutError, SkillError
+from robosandbox.evidence import PlacementEvidence
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.testing.processes import SimProcess

@@ -1,4 +1,4 @@
-"""Write protocol.md from the models in wire.py and errors.py: `python docs/make_protocol.py`."""
+"""Write protocol.md from the models in wire.py, errors.py and evidence.py: `python docs/make_protocol.py`."""
 
 from __future__ import annotations
 

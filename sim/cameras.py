@@ -14,7 +14,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.errors import BusyError, BusyEvidence, RenderingError, UnsupportedError
+from robosandbox.errors import BusyError, RenderingError, UnsupportedError
+from robosandbox.evidence import BusyEvidence
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.types import Array, Pose

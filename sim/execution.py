@@ -5,14 +5,8 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 
-from robosandbox.errors import (
-    CancelledError,
-    ConnectionEvidence,
-    ConnectionLostError,
-    ErrorRecord,
-    InternalError,
-    SkillError,
-)
+from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
+from robosandbox.evidence import ConnectionEvidence
 from robosandbox.protocols import Skill
 from robosandbox.sim.goals import Ledger, LiveGoal
 from robosandbox.sim.host import Host

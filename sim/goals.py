@@ -10,15 +10,13 @@ from typing import Any
 
 from robosandbox.errors import (
     BusyError,
-    BusyEvidence,
     CancelledError,
-    ConnectionEvidence,
     ConnectionLostError,
     ErrorRecord,
     InvalidMessageError,
-    MessageEvidence,
     UnknownGoalError,
 )
+from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
 from robosandbox.types import SkillResult
 from robosandbox.wire import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 

@@ -11,7 +11,8 @@ from collections.abc import Callable, Sequence
 import zenoh
 from zenoh import ext
 
-from robosandbox.errors import InvalidMessageError, MessageEvidence
+from robosandbox.errors import InvalidMessageError
+from robosandbox.evidence import MessageEvidence
 from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
 from robosandbox.sim.requests import Request
 from robosandbox.validation import did_you_mean

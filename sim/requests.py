@@ -7,14 +7,8 @@ from collections.abc import Callable
 
 import zenoh
 
-from robosandbox.errors import (
-    InputError,
-    InternalError,
-    InvalidArgumentError,
-    InvalidMessageError,
-    MessageEvidence,
-    SkillError,
-)
+from robosandbox.errors import InputError, InternalError, InvalidArgumentError, InvalidMessageError, SkillError
+from robosandbox.evidence import MessageEvidence
 from robosandbox.wire import JSON, Ask, Message, MessageT, decode
 
 _log = logging.getLogger(__name__)

@@ -14,17 +14,15 @@ import zenoh
 
 from robosandbox.errors import (
     BusyError,
-    BusyEvidence,
-    ConnectionEvidence,
     ConnectionLostError,
     ForbiddenError,
     InputError,
     InvalidArgumentError,
     InvalidMessageError,
-    MessageEvidence,
     ServiceUnavailableError,
     UnknownGoalError,
 )
+from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
 from robosandbox.protocols import Skill
 from robosandbox.sim.cameras import Studio
 from robosandbox.sim.checkpoint import Checkpoint, SavedWorld, StateFile

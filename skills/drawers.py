@@ -10,16 +10,14 @@ import numpy as np
 from robosandbox.errors import (
     CollisionError,
     DrawerError,
-    DrawerEvidence,
     GraspError,
-    GraspEvidence,
     InvalidArgumentError,
     Phase,
     PlacementError,
-    PlacementEvidence,
     SkillError,
     UnreachableError,
 )
+from robosandbox.evidence import DrawerEvidence, GraspEvidence, PlacementEvidence
 from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bottom, bounds, box_room, contents, gap, top
 from robosandbox.shapes import DrawerShape
 from robosandbox.skills.guarded import follow_free, follow_until

@@ -8,15 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.errors import (
-    CollisionError,
-    CollisionEvidence,
-    GraspError,
-    GraspEvidence,
-    Phase,
-    SkillError,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hull import mesh_hull
 from robosandbox.perception.relations import support

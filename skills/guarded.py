@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from robosandbox.errors import CollisionError, Phase, SkillError, TrackingError, TrackingEvidence, UnreachableError
+from robosandbox.errors import CollisionError, Phase, SkillError, TrackingError, UnreachableError
+from robosandbox.evidence import TrackingEvidence
 from robosandbox.skills.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import Trajectory
 

@@ -9,17 +9,15 @@ import numpy as np
 from robosandbox.errors import (
     AlreadyHoldingError,
     CollisionError,
-    HoldingEvidence,
     NotHoldingError,
     ObjectNotFoundError,
-    ObjectNotFoundEvidence,
     Phase,
     SkillError,
     TrackingError,
-    TrackingEvidence,
     UnreachableError,
     UnsupportedError,
 )
+from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.perception.relations import inside, loose, moved
 from robosandbox.protocols import SkillContext

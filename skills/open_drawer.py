@@ -2,14 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import (
-    CollisionError,
-    DrawerError,
-    DrawerEvidence,
-    GraspError,
-    SkillError,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, DrawerError, GraspError, SkillError, UnreachableError
+from robosandbox.evidence import DrawerEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import (

@@ -6,13 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.errors import (
-    CollisionError,
-    GraspError,
-    GraspEvidence,
-    Phase,
-    TrackingError,
-)
+from robosandbox.errors import CollisionError, GraspError, Phase, TrackingError
+from robosandbox.evidence import GraspEvidence
 from robosandbox.perception.relations import bottom, gap, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import Phase, PlacementError, PlacementEvidence
+from robosandbox.errors import Phase, PlacementError
+from robosandbox.evidence import PlacementEvidence
 from robosandbox.perception.relations import contents, inside
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

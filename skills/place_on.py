@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import InvalidArgumentError, Phase, PlacementError, PlacementEvidence
+from robosandbox.errors import InvalidArgumentError, Phase, PlacementError
+from robosandbox.evidence import PlacementEvidence
 from robosandbox.perception.relations import centre, on_top, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

@@ -8,14 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.errors import (
-    CollisionError,
-    Phase,
-    PlacementError,
-    PlacementEvidence,
-    SkillError,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
+from robosandbox.evidence import PlacementEvidence
 from robosandbox.perception.relations import Relation, bottom, bounds, gap
 from robosandbox.skills.carrying import carried_along, transfer
 from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised

@@ -7,15 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.errors import (
-    CollisionError,
-    InvalidArgumentError,
-    Phase,
-    PourError,
-    PourEvidence,
-    SkillError,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, PourError, SkillError, UnreachableError
+from robosandbox.evidence import PourEvidence
 from robosandbox.perception.relations import bottom, box_room, contents, poured, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

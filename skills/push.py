@@ -7,14 +7,8 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from robosandbox.errors import (
-    CollisionError,
-    Phase,
-    PushError,
-    PushEvidence,
-    SkillError,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, Phase, PushError, SkillError, UnreachableError
+from robosandbox.evidence import PushEvidence
 from robosandbox.perception.relations import centre, displacement, support
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
-from robosandbox.errors import CollisionError, CollisionEvidence, GraspError, GraspEvidence, Phase
+from robosandbox.errors import CollisionError, GraspError, Phase
+from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.perception.relations import bottom, moved, on_top
 from robosandbox.protocols import Sim
 from robosandbox.skills.manipulator import Manipulator

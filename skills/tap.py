@@ -6,15 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from robosandbox.errors import (
-    CollisionError,
-    InvalidArgumentError,
-    Phase,
-    SkillError,
-    TapError,
-    TapEvidence,
-    UnreachableError,
-)
+from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, SkillError, TapError, UnreachableError
+from robosandbox.evidence import TapEvidence
 from robosandbox.perception.relations import centre, moved, on_top, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill

@@ -10,7 +10,8 @@ import pytest
 
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
-from robosandbox.errors import ErrorCode, LimitError, LimitEvidence
+from robosandbox.errors import ErrorCode, LimitError
+from robosandbox.evidence import LimitEvidence
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.preview import preview
 from robosandbox.tasks.session import Session, open_session

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from robosandbox.agent.context import AgentContext
-from robosandbox.errors import DrawerError, DrawerEvidence, InvalidArgumentError, PlacementError, PlacementEvidence
+from robosandbox.errors import DrawerError, InvalidArgumentError, PlacementError
+from robosandbox.evidence import DrawerEvidence, PlacementEvidence
 from robosandbox.perception.relations import CLOSED_WITHIN, inside
 from robosandbox.skills.close_drawer import CloseDrawer
 from robosandbox.skills.open_drawer import OpenDrawer

@@ -13,6 +13,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 # A module may import from its own layer and from those before it.
 LAYERS = (
     {"types"},
+    {"evidence"},
     {"errors", "shapes"},
     {"wire", "validation", "versions"},
     {"transport"},

@@ -10,17 +10,14 @@ from robosandbox.errors import (
     CancelledError,
     CollisionError,
     GraspError,
-    GraspEvidence,
-    HoldingEvidence,
     NotHoldingError,
     PlacementError,
-    PlacementEvidence,
     PushError,
-    PushEvidence,
     Repair,
     SkillError,
     UnreachableError,
 )
+from robosandbox.evidence import GraspEvidence, HoldingEvidence, PlacementEvidence, PushEvidence
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 
 SKILLS = ["pick", "place_on", "place_in", "place_beside", "place_at", "stack", "push", "tap", "home"]

@@ -21,14 +21,8 @@ from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
-from robosandbox.errors import (
-    InputError,
-    PlannerAnswerError,
-    PlannerUnavailableError,
-    Repair,
-    UnreachableError,
-    UnreachableEvidence,
-)
+from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError, Repair, UnreachableError
+from robosandbox.evidence import UnreachableEvidence
 from robosandbox.protocols import Planner
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import Session, open_session

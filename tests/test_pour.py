@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from robosandbox.errors import InputError, InvalidArgumentError, PourError, PourEvidence
+from robosandbox.errors import InputError, InvalidArgumentError, PourError
+from robosandbox.evidence import PourEvidence
 from robosandbox.perception.relations import contents
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.pick import Pick

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from robosandbox.errors import InvalidArgumentError, TapError, TapEvidence
+from robosandbox.errors import InvalidArgumentError, TapError
+from robosandbox.evidence import TapEvidence
 from robosandbox.skills.tap import Tap
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.types import Pose, Scene, SceneObject

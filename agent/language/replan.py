@@ -9,7 +9,8 @@ from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
-from robosandbox.errors import CollisionEvidence, ErrorCode, GraspEvidence, PlacementEvidence, PushEvidence
+from robosandbox.errors import ErrorCode
+from robosandbox.evidence import CollisionEvidence, GraspEvidence, PlacementEvidence, PushEvidence
 from robosandbox.protocols import Attempt
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 

@@ -18,7 +18,8 @@ import anyio
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import AgentEvent, PhaseEntered
-from robosandbox.errors import BusyError, BusyEvidence, CancelledError, Phase
+from robosandbox.errors import BusyError, CancelledError, Phase
+from robosandbox.evidence import BusyEvidence
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 

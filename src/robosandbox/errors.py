@@ -42,11 +42,32 @@ from __future__ import annotations
 import logging
 import uuid
 from enum import StrEnum
-from typing import Any, ClassVar, Literal, TypeAlias
+from typing import Any, ClassVar
 
-from pydantic import Field, model_validator
+from pydantic import model_validator
 
-from robosandbox.types import Pose, SkillCall, StrictModel
+from robosandbox.evidence import (
+    AmbiguousEvidence,
+    AnyEvidence,
+    BusyEvidence,
+    CollisionEvidence,
+    ConnectionEvidence,
+    DrawerEvidence,
+    Evidence,
+    GraspEvidence,
+    HoldingEvidence,
+    LimitEvidence,
+    MessageEvidence,
+    ObjectNotFoundEvidence,
+    PlacementEvidence,
+    PourEvidence,
+    PushEvidence,
+    TapEvidence,
+    TimeoutEvidence,
+    TrackingEvidence,
+    UnreachableEvidence,
+)
+from robosandbox.types import SkillCall, StrictModel
 
 
 class RoboSandboxError(Exception):
@@ -135,305 +156,6 @@ class Phase(StrEnum):
     HOME = "home"
     SETTLE = "settle"
     VERIFY = "verify"
-
-
-class Evidence(StrictModel):
-    """What was measured when a skill failed; each error has its own kind."""
-
-
-class UnreachableEvidence(Evidence):
-    """How close the best configuration comes to the target.
-
-    Attributes:
-        target: The TCP pose asked for.
-        position_error: Metres left.
-        orientation_error: Radians left.
-        joints_at_limits: Arm joints that stop it.
-        nearest: The nearest reachable TCP pose found.
-    """
-
-    target: Pose
-    position_error: float
-    orientation_error: float
-    joints_at_limits: tuple[str, ...] = ()
-    nearest: Pose
-
-
-class LimitEvidence(Evidence):
-    """Which quantity would leave its limits.
-
-    Attributes:
-        quantity: What is limited, in words.
-        value: What it is or would be, SI units.
-        low: The least allowed.
-        high: The most allowed.
-    """
-
-    quantity: str
-    value: float
-    low: float
-    high: float
-
-
-class CollisionEvidence(Evidence):
-    """Which pair touches, how deep, and where on the path.
-
-    Attributes:
-        body: The moving body (of the arm, or the held object).
-        other: What it would touch.
-        depth: Penetration, metres.
-        waypoint: Index of the first colliding configuration.
-        waypoints: How many the path has.
-    """
-
-    body: str
-    other: str
-    depth: float
-    waypoint: int
-    waypoints: int
-
-
-class GraspEvidence(Evidence):
-    """What the fingers found.
-
-    Attributes:
-        object: Id.
-        reason: No candidate; closed on nothing; lost after closing; held, but fixed where it is or far too heavy
-            ("immovable"); moved, but heavier than the grip or the arm can bear ("too_heavy"); fingers that do not go
-            where they are sent ("gripper_stuck").
-        object_width: Extent between the fingers, metres; None when no candidate was found.
-        aperture: The gap after closing, or the most it opens, metres.
-        max_aperture: The most it opens, metres.
-        commanded: The gap that was commanded, metres; None when it does not matter.
-        pull: The largest upward force with which the arm pulled at it, N; None when it was not lifted.
-        moved: How far it went while it was lifted, metres; None when it was not lifted.
-        tried: How many candidates were examined, and what stopped each kind of them.
-    """
-
-    object: str
-    reason: Literal["none_found", "missed", "slipped", "immovable", "too_heavy", "gripper_stuck"]
-    object_width: float | None = None
-    aperture: float
-    max_aperture: float
-    commanded: float | None = None
-    pull: float | None = None
-    moved: float | None = None
-    tried: dict[str, int] = Field(default_factory=dict)
-
-
-class ObjectNotFoundEvidence(Evidence):
-    """What was asked for and what is there.
-
-    Attributes:
-        query: As it was asked.
-        seen: Ids of all that is seen.
-    """
-
-    query: str
-    seen: tuple[str, ...]
-
-
-class AmbiguousEvidence(Evidence):
-    """What was asked for and all that fits.
-
-    Attributes:
-        query: As it was asked.
-        candidates: Ids that fit.
-    """
-
-    query: str
-    candidates: tuple[str, ...]
-
-
-class HoldingEvidence(Evidence):
-    """What the gripper holds, if anything.
-
-    Attributes:
-        held: Id of the held object.
-        aperture: The gap between the fingers, metres.
-    """
-
-    held: str | None
-    aperture: float
-
-
-class PlacementEvidence(Evidence):
-    """Where the object is instead.
-
-    Attributes:
-        object: What was placed.
-        target: Where it should be: an object id or "table".
-        reason: No free spot, beside the mark, fallen over, not let go, no place for it, or a drawer that is closed.
-        expected: The pose aimed at.
-        actual: The pose seen afterwards; None when it was not let go.
-        blocking: What occupies the place.
-    """
-
-    object: str
-    target: str
-    reason: Literal["occupied", "missed", "toppled", "stuck", "unsuitable", "closed"]
-    expected: Pose | None = None
-    actual: Pose | None = None
-    blocking: tuple[str, ...] = ()
-
-
-class PushEvidence(Evidence):
-    """How far the object went.
-
-    Attributes:
-        object: Id.
-        wanted: Metres along the direction.
-        along: Metres gone along it.
-        across: Metres gone beside it.
-    """
-
-    object: str
-    wanted: float
-    along: float
-    across: float
-
-
-class DrawerEvidence(Evidence):
-    """How far a drawer slid, and what it took.
-
-    Attributes:
-        drawer: Id.
-        reason: It did not give way at all, stopped on the way, or the hand lost it.
-        wanted: The opening asked for, metres.
-        opening: The opening reached, metres.
-        force: The most that the hand pulled or pushed with, along the way that the drawer slides, N.
-        blocking: What touches the drawer's sliding box, besides the robot.
-    """
-
-    drawer: str
-    reason: Literal["locked", "blocked", "slipped"]
-    wanted: float
-    opening: float
-    force: float
-    blocking: tuple[str, ...] = ()
-
-
-class PourEvidence(Evidence):
-    """Where what was poured is.
-
-    Attributes:
-        object: Id of the container that was poured from.
-        target: Id of the container that was poured into.
-        count: How many things were in it.
-        poured: How many are in the target.
-        spilled: How many are in neither.
-    """
-
-    object: str
-    target: str
-    count: int
-    poured: int
-    spilled: int
-
-
-class TapEvidence(Evidence):
-    """What the touch was like.
-
-    Attributes:
-        object: Id.
-        force: The largest felt, N.
-        moved: How far the object went, metres.
-    """
-
-    object: str
-    force: float
-    moved: float
-
-
-class TrackingEvidence(Evidence):
-    """Which joint lags the most.
-
-    Attributes:
-        joint: Its name.
-        error: Commanded minus actual, radians or metres.
-        contacts: What the arm touches.
-        servo_force: What the joint's servo gave, N m or N; None where a contact stopped the arm.
-        servo_limit: The most that it can give.
-        contact_force: With how many newtons the arm pressed on what stopped it; None where nothing did.
-    """
-
-    joint: str
-    error: float
-    contacts: tuple[str, ...] = ()
-    servo_force: float | None = None
-    servo_limit: float | None = None
-    contact_force: float | None = None
-
-
-class TimeoutEvidence(Evidence):
-    """The deadline and the time spent.
-
-    Attributes:
-        deadline: Simulated seconds allowed.
-        elapsed: Simulated seconds spent.
-    """
-
-    deadline: float
-    elapsed: float
-
-
-class BusyEvidence(Evidence):
-    """What the robot is doing.
-
-    Attributes:
-        doing: A skill's name, or "reset", "load" and the like.
-        goal_id: The running goal; None when it is no goal.
-        waiting: How many goals wait behind it.
-    """
-
-    doing: str
-    goal_id: str | None = None
-    waiting: int = 0
-
-
-class MessageEvidence(Evidence):
-    """Which field of a message is wrong.
-
-    Attributes:
-        field: Its path; empty for the whole message.
-        problem: What is wrong with it.
-    """
-
-    field: str
-    problem: str
-
-
-class ConnectionEvidence(Evidence):
-    """Which robot was lost, and whether its sim has come back.
-
-    Attributes:
-        robot_id: The robot.
-        restarted: Whether a new sim process serves it now; None when it is not known.
-    """
-
-    robot_id: str
-    restarted: bool | None = None
-
-
-AnyEvidence: TypeAlias = (
-    UnreachableEvidence
-    | LimitEvidence
-    | CollisionEvidence
-    | GraspEvidence
-    | ObjectNotFoundEvidence
-    | AmbiguousEvidence
-    | HoldingEvidence
-    | PlacementEvidence
-    | PushEvidence
-    | DrawerEvidence
-    | PourEvidence
-    | TapEvidence
-    | TrackingEvidence
-    | TimeoutEvidence
-    | BusyEvidence
-    | MessageEvidence
-    | ConnectionEvidence
-)
 
 
 class Repair(StrictModel):

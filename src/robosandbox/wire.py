@@ -12,7 +12,8 @@ from typing import Annotated, Any, ClassVar, Final, Literal, Self, TypeVar
 from pydantic import ConfigDict, Field, ValidationError
 from pydantic_core import from_json
 
-from robosandbox.errors import ErrorRecord, InvalidMessageError, MessageEvidence
+from robosandbox.errors import ErrorRecord, InvalidMessageError
+from robosandbox.evidence import MessageEvidence
 from robosandbox.types import (
     Finite,
     NonNegative,

@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from robosandbox.errors import CollisionError, CollisionEvidence, Phase, UnreachableError, UnreachableEvidence
+from robosandbox.errors import CollisionError, Phase, UnreachableError
+from robosandbox.evidence import CollisionEvidence, UnreachableEvidence
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.dls import DlsSolver, Solution
 from robosandbox.motion.sampling import find_knots

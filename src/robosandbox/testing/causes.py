@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import DrawerEvidence, ErrorRecord, GraspEvidence, UnreachableEvidence
+from robosandbox.errors import ErrorRecord
+from robosandbox.evidence import DrawerEvidence, GraspEvidence, UnreachableEvidence
 
 
 def out_of_reach(error: ErrorRecord) -> bool:

@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 
 from robosandbox.agent.episode import SkillFailed, SkillStarted
-from robosandbox.errors import (
+from robosandbox.errors import ErrorRecord
+from robosandbox.evidence import (
     CollisionEvidence,
-    ErrorRecord,
     GraspEvidence,
     PlacementEvidence,
     PushEvidence,
