@@ -44,7 +44,7 @@ CLAIMS = word_set(
     ruined faulty useless useful needed unwanted unneeded unused spare extra lone lonely solitary single sole only heavy
     light lightweight hefty weighty fragile delicate breakable sturdy solid hollow expensive cheap valuable costly
     antique vintage modern lucky missing lost forgotten abandoned stray neglected misplaced famous special unique
-    important dangerous safe harmless sharp pointy blunt unattended full half_full cylindric
+    dead defective blown burnt spent finished expired important dangerous safe harmless sharp pointy blunt unattended full half_full cylindric
     """
 ) - {"light", "stone", "extra", "single", "unique", "full", "missing"}
 """What is said of a thing and cannot be seen here."""

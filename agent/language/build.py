@@ -62,7 +62,6 @@ _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
     "put": _PLACING,
     "release": _PLACING,
-    "drop": _PLACING,
     "stack": frozenset({"place_on", "stack"}),
     "move": frozenset({"pick", "push", "stack"}),
     "open": frozenset({"open_drawer"}),

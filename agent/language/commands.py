@@ -11,8 +11,10 @@ from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import Wishes, spoken
+from robosandbox.agent.language.wordlist import word_set
 
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 
 
@@ -114,10 +116,12 @@ class Commands(Wishes):
             for start in self.optional(j, "SWAP_OF") if verb == "swap" else [j]:
                 # "leave the can on the table" is rather to let it be.
                 strain = 0.6 if self.text(i).startswith("leav") else 0.0
-                if verb == "pour" and self.text(i).startswith("dump"):
-                    # "dump the can in the bowl": the can rather than what is in it.
-                    strain = 0.6
+                dumped = self.text(i).startswith("dump")
                 for k, elements in self.elements(start):
+                    if dumped and verb in ("pour", "put"):
+                        # "dump the can in the bowl": the can; "dump the can out into the bowl": what is in it.
+                        out = any(e.kind == "particle" and e.value == "out" for e in elements)
+                        strain = 0.6 if out == (verb == "put") else 0.0
                     if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
                         # "arrange the cubes": by what, or into what?
                         continue
@@ -180,15 +184,28 @@ class Commands(Wishes):
                 for k in self._arm(j):
                     for end in self._home(k):
                         found.append((end, Command("home")))
-        for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
-            if noun in ("bin", "bowl", "box", "drawer") and not plural and (self.tag(j, "THE") or self.tag(j, "PRON")):
-                # "crate the cube"
-                where = Relation("in", (Ref(text=self.said(i, j), nouns=(phrase,)),))
-                found += [(k, Command("put", refs, where, bare=0.3)) for k, refs in self.np_list(j)]
+        for j, where in self._container_verb(i):
+            # "crate the cube", "rack all vials"
+            found += [
+                (k, Command("put", refs, Relation("in", (where,)), bare=0.3))
+                for k, refs in self.np_list(j)
+                if refs[0].determiner != "bare"
+            ]
         for end in self._home(i):
             # "home"; but "start" alone is no place, nor is "rest".
             if end > i + 1 or self.text(i) == "home":
                 found.append((end, Command("home")))
+        return found
+
+    def _container_verb(self, i: int) -> Found[Ref]:
+        """Return a container whose noun stands as a verb at `i`: one by its kind, or by what its name ends with."""
+        found: Found[Ref] = [
+            (j, Ref(text=self.said(i, j), nouns=(phrase,)))
+            for j, (noun, phrase, plural) in self.tag(i, "NOUN")
+            if noun in ("bin", "bowl", "box", "drawer") and not plural
+        ]
+        if not found and self.text(i) in _HOLDERS & self.words.lasts:
+            found = [(i + 1, Ref(text=self.text(i), names=(self.text(i),)))]
         return found
 
     def _light(self, i: int) -> Found[Command]:
@@ -206,12 +223,14 @@ class Commands(Wishes):
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]
 
     def _partitive(self, i: int) -> Found[Command]:
-        """As in "of the three mugs, take the middle one"."""
+        """As in "of the three mugs, take the middle one", "of the mugs, the left one goes in the bin"."""
         found: Found[Command] = []
         if self.text(i) not in ("of", "out", "from", "among"):
             return found
         for j, whole in self.np(i + 2 if self.text(i + 1) == "of" else i + 1):
-            for k, command in self._verb_first(self._skip(j)) if whole.plural and not whole.ranks else []:
+            start = self._skip(j)
+            commands = (*self._verb_first(start), *self._wish(start)) if whole.plural and not whole.ranks else ()
+            for k, command in commands:
                 ref = command.objects[0] if len(command.objects) == 1 else None
                 if ref is not None and ref.one and not ref.nouns:
                     part = replace(ref, nouns=whole.nouns, names=whole.names, one=False)
@@ -333,8 +352,8 @@ class Commands(Wishes):
                 # "drawer closed"
                 found.append((j + 1, Command(_STATES[self.text(j)], refs, bare=0.9)))
             found += self._run_on(refs, j + 1 if self.text(j) in (",", ":", ".", "!") else j)
-            if self.text(j) == ":" and self._named_container(refs):
-                # "left bin: red cube and can"
+            if self.text(j) in (":", "for") and self._named_container(refs):
+                # "left bin: red cube and can", "left bin for the can"
                 put = Relation("in", refs)
                 found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found

@@ -13,8 +13,10 @@ from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Rel
 
 def stack(frame: Frame) -> list[Command]:
     """As in "stack the cubes", "stack red on green", "pile them up with the red one on top"."""
-    if len(frame.objects) > 1 or set(frame.rest) - {"particle", "order", "order_end", "direction", "by_size"}:
+    if set(frame.rest) - {"particle", "order", "order_end", "direction", "by_size"}:
         return []
+    if len(frame.objects) > 1:
+        return _in_turn(frame)
     if frame.particle and frame.particle not in MUTUAL:
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
@@ -32,6 +34,28 @@ def stack(frame: Frame) -> list[Command]:
         elif kind == "on" or (isinstance(command.place, Table) and order is None):
             found.append(replace(command, order=order))
     return found
+
+
+def _in_turn(frame: Frame) -> list[Command]:
+    """As in "stack the filters on the mount, red lowest, then green, then blue"."""
+    ends = frame.rest.get("order_end", [])
+    whole = frame.objects[0][0]
+    if (
+        len(frame.objects) != 2
+        or len(frame.objects[0]) != 1
+        or not whole.plural
+        or whole.relations
+        or set(frame.rest) != {"order_end"}
+    ):
+        return []
+    if len(ends) != 1 or frame.kinds.index("order_end") > frame.kinds.index("objects", 1) or ends[0][0] == "middle":
+        return []
+    listed = tuple(
+        replace(ref, nouns=whole.nouns, one=False) if ref.one and not ref.nouns else ref
+        for ref in (ends[0][1], *frame.objects[1])
+    )
+    upwards = listed if ends[0][0] == "bottom" else listed[::-1]
+    return stack(replace(frame, objects=(upwards,), rest={"order": ["up"]}))
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:

@@ -43,6 +43,7 @@ def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[tuple[float, Sent
 def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
     steps: list[Command] = []
     avoid: list[Ref] = []
+    after: list[Ref] = []
     for part in parts:
         if isinstance(part, Command) and part.negated == "same":
             steps += _repeated(steps, part.objects)
@@ -50,7 +51,39 @@ def _sentence(parts: tuple[Part, ...]) -> Sentence | None:
             steps.append(part)
         elif isinstance(part, tuple):
             avoid += part
-    return Sentence(_on_the_way(steps), tuple(avoid)) if steps or avoid else None
+            after += part if steps else ()
+    return _spared(Sentence(_on_the_way(steps), tuple(avoid)), after) if steps or avoid else None
+
+
+def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
+    """As in "put the cans in the bin but leave the blue one": what is left alone is no part of the plural."""
+    several = [
+        (k, command)
+        for k, command in enumerate(sentence.steps)
+        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].count is None
+    ]
+    if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
+        return sentence
+    k, command = several[0]
+    whole = command.objects[0]
+    own = [ref for ref in after if ref.determiner != "it" and _part_of(ref, whole)]
+    if not own:
+        return sentence
+    left = replace(
+        whole,
+        without=(*whole.without, *(ref if ref.nouns else replace(ref, nouns=whole.nouns, one=False) for ref in own)),
+    )
+    steps = (*sentence.steps[:k], replace(command, objects=(left,)), *sentence.steps[k + 1 :])
+    return Sentence(steps, tuple(ref for ref in sentence.avoid if ref not in own))
+
+
+def _part_of(ref: Ref, whole: Ref) -> bool:
+    """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
+    if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
+        return False
+    return (ref.one and not ref.nouns) or (
+        bool(ref.nouns) and (ref.nouns == whole.nouns or whole.nouns in ((), ("thing",)))
+    )
 
 
 def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
@@ -83,6 +116,14 @@ def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
 def _strain(sentence: Sentence) -> float:
     """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
     telegrams = sum(command.bare for command in sentence.steps)
+    # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
+    telegrams += sum(
+        0.6
+        for command in sentence.steps
+        if len(command.objects) == 1 and command.objects[0].plural
+        for ref in getattr(command.place, "refs", ())
+        if " but not " in ref.text
+    )
     return (
         telegrams
         + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command))
@@ -351,7 +392,10 @@ class Grammar(Commands):
                         found += [(end, (Command("nothing", refs, negated="put"),)) for end, refs in self.np_list(k)]
                 for end, command in self.clause(j):
                     if command.verb != "tap" and not command.bare:
-                        found.append((end, (replace(command, verb="nothing", negated=command.verb),)))
+                        # "without letting go" forbids what "careful not to drop it" asks to do well.
+                        dropped = command.verb == "release" and self.text(j).startswith("drop")
+                        negated_verb = "drop" if dropped else command.verb
+                        found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
 
     def _two_verbs(self, i: int) -> Found[tuple[Part, ...]]:

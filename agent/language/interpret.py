@@ -196,7 +196,7 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
             )
     strange = [
         token.raw for i, token in enumerate(tokens)
-        if token.kind == "word" and not LEXICON.at(tokens, i) and token.text not in known.parts and not _inside_phrase(tokens, i)
+        if token.kind == "word" and not LEXICON.at(tokens, i) and not {token.text, token.text.removesuffix("s")} & known.parts and not _inside_phrase(tokens, i)
     ]  # fmt: skip
     if strange:
         return _unrecognized(f"I do not understand {listed([f'“{word}”' for word in strange])} here.", strange)

@@ -117,6 +117,9 @@ class Nouns(Modifiers):
                 if self.text(k) == "or" and not ref.colours:
                     # "any red or green cubes"
                     step += [(m, replace(ref, colours=(colour, other))) for m, other in self.tag(k + 1, "COLOUR")]
+        if self.text(start) in ("coloured", "colored", "colourful", "colorful"):
+            # "the three coloured cubes": whatever is not black, white or grey.
+            step.append((start + 1, replace(ref, not_colours=(*ref.not_colours, *_COLOURLESS))))
         for j, shade in self.tag(start, "SHADE"):
             step.append((j, replace(ref, shades=(*ref.shades, shade))))
         for j, size in self.tag(start, "SIZE"):
@@ -279,6 +282,7 @@ _NOT_NAMES = word_set(
     """
 )
 _EXACTLY = frozenset({"exactly", "precisely", "only", "just"})
+_COLOURLESS = ("black", "white", "grey")
 _LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
 _AFTER_A_NAME = word_set("on in into onto to next and or beside behind from off under above , . ; ? !") | {""}
 _THINGS = word_set("thing thingy object item toy")

@@ -350,7 +350,8 @@ class _Remarks:
                 return end
             asks = (refers or any("DESIRE" in self.tags[k] for k in range(i, end))) and self._names_things(i, end)
             return end if not asks and self._told(i, end) else 0
-        if text in ("it", "this", "that", "they", "there", "things", "these"):
+        pointed = text in ("this", "that", "these", "those") and self._text(i + 1) not in _STATES and self._thing(i + 1)
+        if text in ("it", "this", "that", "they", "there", "things", "these") and not pointed:
             belongs = (
                 self._text(i + 1) in ("belongs", "belong", "goes", "go")
                 and self._text(i + 2) in ("there", "in")
@@ -359,12 +360,16 @@ class _Remarks:
             stated = self._text(i + 1) in _STATES and self._idle(i + 2, end)
             return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
         points = end >= len(self.tokens) and self._text(end - 1) in ("is", "are")
-        if {"THE"} & self.tags[i] and (points or self._told(i, end)):
+        if (pointed or "THE" in self.tags[i]) and (points or self._told(i, end)):
             verb = next((k for k in range(i + 1, end) if self._text(k) in _STATES), None)
             pointing = verb is not None and verb + 1 == end and end >= len(self.tokens)
             if verb is None or not (pointing or self._idle(verb + 1, end)):
                 return 0
-            refers = any("PRON" in self.tags[k] for k in range(end, len(self.tokens)))
+            rest = [k for k in range(end, len(self.tokens)) if self._text(k) not in MARKS]
+            # "that can is broken, put it in the bin"; "that can is broken, left bin"
+            refers = any("PRON" in self.tags[k] for k in rest) or (
+                bool(rest) and not any("VERB" in self.tags[k] for k in rest)
+            )
             if refers and self._names_things(i, verb):
                 kept += self.tokens[i:verb]
                 kept.append(Token(",", ",", "mark"))

@@ -155,6 +155,11 @@ class SceneWords:
     pattern: re.Pattern[str] | None
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
+    @property
+    def lasts(self) -> frozenset[str]:
+        """The words that ids end with, which name what they are."""
+        return frozenset(id_parts(name)[-1] for name in self.ids)
+
 
 _FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
 _WAYS = frozenset({"left", "right", "forward", "forwards", "back", "backward", "backwards"})

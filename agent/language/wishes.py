@@ -20,6 +20,9 @@ _HAS_BEEN = frozenset({"has been", "have been", "is safely", "is all"})
 _DONE_STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 _BY_DOING = frozenset({"tidy", "clean", "discard", "empty", "build", "sort", "move", "put", "relocate"})
 _RECEIVES = frozenset({"gets", "get", "needs", "need", "deserves", "receives"})
+_IS_THE_ONE = frozenset(
+    f"{be} the {one} {that}" for be in ("is", "are") for one in ("one", "ones") for that in ("that", "which")
+)
 _GOES = frozenset({"go", "sit", "stand", "rest", "be", "come", "lie", "end"})
 
 
@@ -91,6 +94,9 @@ class Wishes(Clauses, ABC):
                 ):
                     found += self._placed_there(refs, j + 3)
                 aside = j + 1 if len(refs) > 1 and self.text(j) in (",", "all", "both", "each") else j
+                if self.said(j, j + 4) in _IS_THE_ONE:
+                    # "the can is the one that goes in the bin"
+                    aside = j + 4
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
                 if lead.text.startswith("anything") and self.text(j) in _MODALS:
                     # "anything but the apple can go in the bin" allows, and does not ask.
@@ -143,6 +149,11 @@ class Wishes(Clauses, ABC):
             for j, objects in self.np_list(i + 2):
                 ends = [end for end, _ in self.tag(j, "COPULA")]
                 found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in ends]
+        if self.said(i, i + 2) == "is for" and self._named_container(refs):
+            # "the bin is for the ball"
+            found += [
+                (j, Command("put", objects, Relation("in", refs), bare=0.6)) for j, objects in self.np_list(i + 2)
+            ]
         if self.text(i) in ("place", "spot", "home", "position") and self.text(i + 1) == "is":
             found += self._placed_there(refs, i + 2)
         return found
