@@ -72,7 +72,8 @@ def find_drawers(families: Sequence[list[Group]], scenery: Scenery) -> tuple[lis
             drawer = _as_drawer(family, grip, scenery)
             if drawer is not None:
                 found.append(drawer)
-                left = [[item for item in each if item is not grip] for each in left if each is not family]
+                others = ([item for item in each if item is not grip] for each in left if each is not family)
+                left = [each for each in others if each]
                 break
     return found, [item for family in left for item in family]
 

@@ -208,6 +208,26 @@ def test_a_drawer_is_known_by_its_grip_and_how_far_it_is_open(task, opening):
 
 
 @pytest.mark.gl
+def test_two_drawers_are_told_apart():
+    places = {
+        "brown": ((0.34, 0.16, 0.04), (0.5, 0.34, 0.2, 1.0)),
+        "blue": ((0.34, -0.16, 0.04), (0.2, 0.35, 0.85, 1.0)),
+    }
+    scene = task_of(
+        *(
+            SceneObject(id=name, kind="drawer", size=(0.2, 0.16, 0.09, 0.12), pose=Pose(xyz=xyz), rgba=rgba, mass=3.0)
+            for name, (xyz, rgba) in places.items()
+        )
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        drawers = [item for item in session.observe().objects if item.kind == "drawer"]
+        true = [session.sim.truth().objects[name].pose.xyz for name in places]
+    assert len(drawers) == 2
+    for position in true:
+        assert min(np.linalg.norm(item.pose.position - position) for item in drawers) < 0.01
+
+
+@pytest.mark.gl
 def test_a_cup_is_told_from_a_bowl():
     scene = task_of(
         SceneObject(id="one", kind="cup", size=(0.04, 0.09), pose=Pose(xyz=(0.15, 0.0, 0.04)), mass=0.2),
