@@ -1,3 +1,4 @@
+import itertools
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,10 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
+from robosandbox.perception.drawers import find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import SIZES, fit, support_terms, turn_terms
+from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.relations import inside
@@ -222,6 +225,10 @@ def test_two_drawers_are_told_apart():
     with open_session(scene, perception="rgbd", sensor="realsense") as session:
         drawers = [item for item in session.observe().objects if item.kind == "drawer"]
         true = [session.sim.truth().objects[name].pose.xyz for name in places]
+        scenery = session.ctx.perception.scenery
+        pieces = group([segment for look in scenery.looks.values() for segment in look.segments])
+        orders = itertools.permutations([piece] for piece in pieces)
+        assert all(len(find_drawers(order, scenery)[0]) == 2 for order in orders)
     assert len(drawers) == 2
     for position in true:
         assert min(np.linalg.norm(item.pose.position - position) for item in drawers) < 0.01
