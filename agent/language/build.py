@@ -308,11 +308,15 @@ def _swapped(steps: Sequence[Command]) -> tuple[Command, ...]:
     one, other = steps
     if not (isinstance(one.place, Spot) and isinstance(other.place, Spot)):
         return ()
-    named = [
-        ref.text.split()[-1:] for ref in (one.objects[0], other.place.refs[0], other.objects[0], one.place.refs[0])
-    ]
-    mutual = named[0] == named[1] and named[2] == named[3]
+    mutual = _named_alike(one.objects[0], other.place.refs[0]) and _named_alike(other.objects[0], one.place.refs[0])
     return (Command("swap", (one.objects[0], other.objects[0])),) if mutual else ()
+
+
+def _named_alike(ref: Ref, other: Ref) -> bool:
+    """Say whether two descriptions name one thing: "the red paint", then "the red one"."""
+    if ref.one or other.one:
+        return (ref.colours, ref.ranks) == (other.colours, other.ranks) != ((), ())
+    return ref.text.split()[-1:] == other.text.split()[-1:]
 
 
 def _each_spared(command: Command) -> Command:

@@ -113,15 +113,21 @@ def move(frame: Frame) -> list[Command]:
     person = "person" in frame.rest
     if person or len(frame.objects) > 1:
         return []
-    objects = frame.objects[0] if frame.objects else (IT,)
     pushed = push(frame)
-    if frame.only("particle") and frame.particle in ASIDE and not frame.places and frame.objects:
-        return [Command("aside", objects)]
+    if aside(frame):
+        return aside(frame)
     if frame.places or "matching" in frame.rest:
         carried = put(frame)
         if carried:
             return carried
     return pushed if "direction" in frame.rest or frame.places else []
+
+
+def aside(frame: Frame) -> list[Command]:
+    """As in "move the can aside", "shove it out of the way"."""
+    if frame.only("particle") and frame.particle in ASIDE and not frame.places and len(frame.objects) == 1:
+        return [Command("aside", frame.objects[0])]
+    return []
 
 
 def throw(frame: Frame) -> list[Command]:

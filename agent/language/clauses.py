@@ -24,7 +24,7 @@ class Element:
     """One argument of a verb.
 
     Attributes:
-        kind: objects, place, direction, distance, particle, times, order, floor, home, colour, other_sort, robot,
+        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
             contents, in_exchange or person.
         value: An intent node, number or word.
     """
@@ -39,6 +39,7 @@ class Axis(str):
 
 Elements = tuple[Element, ...]
 _MORE = frozenset({"more", "further", "farther", "extra"})
+_SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
 _STANDS = frozenset({"is", "was", "stands", "stood", "sits", "sat", "lies", "lay"})
 _AT_PRESENT = frozenset(
@@ -69,6 +70,7 @@ class Clauses(Phrasing):
             ("BY_OTHER", "other_sort", None), ("BY_SIZE", "by_size", None),
         ):  # fmt: skip
             found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
+        found += [(j, Element("sequence", key)) for j, key in self._sequence(i)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
         found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
         found += [(j, Element("home")) for j in self._home(i)]
@@ -232,6 +234,11 @@ class Clauses(Phrasing):
     def distance(self, i: int) -> Found[float]:
         """As in "by about 10 cm", "two inches", "half a metre", "a bit"."""
         found: Found[float] = []
+        start = i + 1 if self.text(i) == "by" else i
+        if self.text(start) in ("the", "that") and self.said(start + 1, start + 3) in _SAME_AGAIN:
+            # "left by 50 mm, then forward by the same amount"
+            before = [hits for k in range(i - 1, -1, -1) for hits in [self.distance(k)] if hits]
+            found += [(start + 3, value) for _, value in before[0][:1]] if before else []
         for start in self.optional(i, "ABOUT"):
             found += [(j, value) for j, value in self.tag(start, "AMOUNT")]
             numbers: list[tuple[int, float]] = []
@@ -304,6 +311,17 @@ class Clauses(Phrasing):
             k = j + 1 if self.text(j) in ("being", "goes", "going", "is", "as") else j
             for tag, value in (("TOP", "top"), ("BOTTOM", "bottom"), ("MIDDLE", "middle")):
                 found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
+        return found
+
+    def _sequence(self, i: int) -> Found[str]:
+        """As in "smallest first", "starting with the biggest": in which order, by what."""
+        opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
+        found: Found[str] = []
+        for start in self.optional(i + 2 if opened else i, "THE"):
+            for j, key in self.tag(start, "SUPER"):
+                k = j + 1 if self.text(j) in ("one", "ones") else j
+                if self.text(k) == "first" or opened:
+                    found.append((k + 1 if self.text(k) == "first" else k, key))
         return found
 
     def _after_preposition(self, i: int, tag: str) -> list[int]:

@@ -15,6 +15,7 @@ from robosandbox.agent.language.wordlist import word_set
 
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
+_ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 
 
@@ -164,6 +165,8 @@ class Commands(Wishes):
                                 for end, (n, _, _) in self.tag(m, "NOUN")
                                 if n == "tower"
                             ]
+            if verb in ("stack", "build"):
+                found += self._by_kinds(j)
             if verb == "stack":
                 # "stack them: blue, green, red"
                 for k, whole in self.np(j):
@@ -208,6 +211,46 @@ class Commands(Wishes):
             found = [(i + 1, Ref(text=self.text(i), names=(self.text(i),)))]
         return found
 
+    def _by_kinds(self, i: int) -> Found[Command]:
+        """As in "stack the dice, white on red", "build a tower with the dice: white, red from the bottom up"."""
+        found: Found[Command] = []
+        i += self.text(i) in ("me", "us")
+        starts = [i]
+        for k, tower in self.np(i):
+            if tower.nouns[:1] in (("tower",), ("stack",), ("pile",)):
+                starts += [m for m, _ in self.tag(k, "MATERIAL")]
+        for j, whole in [hit for start in starts for hit in self.np(start)]:
+            if self.text(j) not in (",", ":") or not (whole.nouns or whole.names) or whole.ranks or whole.colours:
+                continue
+            on = self._kinds(j + 1, whole, "on")
+            found += [(k, Command("stack", refs[:1], Relation("on", refs[1:2]), refs[2:])) for k, refs in on]
+            for k, refs in self._kinds(j + 1, whole, ","):
+                for tag, order in _ORDERS:
+                    for m in (k, k + 1) if self.text(k) == "," else (k,):
+                        found += [(end, Command("stack", refs, None, (), order)) for end, _ in self.tag(m, tag)]
+        return found
+
+    def _kinds(self, i: int, whole: Ref, joint: str) -> Found[tuple[Ref, ...]]:
+        """Two or more adjectives, joined by "on" or commas: each is one of the things named before."""
+        refs: list[Ref] = []
+        found: Found[tuple[Ref, ...]] = []
+        one = replace(whole, determiner="the", plural=False, count=None)
+        while i:
+            start = self.optional(i, "THE")[0]
+            hits = [hit for hit in self._adjectives(start, one, 0) if hit[0] > start]
+            if self.text(start) in self.words.parts:
+                hits.append((start + 1, replace(one, names=(self.text(start), *(one.names or one.nouns)), nouns=())))
+            if not hits:
+                break
+            j, ref = hits[0]
+            refs.append(replace(ref, text=f"{self.said(i, j)} {whole.text.split()[-1]}"))
+            j += self.text(j) == "one"
+            if len(refs) > 1:
+                found.append((j, tuple(refs)))
+            upon = j + 3 if self.said(j, j + 3) == "on top of" else j + 1
+            i = (upon if self.text(j) == "on" else 0) if joint == "on" else self._joint(j)
+        return found
+
     def _light(self, i: int) -> Found[Command]:
         """As in "give the can a gentle push to the left": the noun is the verb."""
         found: Found[Command] = []
@@ -246,8 +289,7 @@ class Commands(Wishes):
         if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
             # "start with the marble: put it in the tray"
             i += 2
-        orders: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
-        for tag, order in orders:
+        for tag, order in _ORDERS:
             for k, _ in self.tag(i, tag):
                 # "from the bottom up: yellow, white, blue"
                 found += [

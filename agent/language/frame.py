@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from robosandbox.agent.language.clauses import Element
-from robosandbox.agent.language.intent import Place, Ref, Relation
+from robosandbox.agent.language.intent import Place, Rank, Ref, Relation
 
 UP = frozenset({"up", "upward", "upwards", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
     "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
@@ -140,6 +140,17 @@ def joined(elements: Sequence[Element]) -> Sequence[Element]:
         return elements
     whole = Element("objects", (*elements[first].value, *also))
     return [whole if k == first else e for k, e in enumerate(elements) if e.kind != "also"]
+
+
+def in_sequence(elements: Sequence[Element]) -> Sequence[Element]:
+    """Attach "..., smallest first" at the end of a clause to the objects at its start."""
+    keys = [e.value for e in elements if e.kind == "sequence"]
+    first = next((k for k, e in enumerate(elements) if e.kind == "objects"), None)
+    refs: tuple[Ref, ...] = elements[first].value if first is not None else ()
+    if len(keys) != 1 or len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all") or refs[0].ranks:
+        return elements
+    ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))
+    return [ordered if k == first else e for k, e in enumerate(elements) if e.kind != "sequence"]
 
 
 def excepted(elements: Sequence[Element]) -> Sequence[Element]:

@@ -169,11 +169,14 @@ class Grammar(Commands):
     def _parts(self, i: int) -> Found[tuple[Part, ...]]:
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
+        follows = i > 0
         i = self._skip(i)
         if i >= n:
             return [(n, ())]
         for j, part in self.part(i):
-            if j >= n or self._skip(j) >= n:
+            # "... and go home afterwards" says what the order of the words says already; alone it would be a condition.
+            ends = [m for m, _ in self.tag(j, "LATER")] if follows else []
+            if any(self._skip(m) >= n for m in (*ends, j)):
                 found.append((n, part))
                 continue
             for k in self._joints(j):
@@ -182,6 +185,7 @@ class Grammar(Commands):
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
                 late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
+            late = [k for k in late if self.text(k) not in (".", "!", ";")]
             for k in self._corrected(j):
                 # "pick up the can, no, push it": what was said before does not count.
                 for end, rest in self._parts(k):
@@ -262,6 +266,14 @@ class Grammar(Commands):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        counted = [
+            (j, tuple(replace(ref, count=2 if self.text(k) == "both" else None) for ref in last.objects))
+            for j in self.all_of_them(k)
+            if self._skip(j) >= n and all(ref.plural for ref in last.objects)
+        ]
+        if counted and len(last.objects) == 1:
+            # "the dice in the bowl, both of them": the same dice.
+            return [(n, (*part[:-1], replace(last, objects=refs))) for _, refs in counted[:1]]
         said = [ref for ref in _refs(last) if ref.determiner in ("a", "all") or ref.count]
         if self.text(k) in ("any", "either") and said:
             # "put a bolt in each box, any bolt" says that it does not matter which.
@@ -282,8 +294,9 @@ class Grammar(Commands):
                 if self._skip(j) >= n and last.objects[0].count in (None, len(refs))
             ]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
-            # "into the bowl; then the ball": the same with another object.
+            # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
             again = replace(last, objects=refs, bare=0.9)
+            j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
             for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
                 # "tap the can once, then the ball twice"
                 j, again = end, replace(again, times=times)
@@ -370,6 +383,7 @@ class Grammar(Commands):
                             for end, first in self.clause(first_start):
                                 found.append((end, _named_first(first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
+        found += [(j, (command,)) for j, command in self._left_as_it_is(i)]
         for k, _ in self.tag(i, "STILL"):
             found += [(j, (Command("nothing", refs, negated="move"),)) for j, refs in self.np_list(k)]
         for k, _ in self.tag(i, "SAME"):
@@ -410,6 +424,16 @@ class Grammar(Commands):
                                 (end, (first, replace(second, objects=(IT,))))
                                 for first in frame_command(verb, (spoken(second.objects),))
                             ]
+        return found
+
+    def _left_as_it_is(self, i: int) -> Found[Command]:
+        """As in "... but leave the drawer open": it is not to be closed."""
+        found: Found[Command] = []
+        for j, _ in self.tag(i, "AVOID"):
+            for k, refs in self.np_list(j) if self.text(j - 1) in ("leave", "keep") else []:
+                closing = {"open": "close", "closed": "open", "shut": "open"}.get(self.text(k))
+                command = Command("nothing", refs, negated=closing or "")
+                found += [(end, command) for end in self.optional(k + 1, "LATER", "AVOID_TAIL")] if closing else []
         return found
 
     def _prohibition(self, i: int) -> Found[tuple[Ref, ...]]:

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Sequence
 
+from robosandbox.agent.language.lexicon import Phrases
+from robosandbox.agent.language.speech import OPENERS
+from robosandbox.agent.language.tokens import MARKS, Token
 from robosandbox.agent.language.wordlist import phrase_list
 
 _HANDS = ("hands", "claws", "fingers", "gripper", "hand", "claw", "paws", "mitts", "grippers", "pincers")
@@ -49,6 +52,8 @@ _IDIOMS: dict[str, str] = {
         "back to your base, back to start, go to your resting place, get yourself home, take yourself home, bring yourself home, "
         "assume your home position, assume the home position, take up your home position, resume your home position, take your home position, "
         "go to bed, call it a day, go and rest, have a rest, take five, have a break, return yourself home"
+        + "".join(f", {rest} {at} {home}" for rest in ("rest", "relax", "settle", "sleep", "park", "stay", "retire", "wait")
+                  for at in ("at", "in") for home in ("home", "your home position", "the home position"))
     ),
     "pour": "slosh, dribble, upend, tip the contents of, transfer the contents of, empty the contents of, dump the contents of, tip up",
     "swap": "flip flop, change over, change round, change around, do a swap of, do a swap with, make a swap of",
@@ -62,29 +67,24 @@ _IDIOMS["pick up"] += "".join(
     if get in ("wrap", "close", "clamp", "clasp") or (get in ("get", "lay") and on in ("on", "around"))
 )
 PLAIN: dict[str, str] = {phrase: verb for verb, phrases in _IDIOMS.items() for phrase in phrase_list(phrases)}
-_OPENING = r"(^|[,.;!:?]|and|then|to|you|but|start|try|would|could|can|not|i want)"
-_FOUND = re.compile(
-    rf"(?:(?<=\s)|^)({_OPENING[1:-1]}) ({'|'.join(map(re.escape, sorted(PLAIN, key=len, reverse=True)))}) (?!$|[,.;!?:] |and |then )"
-)
-_HOMEWARD = re.compile(
-    rf"(?:(?<=\s)|^)({_OPENING[1:-1]}) ({'|'.join(sorted((p for p, v in PLAIN.items() if v == 'go home'), key=len, reverse=True))})"
-    r"(?= (?:[,.;!?]|and|then|now) | $)"
-)
-_DRAWER = r"((?:the |that |this |my |your )?(?:\w+ ){0,2}?(?:drawer|cabinet|cupboard|drawers)(?: \w)?)"
-_SPLIT: tuple[tuple[re.Pattern[str], str], ...] = tuple(
-    (re.compile(pattern), replacement)
-    for pattern, replacement in (
-        (rf" (?:yank|crack|pop|jerk|ease|fling|tug|pull|draw|slide|pry|prise|swing|throw|wrench|whip|get|roll) {_DRAWER} (?:open|out|ajar)(?= )", r" open \1"),
-        (rf" (?:slam|push|shove|ease|bang|snap|pull|draw|nudge|slide|pop|knock|bump|press|swing|roll|get|put) {_DRAWER} (?:back )?(?:shut|closed|in|to|home|closed up)(?= (?:[,.;!?]|and|then|again) | $)", r" close \1"),
-        (rf" (?:pull|slide|draw|roll) out {_DRAWER}(?= )", r" open \1"),
-        (rf" (?:push|slide|shove|press) (?:back )?in {_DRAWER}(?= )", r" close \1"),
-    )
-)  # fmt: skip
+_PHRASES = Phrases()
+for _phrase, _verb in PLAIN.items():
+    _PHRASES.add(_phrase, "IDIOM", _verb)
 
 
-def plainly(text: str) -> str:
-    """Return a sentence, its words joined by spaces, with plain verbs for those of everyday speech."""
-    for pattern, replacement in _SPLIT:
-        text = pattern.sub(replacement, text)
-    text = _HOMEWARD.sub(r"\1 go home", text)
-    return _FOUND.sub(lambda match: f"{match[1]} {PLAIN[match[2]]} ", text)
+def plainly(tokens: Sequence[Token]) -> tuple[Token, ...]:
+    """Return the tokens with plain verbs for those of everyday speech, where a command begins."""
+    made: list[Token] = []
+    i, n = 0, len(tokens)
+    while i < n:
+        opens = i == 0 or tokens[i - 1].text in OPENERS or [t.text for t in tokens[max(0, i - 2) : i]] == ["i", "want"]
+        for end, _, verb in sorted(_PHRASES.at(tokens, i) if opens else (), key=lambda hit: -hit[0]):
+            closed = end == n or tokens[end].text in MARKS or tokens[end].text in ("and", "then")
+            if verb == "go home" or not closed:
+                made += [Token(word, word, "word") for word in str(verb).split()]
+                i = end
+                break
+        else:
+            made.append(tokens[i])
+            i += 1
+    return tuple(made)

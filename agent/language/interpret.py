@@ -14,11 +14,11 @@ from robosandbox.agent.language.grammar import Grammar, parse
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.remarks import without_remarks
-from robosandbox.agent.language.rephrase import rephrased, spelled_out
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
+from robosandbox.agent.language.wordings import in_plain_words
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
@@ -64,10 +64,10 @@ def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings |
 def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Readings | Refusal:
     known = scene_words(ids)
     try:
-        tokens = spelled_out(tokenize(prompt, known))
+        tokens = tokenize(prompt, known)
         readings = parse(tokens, known)
         if not readings or readings[0][0] >= STRANGE:
-            plain = without_remarks(rephrased(_respelled(tokens, known)), known)
+            plain = without_remarks(in_plain_words(_respelled(tokens, known), known), known)
             better = parse(plain, known) if plain and plain != tokens else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
         return readings or _not_understood(tokens, known, skills)

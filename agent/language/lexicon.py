@@ -129,6 +129,8 @@ def _build() -> Phrases:
         ("ORIGINAL", places.ORIGINAL), ("EVERYTHING", things.EVERYTHING), ("EVERYTHING_ELSE", things.EVERYTHING_ELSE),
         ("TOP", places.TOPS), ("BOTTOM", places.BOTTOMS), ("ONE_OF", things.ONE_OF), ("SOMETHING", things.SOMETHING),
         ("STILL", speech.STILL),
+        ("LATER", speech.LATER),
+        ("DOES_TOO", speech.DOES_TOO),
         ("SO_THAT", places.SO_THAT),
         ("SAME", speech.SAME),
         ("IS_NOW", speech.IS_NOW),

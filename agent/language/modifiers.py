@@ -70,7 +70,7 @@ class Modifiers(Positions):
                 if len(refs) > 1
             ]
         if ref.plural:
-            found += [(j, ref) for j in self._all_of_them(i, ref)]
+            found += [(j, ref) for j in self.all_of_them(i)]
         if ref.ranks:
             found += self._anchored(i, ref)
         for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
@@ -230,7 +230,7 @@ class Modifiers(Positions):
                 found.append((j, replace(ref, relations=(*ref.relations, than))))
         return found
 
-    def _all_of_them(self, i: int, ref: Ref) -> list[int]:
+    def all_of_them(self, i: int) -> list[int]:
         """As in "the cubes, all of them,": nothing new, but for how many there are."""
         start = i + 1 if self.text(i) == "," else i
         ends = [

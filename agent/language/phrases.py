@@ -34,19 +34,21 @@ class Phrasing(Nouns):
                     continue
                 for end, full in self._modified(k, ref, 0):
                     found.append((end, replace(full, text=self.said(i, end))))
-        if self.text(i) in ("whatever", "whichever", "what") and self.text(i + 1) == "is":
-            # "whatever is closest to the bin"
+        is_ = i + 2 if self.text(i + 1) in ("thing", "object") else i + 1
+        if self.text(i) in ("whatever", "whichever", "what") and self.text(is_) == "is":
+            # "whatever is closest to the bin", "whichever thing is red"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            modified = self._modifier(i + 2, thing)
-            if self.text(i + 2) == "not":
-                modified = [*modified, *self._modifier(i + 1, replace(thing, text="what"))]
+            modified = self._modifier(is_ + 1, thing)
+            if self.text(is_ + 1) == "not":
+                modified = [*modified, *self._modifier(is_, replace(thing, text="what"))]
             for j, ref in modified:
                 # "whatever is closest" is one thing, "whatever is not blue" all such things.
                 each = ref if ref.ranks else replace(ref, determiner="all", plural=True)
                 found.append((j, replace(each, text=self.said(i, j))))
         if self.said(i, i + 2) in ("the following", "the following things", "the following items"):
             found.append((i + 2, Ref(text="the following", determiner="it", plural=True)))
-        for j, colour in self.tag(i + 2, "COLOUR") if self.said(i, i + 2) in ("what is", "whatever is") else []:
+        telling = self.text(i) in ("what", "whatever") or (self.text(i) == "whichever" and is_ > i + 1)
+        for j, colour in self.tag(is_ + 1, "COLOUR") if telling and self.text(is_) == "is" else []:
             found.append(
                 (j, Ref(text=self.said(i, j), determiner="all", nouns=("thing",), colours=(colour,), plural=True))
             )

@@ -224,7 +224,15 @@ ARM = (
     "arm, robot, gripper, hand, robot arm, manipulator, yourself, robotic arm, claw, end effector, effector, "
     "system, machine, fingers, position, pose"
 )
-ORIGINAL = (
+ORIGINAL = "".join(
+    f"{back}{to} {its} {old} {place}, "
+    for back in ("", "back ")
+    for to in ("in", "to", "into", "on", "onto", "at")
+    for its in ("its", "their", "his", "her", "the")
+    for old in ("old", "original", "previous", "former", "earlier", "initial", "starting", "prior", "usual")
+    for place in ("place", "spot", "position", "location", "home")
+)
+ORIGINAL += (
     "where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
     "back in its place, back in place, back to its place, where it came from, back where it came from, "
     "back to its original position, back to its original place, to its original position, "

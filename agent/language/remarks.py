@@ -10,9 +10,9 @@ import re
 from collections.abc import Sequence
 
 from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
-from robosandbox.agent.language.courtesies import MARKS, restarted, without_courtesies
+from robosandbox.agent.language.courtesies import restarted, without_courtesies
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.tokens import SceneWords, Token
+from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
@@ -83,7 +83,7 @@ _PURPOSES = re.compile(
 
 def without_remarks(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
     """Return the tokens without courtesies, reasons and small talk that bind nothing; the same tokens if there are none."""
-    return _Remarks(without_courtesies(restarted(tokens)), words).removed()
+    return _Remarks(without_courtesies(restarted(tokens), words), words).removed()
 
 
 class _Remarks:

@@ -255,6 +255,29 @@ CONNECTORS = (
     "once you are holding it, once it is in your gripper, once it is there, when it is there, once there, "
     "when you have it, after it"
 )
+OPENERS = word_set(", . ; : ! ? and then to you but start try would could can not never")
+"""What a verb may follow where a command begins."""
+LATER = (
+    "afterwards, afterward, after that, at the end, in the end, once done, when done, once you are done, when you are done, "
+    "to finish, to finish off"
+)
+LATER += "".join(
+    f", {when} {what} {is_} {there}"
+    for when in ("once", "when", "as soon as", "after")
+    for what in ("it", "that", "everything")
+    for is_ in ("is", "has been", "was", "gets")
+    for there in (
+        "there", "in place", "done", "finished", "in position", "on it", "in it", "on there", "in there", "inside", "moved",
+        "placed", "put down", "set down",
+    )
+)  # fmt: skip
+DOES_TOO = "does, do, does the same, do the same, does likewise, does so, follows, follow"
+DOES_TOO += "".join(
+    f", {joins} {it}{there}"
+    for joins in ("joins", "join", "should join", "can join", "goes with", "accompanies")
+    for it in ("it", "them")
+    for there in ("", " there", " in there", " inside", " in it", " on it")
+)
 FIRST = (
     "before you do anything else, before doing anything else, before anything, first things first, "
     "the first thing to do is, as a first thing, start off with, first, firstly, first of all, to begin, "

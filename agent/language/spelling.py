@@ -77,10 +77,17 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
         if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
         better = better or _ACCENTS.get(word)
+        if word == "an" and 0 < i < len(words) - 1 and words[i + 1][0] not in "aeiouh" and _names(words[i - 1], parts):
+            # "salt an pepper"
+            better = "and"
         if made and made[-1] == word and word in _TWICE:
             better = ""
         made.append(word if better is None else better)
     return tuple(made)
+
+
+def _names(word: str, parts: frozenset[str]) -> bool:
+    return word in parts or MEANING.get(word, "").startswith("noun")
 
 
 _ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}

@@ -25,6 +25,7 @@ from robosandbox.agent.language.spelling import nearest_word
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.wordlist import phrase_list
 
+MARKS = frozenset(",.;!?:")
 MAX_CHARACTERS = 2_000
 MAX_TOKENS = 120
 

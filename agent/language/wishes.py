@@ -98,6 +98,16 @@ class Wishes(Clauses, ABC):
                     # "the can is the one that goes in the bin"
                     aside = j + 4
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
+                k = j + 1 if self.text(j) in (*_MODALS, "to") else j + 2 if self.said(j, j + 2) in _MODALS_TO else j
+                if k > j or start > i:
+                    # "the can and the tin should trade places", "I'd like the markers to swap"
+                    found += [
+                        (end, command)
+                        for m, verb in self.tag(k, "VERB")
+                        if verb == "swap"
+                        for end, elements in self.elements(m)
+                        for command in frame_command(verb, (spoken(refs), *elements))
+                    ]
                 if lead.text.startswith("anything") and self.text(j) in _MODALS:
                     # "anything but the apple can go in the bin" allows, and does not ask.
                     continue
@@ -110,6 +120,8 @@ class Wishes(Clauses, ABC):
                         (end, command)
                         for end, elements in self.elements(j)
                         if {"direction"} <= {e.kind for e in elements} <= {"direction", "distance"}
+                        # "may I have the can back" is no push.
+                        and self.said(j, end) != "back"
                         for command in frame_command("push", (spoken(refs), *elements))
                     ]
                 for k in copulas + ([j] if start > i else []):

@@ -1,0 +1,277 @@
+"""Templates: what a pattern takes, what it may leave out, and an example for every one in the tables."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+
+from robosandbox.agent.language.courtesies import COURTESIES
+from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.idioms import plainly
+from robosandbox.agent.language.interpret import interpret
+from robosandbox.agent.language.template import Constructions, Template, TemplateError
+from robosandbox.agent.language.tokens import Token, scene_words, tokenize
+from robosandbox.agent.language.wordings import OPENED, WORDINGS
+from robosandbox.types import DetectedObject, ObservedScene, Pose
+
+_WORDS = scene_words(("red_cube", "blue_cube", "can", "ball", "golf_ball", "tray", "bin", "box", "drawer", "sponge"))
+
+
+def _tokens(text: str) -> tuple[Token, ...]:
+    return tuple(Token(token.text, token.raw, token.kind) for token in tokenize(text, _WORDS))
+
+
+def _said(tokens: tuple[Token, ...]) -> str:
+    return " ".join(token.text for token in tokens)
+
+
+@pytest.mark.parametrize(
+    ("pattern", "outcome", "said", "becomes"),
+    [
+        ("toss {thing} (out|away)", "discard {thing}", "toss the can away", "discard the can"),
+        ("toss {thing} [right] out", "discard {thing}", "toss the can right out", "discard the can"),
+        ("toss {thing} [right] out", "discard {thing}", "toss the can out", "discard the can"),
+        ("swap round {thing} <end>", "swap {thing}", "swap round the can and the ball.", "swap the can and the ball ."),
+        ("flip {one} and {one2}", "swap {two} {one}", "", ""),
+        ("shift {one} {place}", "put {one} {place}", "shift the can next to the tray", "put the can next to the tray"),
+        ("{go:wander|stroll off} home", "{go} back", "stroll off home", "stroll off back"),
+        ("{VERB=push} hard {thing}", "{VERB=push} {thing}", "shove hard the can", "shove the can"),
+        ("zork 2! {thing}", "pick {thing}", "zork 2 red_cube", "pick red_cube"),
+        ("zork {distance}", "move {distance}", "zork 5 cm", "move 5.0 cm"),
+        ("zork {drawer}", "open {drawer}", "zork the can", "zork the can"),
+        ("zork {ball}", "roll {ball}", "zork the golf ball", "roll the golf ball"),
+        ("<start> zork", "pick", "please zork, then zork", "pick , then zork"),
+        ("<verb> zork", "pick", "the zork and zork", "the zork and pick"),
+        ("<edge> {that} zorks <edge>", "pick {that}", "tap the can, the ball zorks", "tap the can , pick the ball"),
+        ("rather {text} than {_place} <end>", "{text}", "rather pick the can than in the bin", "pick the can"),
+    ],
+)  # fmt: skip
+def test_pattern_takes_phrases_and_carries_them_over(pattern: str, outcome: str, said: str, becomes: str) -> None:
+    if not said:
+        with pytest.raises(TemplateError, match="lacks"):
+            Template.read(pattern, outcome)
+        return
+    assert _said(Constructions({pattern: outcome}).applied(_tokens(said), _WORDS)) == becomes
+
+
+@pytest.mark.parametrize(
+    ("pattern", "outcome", "error"),
+    [
+        ("pick {thing} once it is there", "pick {thing}", "leaves out “once”"),
+        ("pick {thing} [if you can]", "pick {thing}", "leaves out “if”"),
+        ("(pick|never pick) {thing}", "pick {thing}", "leaves out “never”"),
+        ("pick 2 {thing}", "pick {thing}", "leaves out “2.0”"),
+        ("pick {thing} and {thing2}", "pick {thing}", "leaves out {thing2}"),
+        ("pick up! {thing}", "pick {thing}", "binds nothing"),
+        ("not! {thing}", "not {thing}", "is not left out"),
+        ("pick {gadget}", "pick {gadget}", "no phrase is called"),
+        ("pick (up {thing}", "pick {thing}", "is not closed"),
+        ("pick up) {thing}", "pick {thing}", "closes nothing"),
+        ("<middle> pick {thing}", "pick {thing}", "no place is called"),
+        ("{thing} [there]", "{thing}", "no word that must be there"),
+    ],
+)
+def test_template_that_leaves_out_what_binds_is_an_error(pattern: str, outcome: str, error: str) -> None:
+    with pytest.raises(TemplateError, match=error):
+        Template.read(pattern, outcome)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "all if hot, namely the can, in the bin",
+        "all but 2 things, namely the can, in the bin",
+        "all not red, namely the can,",
+    ],
+)
+def test_what_is_left_out_never_holds_a_condition_or_number(said: str) -> None:
+    table = Constructions({"all {_words} , namely {thing} ,": "{thing}"})
+    tokens = tuple(Token(word, word, "word") for word in said.replace(",", " ,").split())
+    assert table.applied(tokens, _WORDS) == tokens
+    assert (
+        _said(table.applied(_word_tokens("all that shines , namely the can , in the bin"), _WORDS))
+        == "the can in the bin"
+    )
+
+
+_EXAMPLES = """
+    red cube next 2 the can -> red cube next to the can
+    red cube top of the can -> red cube on top of the can
+    red cube front of the can -> red cube in front of the can
+    the ball in with it -> the ball in there
+    pick up the round as a marble thing -> pick up the round thing
+    yank the drawer open -> open the drawer
+    shove the drawer shut -> close the drawer
+    slide out the drawer -> open the drawer
+    push in the drawer -> close the drawer
+    have a lift of the can -> lift the can
+    up with the can -> pick up the can
+    tap the ball and come back for the can -> tap the ball and pick up the can
+    may i have the can -> pick up the can
+    pat the can on the head -> tap the can
+    roll the ball to the left -> push the ball to the left
+    never cap the can with the ball -> never put the ball on the can
+    use the box as a base and put the can on it -> put the can on the box
+    both cubes on the box as a tower -> stack both cubes on the box
+    the cubes should form a tower -> stack the cubes
+    get the can out of the way of the ball -> get the can out of the way
+    it is the can that i want in the bin -> i want the can in the bin
+    it would make me happy if the can were in the bin -> i want the can were in the bin
+    i want the bin had the ball in it -> i want the bin to contain the ball
+    i want the can left on the table , the rest goes in the bin -> leave the can , put everything else in the bin
+    no balls on the table , use the bin -> put all the balls in the bin
+    i have finished with the can , bin it -> the can , bin it
+    push the can 5 cm , that should do -> push the can 5.0 cm
+    push the can a hand width , 10 cm -> push the can 10.0 cm
+    10 cm to the right of where it is -> 10.0 cm to the right
+    take the can out of there -> take the can out
+    the can or the ball , whichever you like -> the can or the ball
+    two balls of your choice -> two balls
+    i would rather have the can in the box than in the bin -> i would rather have the can in the box
+    neither the can nor the ball : tap the box -> do not touch the can and the ball . tap the box
+    not the can , the ball goes in the bin -> the ball goes in the bin
+    grab the can , no , leave it , grab the ball -> grab the can , no , grab the ball
+    everything that rolls , meaning the ball , in the bin -> the ball in the bin
+    put the can in the drawer , you have to open it first -> put the can in the drawer
+    lift the can a moment and tap the ball -> lift the can and tap the ball
+    i was wondering if you could tap the can -> could you tap the can
+    i hope you will tap the can -> could you tap the can
+    i do not suppose you could tap the can -> could you tap the can
+    it would be super nice if you could tap the can -> could you tap the can
+    do you think you could tap the can -> could you tap the can
+    any chance you could tap the can -> could you tap the can
+    would you be so very kind and tap the can -> could you tap the can
+    might i ask you to tap the can -> tap the can
+    sorry to bother you , but tap the can -> tap the can
+    let us get going : tap the can -> tap the can
+    your first job : tap the can -> tap the can
+    for your next task , tap the can -> tap the can
+    first thing : tap the can -> tap the can
+    the thing is i want the can -> i want the can
+    do this for me : tap the can -> tap the can
+    look at this mess , tap the can -> tap the can
+    what a mess . tap the can -> tap the can
+    the : tap the can -> tap the can
+    as to tap the can -> tap the can
+    mighty robot , tap the can -> tap the can
+    you there , tap the can -> tap the can
+    tap the can for -> tap the can
+    tap the can and -> tap the can
+    tap the can with you -> tap the can
+    tap the can as as you can -> tap the can
+    tap the can and thank you -> tap the can
+    would you mind terribly tapping the can -> would you mind tapping the can
+    do not rush , tap the can -> tap the can
+    make sure that by the time you are done the can is in the bin -> make sure that the can is in the bin
+    tap the can when you are finished -> tap the can
+    stack the cubes , i do not care in which order -> stack the cubes
+    tap the can or the ball , i do not mind which -> tap the can or the ball
+    tap the can or the ball , it does not matter -> tap the can or the ball
+    the can is in the wrong place -> the can is in the bad place
+"""
+
+
+def _word_tokens(text: str) -> tuple[Token, ...]:
+    return tuple(
+        Token(str(float(word)), word, "number")
+        if word.isdigit()
+        else Token(word, word, "word" if word[0].isalpha() else "mark")
+        for word in text.split()
+    )
+
+
+def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
+    tables = (OPENED, WORDINGS, COURTESIES)
+    tables = (OPENED, WORDINGS, COURTESIES)
+    unused = {template.source for table in tables for template in table.templates}
+    for line in _EXAMPLES.strip().splitlines():
+        said, becomes = (part.strip() for part in line.split("->"))
+        tokens = _word_tokens(said)
+        for table in tables:
+            tokens = plainly(tokens) if table is WORDINGS else tokens
+            alone = [Constructions({t.source: " ".join(t.outcome)}) for t in table.templates if t.source in unused]
+            unused -= {one.templates[0].source for one in alone if one.applied(tokens, _WORDS) != tokens}
+            tokens = table.applied(tokens, _WORDS)
+        assert (said, _said(tokens).rstrip(" ,")) == (said, becomes)
+    assert not unused
+
+
+def test_words_that_no_template_has_cost_next_to_nothing() -> None:
+    tokens = _word_tokens("grab red cube")
+    start = time.process_time()
+    for _ in range(1000):
+        assert WORDINGS.applied(tokens, _WORDS) == tokens
+    assert (time.process_time() - start) / 1000 < 1e-3
+
+
+_SCENE = ObservedScene(
+    time=0.0,
+    table_height=0.04,
+    base_xy=(-0.3, 0.0),
+    objects=tuple(
+        DetectedObject(id=name, kind=kind, size=size, colour=colour, rgba=(0.5, 0.5, 0.5, 1.0), pose=Pose(xyz=xyz), opening=opening)
+        for name, kind, size, colour, xyz, opening in (
+            ("lemon", "sphere", (0.025,), "yellow", (0.0, 0.32, 0.065), None),
+            ("red_cube", "box", (0.02, 0.02, 0.02), "red", (0.15, 0.1, 0.06), None),
+            ("blue_cube", "box", (0.025, 0.025, 0.025), "blue", (0.15, -0.1, 0.065), None),
+            ("tray", "bin", (0.07, 0.07, 0.02), "grey", (0.22, 0.28, 0.04), None),
+            ("drawer", "drawer", (0.2, 0.18, 0.1, 0.12), "brown", (0.36, -0.25, 0.04), 0.0),
+        )
+    ),
+)  # fmt: skip
+_SKILLS = [
+    "pick",
+    "place_on",
+    "place_in",
+    "place_at",
+    "place_beside",
+    "stack",
+    "push",
+    "tap",
+    "open_drawer",
+    "close_drawer",
+    "home",
+]
+
+
+@pytest.mark.parametrize(
+    ("said", "calls"),
+    [
+        ("put the cubes in the tray, smallest first", "pick(object=red_cube); place_in(container=tray); pick(object=blue_cube); place_in(container=tray)"),
+        ("cubes into the tray, starting with the biggest", "pick(object=blue_cube); place_in(container=tray); pick(object=red_cube); place_in(container=tray)"),
+        ("put the cubes in the tray, both of them", "pick(object=red_cube); place_in(container=tray); pick(object=blue_cube); place_in(container=tray)"),
+        ("stack the cubes, red on blue", "stack(object=red_cube, target=blue_cube)"),
+        ("build a tower with the cubes: red, blue from the bottom up", "stack(object=blue_cube, target=red_cube)"),
+        ("the red cube goes in the tray, and the lemon does too", "pick(object=red_cube); place_in(container=tray); pick(object=lemon); place_in(container=tray)"),
+        ("the red cube goes in the tray and the lemon joins it there", "pick(object=red_cube); place_in(container=tray); pick(object=lemon); place_in(container=tray)"),
+        ("push the lemon back 5 cm, then left by the same amount", "push(object=lemon, direction=back, distance=0.05); push(object=lemon, direction=left, distance=0.05)"),
+        ("put the lemon in the tray and go home afterwards", "pick(object=lemon); place_in(container=tray); home()"),
+        ("put the lemon in the drawer but leave the drawer open", "open_drawer(drawer=drawer); pick(object=lemon); place_in(container=drawer)"),
+    ],
+)  # fmt: skip
+def test_orders_kinds_and_ellipses_are_read_by_the_grammar(said: str, calls: str) -> None:
+    draft = interpret(said, _SCENE, _SKILLS)
+    assert isinstance(draft, Draft), draft.message
+    assert "; ".join(map(str, draft.calls)) == calls
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        "go home once it is done",
+        "tap the lemon after it is moved",
+        "put the lemon in the tray, smallest first",
+        "put the lemon in the tray and close the drawer, but leave the drawer open",
+        "stack the cubes, green on blue",
+        "use the tray as a base unless it is full and put the lemon on it",
+        "roll the lemon until it stops",
+        "i have finished with the lemon unless you need it, put it in the tray",
+        "it would make me happy if you never touched the lemon",
+        "may i have the lemon back",
+        "give the lemon a second push to",
+        "everything that is not red, meaning the lemon, in the tray",
+    ],
+)
+def test_what_binds_is_refused_rather_than_left_out(said: str) -> None:
+    assert not isinstance(interpret(said, _SCENE, _SKILLS), Draft)
