@@ -8,12 +8,13 @@ from functools import wraps
 from typing import Any, TypeVar
 
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.strain import strain
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
 Found = list[tuple[int, T]]
 MAX_STEPS = 5_000
-MAX_READINGS_PER_END = 40
+MAX_READINGS = 12
 
 
 class TooComplicatedError(ValueError):
@@ -99,14 +100,26 @@ class Chart:
 
 
 def capped(found: Found[T]) -> Found[T]:
-    """Keep the first few readings of each length."""
-    count: dict[int, int] = {}
-    kept: Found[T] = []
-    for end, value in found:
-        count[end] = count.get(end, 0) + 1
-        if count[end] <= MAX_READINGS_PER_END:
-            kept.append((end, value))
-    return kept
+    """Keep the first and the plainest readings of each length."""
+    if len(found) <= MAX_READINGS:
+        return found
+    by_end: dict[int, Found[T]] = {}
+    found = distinct(found)
+    for reading in found:
+        by_end.setdefault(reading[0], []).append(reading)
+    kept = {id(reading) for readings in by_end.values() for reading in plainest(readings, MAX_READINGS)}
+    return [reading for reading in found if id(reading) in kept]
+
+
+def plainest(found: Found[T], count: int) -> Found[T]:
+    """Keep `count` readings, in their order: half of them the first, half the least far-fetched of the others."""
+    if len(found) <= count:
+        return found
+    first = count // 2
+    strains = [strain(value) for _, value in found[first:]]
+    limit = sorted(strains)[count - first - 1]
+    plain = [reading for reading, strained in zip(found[first:], strains, strict=True) if strained <= limit]
+    return [*found[:first], *plain[: count - first]]
 
 
 def distinct(found: Found[T]) -> Found[T]:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.chart import MAX_READINGS, Found, plainest, rule
 from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
 from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
@@ -36,7 +37,7 @@ def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[tuple[float, Sent
             sentence = _sentence(parts)
             if sentence:
                 found[sentence] = None
-    ranked = sorted(((_strain(sentence), sentence) for sentence in found), key=lambda item: item[0])
+    ranked = sorted(((strain(sentence), sentence) for sentence in found), key=lambda item: item[0])
     return tuple(ranked[:MAX_SENTENCES])
 
 
@@ -113,39 +114,6 @@ def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
     return []
 
 
-def _strain(sentence: Sentence) -> float:
-    """How far-fetched a reading is: unknown words, and modifiers where a plain noun would do."""
-    telegrams = sum(command.bare for command in sentence.steps)
-    # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
-    telegrams += sum(
-        0.6
-        for command in sentence.steps
-        if len(command.objects) == 1 and command.objects[0].plural
-        for ref in getattr(command.place, "refs", ())
-        if " but not " in ref.text
-    )
-    return (
-        telegrams
-        + sum(_ref_strain(ref) for command in sentence.steps for ref in _refs(command))
-        + sum(map(_ref_strain, sentence.avoid))
-    )
-
-
-def _refs(command: Command) -> tuple[Ref, ...]:
-    place = command.place
-    return (*command.objects, *command.tower, *getattr(place, "refs", ()))
-
-
-def _ref_strain(ref: Ref) -> float:
-    inner = sum(_ref_strain(r) for relation in ref.relations for r in relation.refs) + sum(
-        map(_ref_strain, ref.without)
-    )
-    # "everything but the trays and the tin" leaves both out.
-    inner += sum(map(_ref_strain, ref.options))
-    bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
-    return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + inner
-
-
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
@@ -211,7 +179,7 @@ class Grammar(Commands):
                     asked = isinstance(second[0], Command) and not second[0].bare
                     if asked and self.text(m) in ("first", "beforehand") and self._skip(m + 1) >= n:
                         found.append((n, (*_in_it(second, part), *part)))
-        return found[:20]
+        return plainest(found, MAX_READINGS)
 
     def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         last = part[-1]
@@ -274,7 +242,7 @@ class Grammar(Commands):
         if counted and len(last.objects) == 1:
             # "the dice in the bowl, both of them": the same dice.
             return [(n, (*part[:-1], replace(last, objects=refs))) for _, refs in counted[:1]]
-        said = [ref for ref in _refs(last) if ref.determiner in ("a", "all") or ref.count]
+        said = [ref for ref in parties(last) if ref.determiner in ("a", "all") or ref.count]
         if self.text(k) in ("any", "either") and said:
             # "put a bolt in each box, any bolt" says that it does not matter which.
             same = [

@@ -210,6 +210,10 @@ class Grounder(Vicinity):
             found = match.with_noun(
                 found, ref.nouns, several=several, count=ref.count, kinds=several or bool(ref.ranks)
             )
+            if len(ref.nouns) > 1:
+                # "cans and cubes": the cans first.
+                fits_best = {item.id: [-match.noun_fit(noun, item) for noun in ref.nouns] for item in found}
+                found = sorted(found, key=lambda item: fits_best[item.id].index(min(fits_best[item.id])))
             sorts = {match.NOUN_CLASS.get(noun, noun) for noun in ref.nouns}
             strange = [
                 item.id

@@ -192,10 +192,14 @@ class Phrasing(Nouns):
         if self.text(i) == "both":
             # "both the can and the ball"
             found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) == 2]
+        senses: set[tuple[int, Ref]] = set()
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
-            if k:
+            # A word may be a noun and a name: alone it is tried as both, in a list as what it is first.
+            sense = (j, replace(first, nouns=(), names=(), one=False))
+            if k and sense not in senses:
+                senses.add(sense)
                 again = first.plural and self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
                     lead = others[0]

@@ -1,0 +1,50 @@
+"""How far-fetched a reading is: unknown words, and modifiers where a plain noun would do; the plainest reading counts."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from robosandbox.agent.language.intent import Command, Ref, Sentence
+
+
+# A second list of things, or a second place, beside one verb.
+_AGAIN = 0.5
+_LEVELS = (" bottom", " top", " middle")
+
+
+def strain(value: Any) -> float:
+    """Return how far-fetched a phrase is: a noun phrase, a list, a place, an argument, a command or a sentence."""
+    if isinstance(value, Ref):
+        return _of_ref(value)
+    if isinstance(value, tuple):
+        kinds = [kind for kind in (getattr(item, "kind", "") for item in value) if kind in ("objects", "place")]
+        return sum(map(strain, value)) + _AGAIN * (len(kinds) - len({*kinds}))
+    if isinstance(value, Command):
+        return _of_command(value)
+    if isinstance(value, Sentence):
+        return sum(map(_of_command, value.steps)) + sum(map(_of_ref, value.avoid))
+    # A relation or another place has noun phrases, an argument of a verb has a value.
+    inner = getattr(value, "refs", None)
+    return strain(getattr(value, "value", ()) if inner is None else inner) if not isinstance(value, (str, int)) else 0.0
+
+
+def parties(command: Command) -> tuple[Ref, ...]:
+    """Return the noun phrases of a command."""
+    return (*command.objects, *command.tower, *getattr(command.place, "refs", ()))
+
+
+def _of_command(command: Command) -> float:
+    several = len(command.objects) == 1 and command.objects[0].plural
+    # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
+    contrast = 0.6 * sum(" but not " in ref.text for ref in getattr(command.place, "refs", ())) if several else 0.0
+    levels = [ref for _, ref in command.order] if isinstance(command.order, tuple) else []
+    return command.bare + contrast + sum(map(_of_ref, (*parties(command), *levels)))
+
+
+def _of_ref(ref: Ref) -> float:
+    # "everything but the trays and the tin" leaves both out.
+    inner = sum(map(_of_ref, (*(r for relation in ref.relations for r in relation.refs), *ref.without, *ref.options)))
+    bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    # "big green at the bottom" is rather a level of a tower than one of several things.
+    level = 0.3 if ref.ranks and ref.text.endswith(_LEVELS) else 0.0
+    return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + level + inner
