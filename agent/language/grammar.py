@@ -269,7 +269,7 @@ class Grammar(Commands):
         counted = [
             (j, tuple(replace(ref, count=2 if self.text(k) == "both" else None) for ref in last.objects))
             for j in self.all_of_them(k)
-            if self._skip(j) >= n and all(ref.plural for ref in last.objects)
+            if self._skip(j) >= n and all(ref.plural and ref.determiner in ("the", "bare") for ref in last.objects)
         ]
         if counted and len(last.objects) == 1:
             # "the dice in the bowl, both of them": the same dice.
