@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import random
 import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 import pytest
 
@@ -10,7 +13,17 @@ from robosandbox.agent.language.courtesies import COURTESIES
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.idioms import plainly
 from robosandbox.agent.language.interpret import interpret
-from robosandbox.agent.language.template import Constructions, Template, TemplateError
+from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.template import (
+    GUARDED,
+    Choice,
+    Constructions,
+    Node,
+    Slot,
+    Template,
+    TemplateError,
+    Word,
+)
 from robosandbox.agent.language.tokens import Token, scene_words, tokenize
 from robosandbox.agent.language.wordings import OPENED, WORDINGS
 from robosandbox.types import DetectedObject, ObservedScene, Pose
@@ -226,6 +239,53 @@ def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
             tokens = table.applied(tokens, _WORDS)
         assert (said, _said(tokens).strip(" ,")) == (said, becomes)
     assert not unused
+
+
+_PHRASES = {
+    "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
+    "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
+    "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
+    "SUPER": "smallest", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
+}  # fmt: skip
+
+
+def _spoken(nodes: Sequence[Node], rng: random.Random) -> Iterator[str]:
+    """One of the sentences that a pattern takes."""
+    for node in nodes:
+        if isinstance(node, Choice):
+            yield from _spoken(rng.choice(node.options), rng)
+        elif isinstance(node, Slot):
+            yield from _PHRASES[node.kind].split()
+        elif isinstance(node, Word):
+            yield node.text
+
+
+def _marked(nodes: Sequence[Node]) -> Iterator[str]:
+    for node in nodes:
+        if isinstance(node, Choice):
+            for option in node.options:
+                yield from _marked(option)
+        elif isinstance(node, Word) and node.dropped:
+            yield node.text
+
+
+def test_no_template_loses_a_word_that_binds_unless_it_marks_it() -> None:
+    rng = random.Random(0)
+    guarded, fitted = sorted(GUARDED), set()
+    for template in (t for table in (OPENED, WORDINGS, COURTESIES) for t in table.templates):
+        marked = set(_marked(template.pattern))
+        for n in range(30):
+            said = list(_spoken(template.pattern, rng))
+            if n:
+                said.insert(rng.randrange(len(said) + 1), rng.choice(guarded))
+            tokens = _word_tokens(" ".join(said))
+            made = template.applied(Said(tokens, _WORDS))
+            if made is None:
+                continue
+            fitted.add(template.source)
+            before, after = (Counter(t.text for t in ts if t.text in GUARDED) for ts in (tokens, made.tokens))
+            assert not {*(before - after)} - marked, (template.source, " ".join(said), made.texts)
+    assert len(fitted) > 0.9 * sum(len(table.templates) for table in (OPENED, WORDINGS, COURTESIES))
 
 
 def test_words_that_no_template_has_cost_next_to_nothing() -> None:

@@ -16,6 +16,8 @@ PARTS = {
     "job": "(job|task|order|instruction|assignment|mission|challenge|objective|goal)",
     "which": "[next!|first!|new|second!|last!|final!]",
     "finished": "[all] (done|finished|through|finish)",
+    "to": "[in order] to",
+    "more": "[some|more|a bit more|a little more|enough|extra|a bit of]",
     "mess": "(mess|chaos|clutter|day|state)",
     "break": "(crushing|breaking|dropping|spilling|damaging|scratching|squashing)",
 }
@@ -65,17 +67,28 @@ ASIDES = {
     "(in your own time|at some point|any time now)": "",
     "for (goodness|heaven|heavens|god|pete) sake": "",
     ", [and] that is (it|all|everything|enough) [for now|for today|<we> (need|want|ask)] <end>": "",
-    "(by the time|when!|once!|after!|as soon as) you are <finished> {thing}": "{thing}",
-    "(when!|once!|after!|as soon as) you [are|have] <finished> <end>": "",
-    "(in|at) the end <end>": "",
+    "(by the time|when!|once!|after!|as soon! as) you are <finished> {thing}": "{thing}",
+    "(when!|once!|after!|as soon! as) you [are|have] <finished> <end>": "",
+    "in the end <end>": "",
     "<we> do not! (mind|care) [about] [in] (the|which|what|whatever) order [you (do|use|pick|choose|like) [it|them] [in]]": "",
     "<we> do not! (mind|care) [which|what|whichever|at all] [one|of them|you pick|you choose|you take]": "",
     "(it|that) does not! [really] matter [which|to me|at all]": "",
     # In the wrong place it is, and nobody was wrong.
     "wrong {where:place|spot|position}": "bad {where}",
 }
+PURPOSES = {
+    "<start> <to> (make|free|get|create|clear|save|leave|give|have|gain) [up] [me|us|you] <more> (room|space) [for {_word}|for {_word} {_word2}] <end>": "",
+    "<start> <to> (make|clear|free) [the|some|a] way [for {_word}] <end>": "",
+    "<start> <to> (get|keep|move) (it|this|that|them|things) out of (the|my|our) way <end>": "",
+    "<start> <to> keep (it|this|them|things|everything|the (table|place|desk)) (safe|tidy|clean|neat|out of the way|organised|organized|nice) <end>": "",
+    "<start> <to> be (safe|helpful|nice|sure|on the safe side|tidy) <end>": "",
+    "<start> <to> (help|please|impress|assist) (me|us|my {_word}|them|him|her) [out] <end>": "",
+    "<start> <to> (tidy|clean) [things] up [a bit|a little] <end>": "",
+    "<start> <to> (avoid!|prevent) (accidents|an accident|trouble|a mess|confusion|clutter) <end>": "",
+}
 # fmt: on
 COURTESIES = Constructions(REQUESTS, OPENINGS, ASIDES, parts=PARTS)
+_PURPOSES = Constructions(PURPOSES, parts=PARTS)
 
 
 def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
@@ -89,3 +102,8 @@ def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
 def without_courtesies(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
     """Return the tokens without the phrases of politeness; a wish about what you would do becomes a request."""
     return COURTESIES.applied(tokens, words)
+
+
+def is_purpose(tokens: Sequence[Token], words: SceneWords) -> bool:
+    """Say whether words tell what a command is good for and bind nothing: "to make room"."""
+    return bool(tokens) and not _PURPOSES.applied(tokens, words)

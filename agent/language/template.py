@@ -28,7 +28,7 @@ from robosandbox.agent.language.wordlist import word_set
 GUARDED = word_set(
     """
         if unless whether until till when whenever while once after before only except without not never no nor neither none
-        nothing avoid instead otherwise or first last again twice else
+        nothing nobody avoid instead otherwise or first last again twice else soon later yet still
         """
 ) | frozenset(word for word in (*NUMBERS, *ORDINALS) if " " not in word and word not in ("a", "an", "one"))
 """Words that may say whether, when, how often or how much."""

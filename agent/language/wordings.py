@@ -91,7 +91,7 @@ ASIDES = {
     "(no|wait|oh) [,] [actually] (leave|forget|skip|drop) (it|that) [there|alone] (,|.|and)": "no ,",
     "(everything|anything|all|those|things) {_words} , <namely> {thing} ,": "{thing}",
     "{_many} , <namely> {thing} ,": "{thing}",
-    "(,|.) (shall we|will you|would you|could you|can you|right|okay|yeah|yes|huh|deal|understood|got it) <end>": "",
+    "(,|.) (shall we|will you|would you|could you|can you|okay|yeah|yes|huh|deal|understood|got it) <end>": "",
     ", you [will|would] (have|need) to open (it|that) (first!|before!|beforehand) <edge>": "",
     "{thing} (a moment|a second!|a sec|briefly|momentarily) <edge>": "{thing}",
 }
