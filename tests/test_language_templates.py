@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import random
 import time
+from collections import Counter
+from collections.abc import Iterator, Sequence
 
 import pytest
 
@@ -10,7 +13,17 @@ from robosandbox.agent.language.courtesies import COURTESIES
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.idioms import plainly
 from robosandbox.agent.language.interpret import interpret
-from robosandbox.agent.language.template import Constructions, Template, TemplateError
+from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.template import (
+    GUARDED,
+    Choice,
+    Constructions,
+    Node,
+    Slot,
+    Template,
+    TemplateError,
+    Word,
+)
 from robosandbox.agent.language.tokens import Token, scene_words, tokenize
 from robosandbox.agent.language.wordings import OPENED, WORDINGS
 from robosandbox.types import DetectedObject, ObservedScene, Pose
@@ -101,11 +114,21 @@ _EXAMPLES = """
     red cube front of the can -> red cube in front of the can
     the ball in with it -> the ball in there
     pick up the round as a marble thing -> pick up the round thing
+    line the cubes up in a row -> line the cubes in a row
+    the smallest two cubes -> the two smallest cubes
+    to the left of the can , 10 cm away -> 10.0 cm to the left of the can
+    behind the can , 10 cm away -> 10.0 cm behind the can
     yank the drawer open -> open the drawer
     shove the drawer shut -> close the drawer
     slide out the drawer -> open the drawer
     push in the drawer -> close the drawer
     have a lift of the can -> lift the can
+    have a go at lifting the can -> start lifting the can
+    the can needs moving to the bin -> start moving the can to the bin
+    away with the can , into the bin -> put the can into the bin
+    the ball goes in the bin , ditto the can -> the ball goes in the bin , then the can
+    put the can where the ball is and vice versa -> swap the can and the ball
+    put the can right up against the box -> put the can next to the box
     up with the can -> pick up the can
     tap the ball and come back for the can -> tap the ball and pick up the can
     may i have the can -> pick up the can
@@ -116,12 +139,21 @@ _EXAMPLES = """
     both cubes on the box as a tower -> stack both cubes on the box
     the cubes should form a tower -> stack the cubes
     get the can out of the way of the ball -> get the can out of the way
+    my mum wants the can in the bin -> i want the can in the bin
+    the can in the bin is what i want -> i want the can in the bin
+    take the can , use the bin for it -> take the can into the bin
     it is the can that i want in the bin -> i want the can in the bin
     it would make me happy if the can were in the bin -> i want the can were in the bin
     i want the bin had the ball in it -> i want the bin to contain the ball
     i want the can left on the table , the rest goes in the bin -> leave the can , put everything else in the bin
     no balls on the table , use the bin -> put all the balls in the bin
     i have finished with the can , bin it -> the can , bin it
+    as for the can , tap it -> the can , tap it
+    the can is not where it should be , tap it -> the can , tap it
+    the can does not belong there , it goes in the bin -> the can goes in the bin
+    tap a cube , any one will do -> tap a cube
+    the cubes , meaning the red cube and the can , in the bin -> the red cube and the can in the bin
+    tap the can , got it -> tap the can
     push the can 5 cm , that should do -> push the can 5.0 cm
     push the can a hand width , 10 cm -> push the can 10.0 cm
     10 cm to the right of where it is -> 10.0 cm to the right
@@ -144,6 +176,11 @@ _EXAMPLES = """
     would you be so very kind and tap the can -> could you tap the can
     might i ask you to tap the can -> tap the can
     sorry to bother you , but tap the can -> tap the can
+    i hate to bother you but tap the can -> tap the can
+    i know you are busy but tap the can -> tap the can
+    i beg you to tap the can -> tap the can
+    could you do something for me : tap the can -> tap the can
+    here is the plan : tap the can -> tap the can
     let us get going : tap the can -> tap the can
     your first job : tap the can -> tap the can
     for your next task , tap the can -> tap the can
@@ -162,6 +199,13 @@ _EXAMPLES = """
     tap the can as as you can -> tap the can
     tap the can and thank you -> tap the can
     would you mind terribly tapping the can -> would you mind tapping the can
+    without further delay , tap the can -> tap the can
+    tap the can without breaking it -> tap the can
+    tap the can at your convenience -> tap the can
+    tap the can in your own time -> tap the can
+    for heaven sake tap the can -> tap the can
+    tap the can , that is all for now -> tap the can
+    tap the can in the end -> tap the can
     do not rush , tap the can -> tap the can
     make sure that by the time you are done the can is in the bin -> make sure that the can is in the bin
     tap the can when you are finished -> tap the can
@@ -193,8 +237,55 @@ def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
             alone = [Constructions({t.source: " ".join(t.outcome)}) for t in table.templates if t.source in unused]
             unused -= {one.templates[0].source for one in alone if one.applied(tokens, _WORDS) != tokens}
             tokens = table.applied(tokens, _WORDS)
-        assert (said, _said(tokens).rstrip(" ,")) == (said, becomes)
+        assert (said, _said(tokens).strip(" ,")) == (said, becomes)
     assert not unused
+
+
+_PHRASES = {
+    "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
+    "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
+    "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
+    "SUPER": "smallest", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
+}  # fmt: skip
+
+
+def _spoken(nodes: Sequence[Node], rng: random.Random) -> Iterator[str]:
+    """One of the sentences that a pattern takes."""
+    for node in nodes:
+        if isinstance(node, Choice):
+            yield from _spoken(rng.choice(node.options), rng)
+        elif isinstance(node, Slot):
+            yield from _PHRASES[node.kind].split()
+        elif isinstance(node, Word):
+            yield node.text
+
+
+def _marked(nodes: Sequence[Node]) -> Iterator[str]:
+    for node in nodes:
+        if isinstance(node, Choice):
+            for option in node.options:
+                yield from _marked(option)
+        elif isinstance(node, Word) and node.dropped:
+            yield node.text
+
+
+def test_no_template_loses_a_word_that_binds_unless_it_marks_it() -> None:
+    rng = random.Random(0)
+    guarded, fitted = sorted(GUARDED), set()
+    for template in (t for table in (OPENED, WORDINGS, COURTESIES) for t in table.templates):
+        marked = set(_marked(template.pattern))
+        for n in range(30):
+            said = list(_spoken(template.pattern, rng))
+            if n:
+                said.insert(rng.randrange(len(said) + 1), rng.choice(guarded))
+            tokens = _word_tokens(" ".join(said))
+            made = template.applied(Said(tokens, _WORDS))
+            if made is None:
+                continue
+            fitted.add(template.source)
+            before, after = (Counter(t.text for t in ts if t.text in GUARDED) for ts in (tokens, made.tokens))
+            assert not {*(before - after)} - marked, (template.source, " ".join(said), made.texts)
+    assert len(fitted) > 0.9 * sum(len(table.templates) for table in (OPENED, WORDINGS, COURTESIES))
 
 
 def test_words_that_no_template_has_cost_next_to_nothing() -> None:
@@ -241,6 +332,9 @@ _SKILLS = [
         ("put the cubes in the tray, smallest first", "pick(object=red_cube); place_in(container=tray); pick(object=blue_cube); place_in(container=tray)"),
         ("cubes into the tray, starting with the biggest", "pick(object=blue_cube); place_in(container=tray); pick(object=red_cube); place_in(container=tray)"),
         ("put the cubes in the tray, both of them", "pick(object=red_cube); place_in(container=tray); pick(object=blue_cube); place_in(container=tray)"),
+        ("not the red cube, the blue one: tap it", "tap(object=blue_cube)"),
+        ("take the lemon and leave it standing in the tray", "pick(object=lemon); place_in(container=tray)"),
+        ("whichever thing is red, tap it", "tap(object=red_cube)"),
         ("stack the cubes, red on blue", "stack(object=red_cube, target=blue_cube)"),
         ("build a tower with the cubes: red, blue from the bottom up", "stack(object=blue_cube, target=red_cube)"),
         ("the red cube goes in the tray, and the lemon does too", "pick(object=red_cube); place_in(container=tray); pick(object=lemon); place_in(container=tray)"),

@@ -315,6 +315,8 @@ class Clauses(Phrasing):
 
     def _sequence(self, i: int) -> Found[str]:
         """As in "smallest first", "starting with the biggest": in which order, by what."""
+        if self.said(i, i + 4) == "in order of size":
+            i += 5 if self.text(i + 4) == "," else 4
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
         found: Found[str] = []
         for start in self.optional(i + 2 if opened else i, "THE"):

@@ -13,6 +13,7 @@ from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import Wishes, spoken
 from robosandbox.agent.language.wordlist import word_set
 
+_POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 _ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
@@ -183,6 +184,16 @@ class Commands(Wishes):
                         found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
+            if self.text(i) in ("leave", "keep", "have", "park"):
+                # "leave it standing next to the can"
+                found += [
+                    (end, command)
+                    for k, refs in self.np_list(j)
+                    if self.text(k) in _POSTURES
+                    for end, elements in self.elements(k + 1)
+                    if elements and elements[0].kind == "place"
+                    for command in frame_command("put", (spoken(refs), *elements))
+                ]
             if verb in ("go", "move", "put", "push"):
                 for k in self._arm(j):
                     for end in self._home(k):

@@ -7,31 +7,46 @@ from collections.abc import Sequence
 from robosandbox.agent.language.template import Constructions
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 
-_JOB = "(job|task|order|instruction|assignment|mission|challenge|objective|goal)"
-_FINISHED = "(done|finished|through)"
+# fmt: off
+PARTS = {
+    "we": "(i|we)",
+    "might": "(could|would|can|might|may)",
+    "think": "(think|reckon|suppose)",
+    "bother": "(bother|trouble|disturb|interrupt|ask) [you] [again!] [,] [but]",
+    "job": "(job|task|order|instruction|assignment|mission|challenge|objective|goal)",
+    "which": "[next!|first!|new|second!|last!|final!]",
+    "finished": "[all] (done|finished|through|finish)",
+    "to": "[in order] to",
+    "more": "[some|more|a bit more|a little more|enough|extra|a bit of]",
+    "mess": "(mess|chaos|clutter|day|state)",
+    "break": "(crushing|breaking|dropping|spilling|damaging|scratching|squashing)",
+}
 REQUESTS = {
     # A wish about what you would do is a request.
-    "[(i|we) (am|are|was|were|have been)] (wondering|hoping|thinking) [whether!|if!|that] you [could|would|can|might|may]": "could you",
-    "(i|we) (wonder|hope|think|reckon|suppose|believe|guess) [whether!|if!|that] you (could|would|can|might|may|will|should)": "could you",
-    "(i|we) (do|did) not! suppose you [could|would|can|might|may]": "could you",
-    "(i|it|we|that) would {_praise} (if!|that|were) you [could|would|can|might|may]": "could you",
-    "(do|would|did) you (think|reckon|suppose) [that|maybe|perhaps] you [could|would|can|might|may]": "could you",
-    "[is there|there is] (any|a|some) (chance|way|possibility) [that|of] you [could|would|can|might|may]": "could you",
+    "[<we> (am|are|was|were|have been)] (wondering|hoping|thinking) [whether!|if!|that] you [<might>]": "could you",
+    "<we> (wonder|hope|think|reckon|suppose|believe|guess) [whether!|if!|that] you (<might>|will|should)": "could you",
+    "<we> (do|did) not! suppose you [<might>]": "could you",
+    "(i|it|we|that) would {_praise} (if!|that|were) you [<might>]": "could you",
+    "(do|would|did) you <think> [that|maybe|perhaps] you [<might>]": "could you",
+    "[is there|there is] (any|a|some) (chance|way|possibility) [that|of] you [<might>]": "could you",
     "would you be {_praise} (as to|and|to)": "could you",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
+    "<we> (beg|implore|urge|ask) [of] you to": "",
 }
 OPENINGS = {
-    "(<start>|i am sorry|sorry) (to (bother|trouble|disturb|interrupt|ask)|for the (bother|trouble)) [you] [again!] [,] [but]": "",
+    "(<start>|i am sorry|sorry) (to <bother>|for the (bother|trouble))": "",
+    "i (hate|do not! (want|like)) to <bother>": "",
+    "i know (you are|it is|this is) {_words} but": "",
     "let us get (going|started|cracking|moving|to work)": "",
-    "<edge> (your|the) [next!|first!|new|second!|last!|final!] "
-    + _JOB
-    + " [is this|is as follows|is simple|today|for today] (:|,|.)": "",
-    "(for|as) (your|the|my) [next!|first!|second!|last!|final!] [" + _JOB + "|trick|request] (:|,)": "",
+    "(can|could|would|will) you do (this|something|that|one thing) [for me|for us] (:|,|?|.)": "",
+    "do (this|the following|as follows|something) [for me|for us] (:|,)": "",
+    "here is (the (plan|deal|idea|thing|<job>)|what <we> (want|need) [you to do]) (:|,|.)": "",
+    "<edge> (your|the) <which> <job> [is this|is as follows|is simple|today|for today] (:|,|.)": "",
+    "(for|as) (your|the|my) <which> [<job>|trick|request] (:|,)": "",
     "(first!|next!|last!|one|final!) (thing|up|job|order of business|task) [first!] (:|,)": "",
     "<edge> [the] (thing|fact|point|deal|truth) is [that|this|,|:]": "",
-    "do (this|the following|as follows|something) [for me|for us] (:|,)": "",
-    "(look at|see) (this|that|the|all this) (mess|chaos|clutter|state) (,|.|!)": "",
-    "what (a|an) (mess|chaos|day|state) (,|.|!)": "",
+    "(look at|see) (this|that|the|all this) <mess> (,|.|!)": "",
+    "what (a|an) <mess> (,|.|!)": "",
     # What fillers leave: "(if you would be so kind) as to", "for (my friend)".
     "<start> (the|your|my|a) (:|,)": "",
     "<start> as to": "",
@@ -45,16 +60,35 @@ ASIDES = {
     "as as (possible|you can)": "",
     "(in advance|and thank you|and thanks)": "",
     "(terribly|awfully|by any chance|as usual|as always|as discussed|as agreed|as promised|as requested)": "",
-    "do not! (worry|panic|rush|hurry) [about it]": "",
-    "(by the time|when!|once!|after!|as soon as) you are [all] " + _FINISHED + " {thing}": "{thing}",
-    "(when!|once!|after!|as soon as) you [are|have] [all] (done|finished|through|finish) <end>": "",
-    "(i|we) do not! (mind|care) [about] [in] (the|which|what|whatever) order [you (do|use|pick|choose|like) [it|them] [in]]": "",
-    "(i|we) do not! (mind|care) [which|what|whichever|at all] [one|of them|you pick|you choose|you take]": "",
+    "(do not! (worry|panic|rush|hurry) [about it]|no! worries)": "",
+    "(without!|with no!) [any|further] (delay|hurry|rush|fuss|ado|hesitation)": "",
+    "without! <break> (it|them|anything) <edge>": "",
+    "at your [earliest] (convenience|leisure)": "",
+    "(in your own time|at some point|any time now)": "",
+    "for (goodness|heaven|heavens|god|pete) sake": "",
+    ", [and] that is (it|all|everything|enough) [for now|for today|<we> (need|want|ask)] <end>": "",
+    "(by the time|when!|once!|after!|as soon! as) you are <finished> {thing}": "{thing}",
+    "(when!|once!|after!|as soon! as) you [are|have] <finished> <end>": "",
+    "in the end <end>": "",
+    "<we> do not! (mind|care) [about] [in] (the|which|what|whatever) order [you (do|use|pick|choose|like) [it|them] [in]]": "",
+    "<we> do not! (mind|care) [which|what|whichever|at all] [one|of them|you pick|you choose|you take]": "",
     "(it|that) does not! [really] matter [which|to me|at all]": "",
     # In the wrong place it is, and nobody was wrong.
     "wrong {where:place|spot|position}": "bad {where}",
-}  # fmt: skip
-COURTESIES = Constructions(REQUESTS, OPENINGS, ASIDES)
+}
+PURPOSES = {
+    "<start> <to> (make|free|get|create|clear|save|leave|give|have|gain) [up] [me|us|you] <more> (room|space) [for {_word}|for {_word} {_word2}] <end>": "",
+    "<start> <to> (make|clear|free) [the|some|a] way [for {_word}] <end>": "",
+    "<start> <to> (get|keep|move) (it|this|that|them|things) out of (the|my|our) way <end>": "",
+    "<start> <to> keep (it|this|them|things|everything|the (table|place|desk)) (safe|tidy|clean|neat|out of the way|organised|organized|nice) <end>": "",
+    "<start> <to> be (safe|helpful|nice|sure|on the safe side|tidy) <end>": "",
+    "<start> <to> (help|please|impress|assist) (me|us|my {_word}|them|him|her) [out] <end>": "",
+    "<start> <to> (tidy|clean) [things] up [a bit|a little] <end>": "",
+    "<start> <to> (avoid!|prevent) (accidents|an accident|trouble|a mess|confusion|clutter) <end>": "",
+}
+# fmt: on
+COURTESIES = Constructions(REQUESTS, OPENINGS, ASIDES, parts=PARTS)
+_PURPOSES = Constructions(PURPOSES, parts=PARTS)
 
 
 def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
@@ -68,3 +102,8 @@ def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
 def without_courtesies(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
     """Return the tokens without the phrases of politeness; a wish about what you would do becomes a request."""
     return COURTESIES.applied(tokens, words)
+
+
+def is_purpose(tokens: Sequence[Token], words: SceneWords) -> bool:
+    """Say whether words tell what a command is good for and bind nothing: "to make room"."""
+    return bool(tokens) and not _PURPOSES.applied(tokens, words)

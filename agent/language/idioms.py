@@ -52,7 +52,7 @@ _IDIOMS: dict[str, str] = {
         "back to your base, back to start, go to your resting place, get yourself home, take yourself home, bring yourself home, "
         "assume your home position, assume the home position, take up your home position, resume your home position, take your home position, "
         "go to bed, call it a day, go and rest, have a rest, take five, have a break, return yourself home"
-        + "".join(f", {rest} {at} {home}" for rest in ("rest", "relax", "settle", "sleep", "park", "stay", "retire", "wait")
+        + "".join(f", {go}{rest} {at} {home}" for go in ("", "go ") for rest in ("rest", "relax", "settle", "sleep", "park", "stay", "retire", "wait")
                   for at in ("at", "in") for home in ("home", "your home position", "the home position"))
     ),
     "pour": "slosh, dribble, upend, tip the contents of, transfer the contents of, empty the contents of, dump the contents of, tip up",

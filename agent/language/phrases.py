@@ -66,9 +66,16 @@ class Phrasing(Nouns):
         found += self._broken_off(i)
         found += self._alternatives(i, found)
         if self.text(i) == "not":
-            for j, _ in self.np(i + 1):
-                if self.text(j) == "but":
-                    found += self.np(j + 1)
+            for j, first in self.np(i + 1):
+                k = j + 1 if self.text(j) == "," else j
+                k += self.text(k) == "but"
+                for end, ref in self.np(k) if k > j else ():
+                    if ref.one and not ref.nouns and ref.determiner == "the":
+                        # "not the red cup, the blue one"
+                        kind = first.names if len(first.names) == 1 and first.names[0].isalpha() else ()
+                        found.append((end, replace(ref, nouns=first.nouns, names=kind, one=not (first.nouns or kind))))
+                    elif self.text(k - 1) == "but":
+                        found.append((end, ref))
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):

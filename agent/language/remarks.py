@@ -6,11 +6,10 @@ stays, and the sentence is refused as a whole.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 
 from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
-from robosandbox.agent.language.courtesies import restarted, without_courtesies
+from robosandbox.agent.language.courtesies import is_purpose, restarted, without_courtesies
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
@@ -68,17 +67,6 @@ _DENIABLE = word_set(
 )
 _WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _JOINTS = frozenset({"and", "then", "but", "so"})
-_PURPOSES = re.compile(
-    r"(?:in order )?to (?:"
-    r"(?:make|free|get|create|clear|save|leave|give|have|gain)(?: up)?(?: me| us| you)?(?: (?:some|more|a bit more|a little more|enough|extra|a bit of))? (?:room|space)(?: for \w+(?: \w+)?)?"
-    r"|(?:make|clear|free)(?: the| some| a)? way(?: for \w+)?"
-    r"|(?:get|keep|move) (?:it|this|that|them|things) out of (?:the|my|our) way"
-    r"|keep (?:it|this|them|things|everything|the (?:table|place|desk)) (?:safe|tidy|clean|neat|out of the way|organi[sz]ed|nice)"
-    r"|be (?:safe|helpful|nice|sure|on the safe side|tidy)"
-    r"|(?:help|please|impress|assist) (?:me|us|my \w+|them|him|her)(?: out)?"
-    r"|(?:tidy|clean) (?:things )?up(?: a (?:bit|little))?"
-    r"|(?:avoid|prevent) (?:accidents|an accident|trouble|a mess|confusion|clutter))$"
-)
 
 
 def without_remarks(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
@@ -215,9 +203,8 @@ class _Remarks:
 
     def _binds_nothing(self, i: int, end: int) -> bool:
         text = self._text(i)
-        said = " ".join(self._text(k) for k in range(i, end))
         if text in ("to", "in"):
-            return bool(_PURPOSES.match(said))
+            return is_purpose(self.tokens[i:end], self.words)
         if text == "because" and self._text(i + 1) == "of":
             return self._idle(i + 2, end)
         if text == "for":

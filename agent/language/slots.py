@@ -53,14 +53,14 @@ def _longest(ends: list[int]) -> list[int]:
 
 
 def _things(said: Said, i: int) -> list[int]:
-    # "the apple, that I want": no list of two.
     return _longest(
-        [
-            end
-            for end, refs in said.grammar.np_list(i)
-            if _known(refs) and not any(ref.determiner == "it" for ref in refs[1:])
-        ]
+        [end for end, refs in said.grammar.np_list(i) if _known(refs) and (len(refs) == 1 or _listed(refs))]
     )
+
+
+def _listed(refs: Sequence[Ref]) -> bool:
+    """Say whether several things are plainly listed: not "the apple, that ...", nor "cube in the box and the can ..."."""
+    return not any(ref.relations or (k and ref.determiner == "it") for k, ref in enumerate(refs))
 
 
 def _one(said: Said, i: int) -> list[int]:
@@ -122,6 +122,14 @@ def _ways(said: Said, i: int) -> list[int]:
     )
 
 
+def _doing(said: Said, i: int) -> list[int]:
+    return [end for end, _ in said.grammar.tag(i, "VERB") if said.texts[i].endswith("ing")]
+
+
+def _person(said: Said, i: int) -> list[int]:
+    return [i + 1] if said.texts[i] in _PEOPLE else []
+
+
 def _clause_words(said: Said, i: int) -> list[int]:
     """Any words up to the next mark, as few as will do."""
     ends = []
@@ -153,6 +161,13 @@ _PRAISE = word_set(
     brilliant big huge world the to sweet enough as and
     """
 )
+_PEOPLE = word_set(
+    """
+    daughter son wife husband mum mom mother dad father boss friend kid kids child children baby teacher customer guest chef
+    doctor professor colleague partner girlfriend boyfriend brother sister neighbour neighbor client manager supervisor nurse
+    cook cat dog grandma grandpa roommate flatmate team family student patient waiter barista bartender lab lady man woman
+    """
+)
 _TOWARDS = frozenset({"towards", "away", "against"})
 KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "thing": _things,
@@ -167,9 +182,11 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "distance": _distances,
     "way": _ways,
     "praise": _run_of(_PRAISE),
+    "person": _person,
+    "doing": _doing,
     "word": lambda said, i: [i + 1],
     "words": _clause_words,
     "text": _all_words,
 }
 """What a slot takes: `thing` one or several things, `one` a single one, `that` a definite one, `many` a plural, `words` any
-words of a clause, `text` anything."""
+words of a clause, `text` anything, `doing` a verb in -ing."""

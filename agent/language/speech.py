@@ -255,7 +255,7 @@ CONNECTORS = (
     "once you are holding it, once it is in your gripper, once it is there, when it is there, once there, "
     "when you have it, after it"
 )
-OPENERS = word_set(", . ; : ! ? and then to you but start try would could can not never")
+OPENERS = word_set(", . ; : ! ? and then to you but start try would could can not never first next finally lastly")
 """What a verb may follow where a command begins."""
 LATER = (
     "afterwards, afterward, after that, at the end, in the end, once done, when done, once you are done, when you are done, "

@@ -6,7 +6,6 @@ from typing import Any
 
 from robosandbox.agent.language.intent import Command, Ref, Sentence
 
-
 # A second list of things, or a second place, beside one verb.
 _AGAIN = 0.5
 _LEVELS = (" bottom", " top", " middle")

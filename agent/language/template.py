@@ -5,7 +5,7 @@
 A pattern holds words, choices `(a|b c)`, optional words `[a|b]`, slots `{kind}` and places in the sentence: `<start>`,
 `<end>` (nothing but marks follows), `<edge>` (a clause begins or ends here), `<verb>` (a command may begin here).
 `{kind}` and `{kind2}` are phrases that the grammar reads (`slots.KINDS`), `{TAG}` and `{TAG=value}` phrases of the
-lexicon, `{name:a|b}` words to carry over.
+lexicon, `{name:a|b}` words to carry over; `<part>` is a pattern that several share.
 
 What a template says stays: its slots are carried over whole, except those named with an underscore (`{_place}`), which
 are left out; and a word that may bind (`GUARDED`: if, until, once, not, only, a number ...) is left out only if the
@@ -28,7 +28,7 @@ from robosandbox.agent.language.wordlist import word_set
 GUARDED = word_set(
     """
         if unless whether until till when whenever while once after before only except without not never no nor neither none
-        nothing avoid instead otherwise or first last again twice else
+        nothing nobody avoid instead otherwise or first last again twice else soon later yet still
         """
 ) | frozenset(word for word in (*NUMBERS, *ORDINALS) if " " not in word and word not in ("a", "an", "one"))
 """Words that may say whether, when, how often or how much."""
@@ -179,8 +179,12 @@ class Template:
 class Constructions:
     """A table of templates, tried in order; those without a word of the sentence cost nothing."""
 
-    def __init__(self, *tables: Mapping[str, str]) -> None:
-        self.templates = [Template.read(p, outcome) for table in tables for p, outcome in table.items()]
+    def __init__(self, *tables: Mapping[str, str], parts: Mapping[str, str] | None = None) -> None:
+        self.templates = [
+            Template.read(_with_parts(pattern, parts or {}), outcome)
+            for table in tables
+            for pattern, outcome in table.items()
+        ]
         self._by_word: dict[str, list[int]] = {}
         for k, template in enumerate(self.templates):
             for word in template.needed[0]:
@@ -207,6 +211,12 @@ _COMMON = dict.fromkeys(
     word_set("the a an of to in on it is and you i that with for we , . ; : ! ? put as by me at are be or be will can"),
     50,
 )
+
+
+def _with_parts(pattern: str, parts: Mapping[str, str]) -> str:
+    while any(f"<{name}>" in pattern for name in parts):
+        pattern = re.sub(r"<(\w+)>", lambda match: parts.get(match[1], match[0]), pattern)
+    return pattern
 
 
 def _sequence(pieces: Sequence[str], k: int, source: str) -> tuple[tuple[Node, ...], int]:

@@ -64,15 +64,9 @@ _CONTRACTIONS = [
         (r"\blet'?s\b", "let us"),
         (r"\b(i|you|we|they|that|it)'d\b", r"\1 would"),
         (
-            r"\b(?:leave|keep|have|park) (it|them) (?:standing|sitting|lying|resting|waiting|parked) (?=(?:to|on|in|at|next|beside|by|near|behind|left|right|between|atop|inside)\b)",
-            r"put \1 ",
-        ),
-        (r"\b(tap|touch|pat|poke|press) ([a-z_ ]{3,30}?) on (?:its|the) (?:top|head|lid)\b(?! of)", r"\1 \2"),
-        (
             r"\b(tap|touch|pat|poke|press|boop|bop)( on)? ([a-z_ ]{3,30}?)'s? (?:top|head|lid|cap|nose|surface|upper side)\b",
             r"\1 \3",
         ),
-        (r"^not (the \w+) (\w+) ?, ?(?:but )?(the \w+) one\b", r"\3 \2"),
         (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
         (
             r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",

@@ -60,6 +60,13 @@ class Wishes(Clauses, ABC):
                             for end, elements in self.elements(m)
                             for command in frame_command("push", (spoken(refs), *elements))
                         ]
+                    if verb == "swap":
+                        # "could the cubes swap places?"
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(m)
+                            for command in frame_command("swap", (spoken(refs), *elements))
+                        ]
         if self.text(i) == "it" and self.text(i + 1) == "is":
             # "it is the apple that goes in the basket"
             for j, refs in self.np_list(i + 2):
@@ -99,15 +106,14 @@ class Wishes(Clauses, ABC):
                     aside = j + 4
                 copulas = [end for m in {j, aside} for end, _ in self.tag(m, "COPULA")]
                 k = j + 1 if self.text(j) in (*_MODALS, "to") else j + 2 if self.said(j, j + 2) in _MODALS_TO else j
-                if k > j or start > i:
+                found += [
                     # "the can and the tin should trade places", "I'd like the markers to swap"
-                    found += [
-                        (end, command)
-                        for m, verb in self.tag(k, "VERB")
-                        if verb == "swap"
-                        for end, elements in self.elements(m)
-                        for command in frame_command(verb, (spoken(refs), *elements))
-                    ]
+                    (end, command)
+                    for m, verb in self.tag(k, "VERB")
+                    if verb == "swap" and (k > j or start > i or self.text(m - 1) in ("places", "positions"))
+                    for end, elements in self.elements(m)
+                    for command in frame_command(verb, (spoken(refs), *elements))
+                ]
                 if lead.text.startswith("anything") and self.text(j) in _MODALS:
                     # "anything but the apple can go in the bin" allows, and does not ask.
                     continue

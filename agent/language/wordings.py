@@ -12,74 +12,93 @@ from robosandbox.agent.language.idioms import plainly
 from robosandbox.agent.language.template import Constructions
 from robosandbox.agent.language.tokens import SceneWords, Token
 
-_NAMELY = "(meaning|that is|that are|those are|these are|which is|which are|which means|that means|i mean|namely|specifically|in other words|as in)"
-_ENOUGH = "(will|would|should|must|can|could|ought to) (do|suffice|be (enough|plenty|sufficient|fine|good|okay|right|perfect)) [it|nicely|the trick|for me]"
-_ROOM = "(table|desk|tabletop|counter|bench|worktop|workbench|surface)"
-_REST = "(the rest|everything else|all else|all the others|the others) [all] [goes|go|should go|can go|belongs|must go]"
-_TOWER = "a (tower|stack|pile)"
-_OPEN = "(yank|crack|pop|jerk|ease|fling|tug|pull|draw|slide|pry|swing|throw|wrench|get|roll)"
-_SHUT = "(slam|push|shove|ease|bang|snap|pull|draw|nudge|slide|pop|knock|bump|press|swing|roll|get|put)"
-
+# fmt: off
+PARTS = {
+    "namely": "(meaning|that is|that are|those are|these are|which is|which are|which means|that means|i mean|namely|specifically|in other words|as in)",
+    "enough": "(do|suffice|be (enough|plenty|sufficient|fine|good|okay|right|perfect)) [it|nicely|the trick|for me]",
+    "will": "(will|would|should|must|can|could|ought to)",
+    "room": "(table|desk|tabletop|counter|bench|worktop|workbench|surface)",
+    "rest": "(the rest|everything else|all else|all the others|the others) [all] [goes|go|should go|can go|belongs|must go]",
+    "tower": "a (tower|stack|pile)",
+    "base": "(base|foundation|bottom|support|stand|platform|pedestal|plinth)",
+    "reversed": "(vice versa|the other way round|the other way around)",
+    "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for)",
+}
 SHORTHAND = {
     "{how:next|close|closer|adjacent|over} 2! {one}": "{how} to {one}",
     "{one} top of {one2}": "{one} on top of {one2}",
     "{one} front of {one2}": "{one} in front of {one2}",
     "in with (it|them|that one|the other|the others) <end>": "in there",
+    "up in (a|one) {row:row|line}": "in a {row}",
+    "the {SUPER} {number:two|three|four|five} {many}": "the {number} {SUPER} {many}",
+    "(to the|on the) {side:left|right} of {one} [,] {distance} (away|apart|off|from it)": "{distance} to the {side} of {one}",
+    "{side:in front of|behind} {one} [,] {distance} (away|apart|off|from it)": "{distance} {side} {one}",
     "{adjective} as {_A} {_NOUN} {noun:thing|one|object|item}": "{adjective} {noun}",
 }
 DRAWERS = {
-    "<verb> " + _OPEN + " {drawer} (open|out|ajar)": "open {drawer}",
-    "<verb> " + _SHUT + " {drawer} [back] (shut|closed|in|to|home) <edge>": "close {drawer}",
+    "<verb> (yank|crack|pop|jerk|ease|fling|tug|pull|draw|slide|pry|swing|throw|wrench|get|roll) {drawer} (open|out|ajar)": "open {drawer}",
+    "<verb> (slam|push|shove|ease|bang|snap|pull|draw|nudge|slide|pop|knock|bump|press|swing|roll|get|put) {drawer} [back] (shut|closed|in|to|home) <edge>": "close {drawer}",
     "<verb> (pull|slide|draw|roll) out {drawer}": "open {drawer}",
     "<verb> (push|slide|shove|press) [back] in {drawer}": "close {drawer}",
 }
 ORDERS = {
-    # An order as a noun: "give me a lift of the can".
-    "<verb> (give|do|have|take|make|perform) [me|us] {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} (of|to|on|for|at) {thing}": "{LIGHT_NOUN} {thing}",
-    "<edge> up with {that}": "pick up {that}",
+    # An order as a noun: "give me a lift of the can"; a wish as one: "the can needs moving to the bin".
+    "<verb> (give|do|have|take|make|perform|i want|i need|i would like) [me|us] {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} (of|to|on|for|at) {thing}": "{LIGHT_NOUN} {thing}",
+    "<verb> (have|take|try) a (go|try|shot|stab|crack) at {doing}": "start {doing}",
+    "<edge> {thing} (needs|need|wants|want|requires|require|deserves) {doing}": "start {doing} {thing}",
+    "<edge> (up|off) with {that}": "pick up {that}",
+    "<edge> (away|in|off) with {that} [,] {place}": "put {that} {place}",
+    "<edge> (so does|so do|ditto [for|with]|likewise|[the] same goes for) {thing} <end>": "then {thing}",
     "<verb> (come|go|head|return) back (for|to get|to fetch) {thing} <end>": "pick up {thing}",
     "<start> (can|could|may|might) i (have|get) {that} <end>": "pick up {that}",
-    "<verb> {_VERB=tap} [on] {one} on (its|the) (top|head|lid|cap|tip|upper side)": "tap {one}",
+    "<verb> {_VERB=tap} [on] {one} on [its|the] (top|head|lid|cap|tip|upper side)": "tap {one}",
     "<verb> roll {ball} {way}": "push {ball} {way}",
     "<verb> (top|crown|cap) {one} with {one2}": "put {one2} on {one}",
-    "<verb> use {one} (as|for) (a|the|your) (base|foundation|bottom|support|stand|platform|pedestal|plinth) [,] [and|then] (put|place|set|stack) {thing} on (it|top|that)": "put {thing} on {one}",
-    "<verb> [put|place|set|arrange] {thing} on [top of] {one} (as|in|into) " + _TOWER: "stack {thing} on {one}",
-    "<edge> {thing} (should|must|need to|have to|are to|could) [all] (form|make|become|be) " + _TOWER: "stack {thing}",
+    "<verb> (put|place|set|move|bring) {one} [to] where {one2} (is|stands|sits) [,] [and] <reversed>": "swap {one} and {one2}",
+    "<verb> {put:put|place|set|stand} {thing} [right] up against {one}": "{put} {thing} next to {one}",
+    "<verb> use {one} (as|for) (a|the|your) <base> [,] [and|then] (put|place|set|stack) {thing} on (it|top|that)": "put {thing} on {one}",
+    "<verb> [put|place|set|arrange] {thing} on [top of] {one} (as|in|into) <tower>": "stack {thing} on {one}",
+    "<edge> {thing} (should|must|need to|have to|are to|could) [all] (form|make|become|be) <tower>": "stack {thing}",
     "<verb> {take:get|move|take|bring|carry|put} {thing} out of the way of {_one}": "{take} {thing} out of the way",
 }
 ENDS = {
     # The end in place of the deed.
-    "<edge> it is {thing} [that] (i|we) (want|need|would like) {place}": "i want {thing} {place}",
+    "<start> (my|our|the|your) {_person} <wants> {thing}": "i want {thing}",
+    "<start> {thing} {place} [,] (is|that is) (what|all) (i|we) <wants> <end>": "i want {thing} {place}",
+    "<edge> it is {thing} [that] (i|we) <wants> {place}": "i want {thing} {place}",
     "(it|that) would (make me [so|very|really] (happy|glad)|please me|make my day) if! {thing}": "i want {thing}",
     "i want {one} had {thing} in it": "i want {one} to contain {thing}",
-    "(i|we) (want|need|would like) [only!] {thing} [left|to stay|to remain] on (the|my|this) "
-    + _ROOM
-    + " [,|;] [and] "
-    + _REST: "leave {thing} , put everything else",
-    "no! {many} on the "
-    + _ROOM
-    + " [any more|anymore|any longer] (,|and) use {container}": "put all the {many} in {container}",
+    "(i|we) <wants> [only!] {thing} [left|to stay|to remain] on (the|my|this) <room> [,|;] [and] <rest>": "leave {thing} , put everything else",
+    "no! {many} [left|lying] on the <room> [any more|anymore|any longer] (,|and) (use|put them (in|into)|they [all] go (in|into)) {container}": "put all the {many} in {container}",
+    "(,|and|then) use {container} [for (it|that|them)] <end>": "into {container}",
     "<start> (i|we) (am|have|are) [all|just] (finished|done) [with] {thing} (,|.|;|:|!) {VERB} {PRON}": "{thing} , {VERB} {PRON}",
 }
 ASIDES = {
+    "<start> (as for|regarding|concerning|with regard to|what about|how about) {thing} (,|:)": "{thing} ,",
+    "<edge> {thing} (is|are) not! where (it|they) (should be|ought to be|belong|belongs|goes|go) (,|.)": "{thing} ,",
+    "<edge> {thing} (does|do) not! belong (here|there|on the <room>) (,|.) [but] (it|they)": "{thing}",
     # What only adds that it is enough, that it has to be, that any will do; what is set right at once.
-    "{distance} [,] [that] " + _ENOUGH + " <edge>": "{distance}",
+    "{distance} [,] [that] (<will> <enough>|(is|are) (enough|plenty|sufficient|fine)|suffices) <edge>": "{distance}",
     "a (hand|finger|palm|thumb) width , [that is] {distance}": "{distance}",
     "of (where it (is|stands|sits)|its (current|present) (place|position|spot|location))": "",
     "out of (here|there)": "out",
     "(,|and|but) (whichever|whatever) [one] you (like|want|prefer|choose|pick|fancy) [best|most]": "",
+    "(,|and|but) (any|either|whichever|whatever) [one|of them] (works|goes|<will> <enough>|is (fine|okay|good)) [with me|by me|for me] <edge>": "",
     "of your [own] (choice|choosing|liking|preference)": "",
     "rather {text} than {_place} <end>": "rather {text}",
     "<start> neither! {thing} nor! {thing2} [:|,] [but]": "do not touch {thing} and {thing2} .",
     "<start> not! {_one} , [but] {one}": "{one}",
     "(no|wait|oh) [,] [actually] (leave|forget|skip|drop) (it|that) [there|alone] (,|.|and)": "no ,",
-    "(everything|anything|all|those|things) {_words} , " + _NAMELY + " {thing} ,": "{thing}",
+    "(everything|anything|all|those|things) {_words} , <namely> {thing} ,": "{thing}",
+    "{_many} , <namely> {thing} ,": "{thing}",
+    "(,|.) (shall we|will you|would you|could you|can you|okay|yeah|yes|huh|deal|understood|got it) <end>": "",
     ", you [will|would] (have|need) to open (it|that) (first!|before!|beforehand) <edge>": "",
     "{thing} (a moment|a second!|a sec|briefly|momentarily) <edge>": "{thing}",
-}  # fmt: skip
-OPENED = Constructions(DRAWERS)
+}
+# fmt: on
+OPENED = Constructions(DRAWERS, parts=PARTS)
 """Tried before the idioms: "yank" alone pulls, "yank the drawer open" opens."""
-WORDINGS = Constructions(SHORTHAND, ORDERS, ENDS, ASIDES)
+WORDINGS = Constructions(SHORTHAND, ORDERS, ENDS, ASIDES, parts=PARTS)
 
 
 def in_plain_words(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:

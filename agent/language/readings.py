@@ -1,0 +1,89 @@
+"""From the parts of a sentence to what it asks for as a whole."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosandbox.agent.language.clauses import IT
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+
+Part = Command | tuple[Ref, ...] | str
+
+
+def sentence_of(parts: tuple[Part, ...]) -> Sentence | None:
+    """Return the sentence that parts make up in their order, None if they ask for nothing and forbid nothing."""
+    steps: list[Command] = []
+    avoid: list[Ref] = []
+    after: list[Ref] = []
+    for part in parts:
+        if isinstance(part, Command) and part.negated == "same":
+            steps += _repeated(steps, part.objects)
+        elif isinstance(part, Command):
+            steps.append(part)
+        elif isinstance(part, tuple):
+            avoid += part
+            after += part if steps else ()
+    return _spared(Sentence(_on_the_way(steps), tuple(avoid)), after) if steps or avoid else None
+
+
+def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
+    """As in "put the cans in the bin but leave the blue one": what is left alone is no part of the plural."""
+    several = [
+        (k, command)
+        for k, command in enumerate(sentence.steps)
+        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].count is None
+    ]
+    if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
+        return sentence
+    k, command = several[0]
+    whole = command.objects[0]
+    own = [ref for ref in after if ref.determiner != "it" and _part_of(ref, whole)]
+    if not own:
+        return sentence
+    left = replace(
+        whole,
+        without=(*whole.without, *(ref if ref.nouns else replace(ref, nouns=whole.nouns, one=False) for ref in own)),
+    )
+    steps = (*sentence.steps[:k], replace(command, objects=(left,)), *sentence.steps[k + 1 :])
+    return Sentence(steps, tuple(ref for ref in sentence.avoid if ref not in own))
+
+
+def _part_of(ref: Ref, whole: Ref) -> bool:
+    """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
+    if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
+        return False
+    return (ref.one and not ref.nouns) or (
+        bool(ref.nouns) and (ref.nouns == whole.nouns or whole.nouns in ((), ("thing",)))
+    )
+
+
+def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
+    """As in "bring the cube over to the can and set it down beside the can": one carrying."""
+    made: list[Command] = []
+    for step in steps:
+        last = made[-1] if made else None
+        over = last.place if last is not None and last.verb == "put" else None
+        onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
+        if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
+            named = [ref.nouns for ref in onwards.refs]
+            again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
+            there = over.refs if onwards.refs == (IT,) or again else onwards.refs
+            made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
+        else:
+            made.append(step)
+    return tuple(made)
+
+
+def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:
+    """As in "pick it up, put it there, and do the same with the can": the commands about the last thing, for another."""
+    start = len(steps)
+    while start:
+        start -= 1
+        if steps[start].objects and steps[start].objects[0].determiner != "it":
+            return [replace(steps[start], objects=objects), *steps[start + 1 :]]
+    return []
+
+
+def _plainly(ref: Ref) -> bool:
+    """Say whether a description is no more than "the can"."""
+    return ref.determiner == "the" and bool(ref.nouns) and not (ref.colours or ref.ranks or ref.names or ref.relations)
