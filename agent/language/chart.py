@@ -13,7 +13,7 @@ from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
 Found = list[tuple[int, T]]
-MAX_STEPS = 5_000
+MAX_STEPS = 9_000
 MAX_READINGS = 12
 
 
@@ -52,12 +52,14 @@ class Chart:
         words: The words of the scene's ids.
         memo: Results by rule and position.
         steps: Work done so far: look-ups, and readings found.
+        most_steps: How much of it a sentence gets.
     """
 
     tokens: Sequence[Token]
     words: SceneWords
     memo: dict[tuple[str, int], list[Any]] = field(default_factory=dict)
     steps: int = 0
+    most_steps: int = MAX_STEPS
 
     def __post_init__(self) -> None:
         self.count = len(self.tokens)
@@ -76,14 +78,14 @@ class Chart:
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""
         self.steps += 1
-        if self.steps > MAX_STEPS:
+        if self.steps > self.most_steps:
             raise TooComplicatedError
         return self.tags[i].get(name, []) if i < self.count else []
 
     def spend(self, steps: int) -> None:
         """Count work; a sentence gets a bounded amount of it."""
         self.steps += steps
-        if self.steps > MAX_STEPS:
+        if self.steps > self.most_steps:
             raise TooComplicatedError
 
     def text(self, i: int) -> str:

@@ -132,6 +132,7 @@ class Clauses(Phrasing):
             if start != j:
                 found.append((j, (first,)))
         self.spend(len(found))
+        found = [item for item in found if _go_together(item[1])]
         found.sort(key=lambda item: (-item[0], len(item[1])))
         return found
 
@@ -366,6 +367,13 @@ class Clauses(Phrasing):
             if noun in ("bin", "bowl", "box"):
                 found += [(end, phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
         return found
+
+
+def _go_together(elements: Elements) -> bool:
+    """Say whether one verb can have these: no more than two lists of things, or three places, and not two of both."""
+    lists = sum(element.kind == "objects" for element in elements)
+    places = sum(element.kind == "place" for element in elements)
+    return lists <= 2 and places <= 3 and (lists < 2 or places < 2)
 
 
 def _leaves(element: Element) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robosandbox.agent.language.chart import MAX_READINGS, Found, plainest, rule
+from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, plainest, rule
 from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
@@ -20,17 +20,20 @@ from robosandbox.agent.language.wishes import spoken
 MAX_SENTENCES = 8
 
 
-def parse(tokens: Sequence[Token], words: SceneWords) -> tuple[tuple[float, Sentence], ...]:
+def parse(
+    tokens: Sequence[Token], words: SceneWords, most_steps: int = MAX_STEPS
+) -> tuple[tuple[float, Sentence], ...]:
     """Return the readings of a sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
 
     Args:
         tokens: What `tokenize` returned.
         words: The words of the scene's ids.
+        most_steps: How much work it may be.
 
     Raises:
         TooComplicatedError: It has more readings than are worth following.
     """
-    grammar = Grammar(tokens, words)
+    grammar = Grammar(tokens, words, most_steps=most_steps)
     found: dict[Sentence, None] = {}
     for end, parts in grammar.parts(0):
         if end == len(tokens):

@@ -24,6 +24,7 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode
 CLOSE = 0.5
 _MOST_REMEMBERED = 500
 STRANGE = 20.0
+_STEPS_AGAIN = 4_000
 Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
@@ -68,7 +69,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
         readings = parse(tokens, known)
         if not readings or readings[0][0] >= STRANGE:
             plain = without_remarks(in_plain_words(_respelled(tokens, known), known), known)
-            better = parse(plain, known) if plain and plain != tokens else ()
+            better = parse(plain, known, _STEPS_AGAIN) if plain and plain != tokens else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
         return readings or _not_understood(tokens, known, skills)
     except TooLongError as error:
