@@ -38,6 +38,7 @@ class Axis(str):
 
 
 Elements = tuple[Element, ...]
+_INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "stick", "pop"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -159,6 +160,9 @@ class Clauses(Phrasing):
             i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")
         ):
             # "open the drawer, put the can in and close it"
+            found.append((i + 1, Relation("in", (IT,))))
+        if self.text(i) == "in" and self.text(i - 1) in _INTO_IT and self.tag(i + 1, "THE"):
+            # "open the drawer, put in the can and the cup"
             found.append((i + 1, Relation("in", (IT,))))
         found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
         if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":

@@ -15,6 +15,8 @@ from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
+_YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 _ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
@@ -31,6 +33,9 @@ class Commands(Wishes):
             found += self._verb_first(start)
             found += self._wish(start)
             found += self._by_doing(start)
+        for start, _ in self.tag(i, "OWN_WISH"):
+            # "I want to pick up the can"; but "I have to go home" is about the speaker.
+            found += [(j, command) for j, command in self._verb_first(start) if command.objects]
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
@@ -168,6 +173,13 @@ class Commands(Wishes):
                             ]
             if verb in ("stack", "build"):
                 found += self._by_kinds(j)
+            if verb == "load":
+                # "fill the box: the cup, the can"
+                for k, into in self.np_list(j):
+                    if self.text(k) == ":" and len(into) == 1:
+                        found += [
+                            (end, Command("put", refs, Relation("in", into))) for end, refs in self.np_list(k + 1)
+                        ]
             if verb == "stack":
                 # "stack them: blue, green, red"
                 for k, whole in self.np(j):
@@ -184,6 +196,15 @@ class Commands(Wishes):
                         found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
+            if verb in ("build", "pick") and self.text(i) in ("make", "let", "get"):
+                # "make the car go forward"
+                found += [
+                    (end, command)
+                    for k, refs in self.np_list(j)
+                    if self.text(k) in _MOVES
+                    for end, elements in self.elements(k + 1)
+                    for command in frame_command("push", (spoken(refs), *elements))
+                ]
             if self.text(i) in ("leave", "keep", "have", "park"):
                 # "leave it standing next to the can"
                 found += [
@@ -323,7 +344,8 @@ class Commands(Wishes):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
-            if element.kind == "objects" and self._skip(j) > j:
+            if element.kind == "objects" and (self._skip(j) > j or self.said(j, j + 2) in _YOU_MUST):
+                # "the can, put it in the bin", "the can you must put it in the bin"
                 for start in self._preambles(self._skip(j), 0):
                     for k, command in (
                         *self._verb_first(start),
@@ -375,6 +397,7 @@ class Commands(Wishes):
                 continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) in (",", ":") and self.text(j + 1) in ("both", "all", "each") else j
+            both += 2 if both > j and self.said(both, both + 2) == "of them" else 0
             starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
                 kinds = [element.kind for element in elements]

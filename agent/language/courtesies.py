@@ -55,6 +55,8 @@ OPENINGS = {
 }
 ASIDES = {
     "for <end>": "",
+    "(i am|we are) (in a (hurry|rush)|hungry|starving|late|tired|bored|busy|waiting) <edge>": "",
+    "<start> out of (my|the) way ,": "",
     "and <end>": "",
     "(with|by) you <end>": "",
     "as as (possible|you can)": "",

@@ -118,7 +118,7 @@ def _build() -> Phrases:
             lexicon.add(phrase, tag, number if tag in ("ORDINAL", "TIMES") else float(number))
     for tag, phrases in (
         ("SOURCE", places.SOURCES), ("TABLE", places.TABLE), ("FLOOR", places.FLOOR), ("ROBOT", places.ROBOT),
-        ("ABOUT", things.ABOUT), ("PREAMBLE", speech.PREAMBLES), ("DESIRE", speech.DESIRES), ("COPULA", speech.COPULAS),
+        ("ABOUT", things.ABOUT), ("PREAMBLE", speech.PREAMBLES), ("DESIRE", speech.DESIRES), ("OWN_WISH", speech.OWN_WISHES), ("COPULA", speech.COPULAS),
         ("IS", speech.IS), ("NOT_IS", speech.NOT_IS), ("EXCEPT", speech.EXCEPT), ("AVOID", speech.AVOID),
         ("AVOID_TAIL", speech.AVOID_TAILS), ("THEN", speech.CONNECTORS), ("FIRST", speech.FIRST),
         ("FIRST_BUT", speech.FIRST_BUT), ("BEFORE", speech.BEFORE), ("AFTER", speech.AFTER), ("UP_ORDER", places.ORDER_UP),

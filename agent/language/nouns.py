@@ -8,6 +8,7 @@ from typing import Any
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref
+from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
@@ -218,6 +219,15 @@ class Nouns(Modifiers):
             if self.text(j) in _PACKED and self.text(j) not in self.words.parts:
                 # "the jam jar", where the jam is called just that.
                 found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
+        if not ref.colours:
+            # "the block green", as some say it
+            found += [
+                (k, replace(named, colours=(colour,)))
+                for j, named in list(found)
+                if NOUN_CLASS.get((named.nouns or ("",))[0]) != "tower"
+                for k, colour in self.tag(j, "COLOUR")
+                if k == j + 1 and not (self.tag(k, "NOUN") or self.text(k) in self.words.parts)
+            ]
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
         return found

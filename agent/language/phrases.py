@@ -45,6 +45,8 @@ class Phrasing(Nouns):
                 # "whatever is closest" is one thing, "whatever is not blue" all such things.
                 each = ref if ref.ranks else replace(ref, determiner="all", plural=True)
                 found.append((j, replace(each, text=self.said(i, j))))
+        if self.text(i) in ("all", "everything") and self.text(i + 1) == "what":
+            found += self.np(i + 1)
         if self.said(i, i + 2) in ("the following", "the following things", "the following items"):
             found.append((i + 2, Ref(text="the following", determiner="it", plural=True)))
         telling = self.text(i) in ("what", "whatever") or (self.text(i) == "whichever" and is_ > i + 1)
@@ -258,7 +260,7 @@ class Phrasing(Nouns):
         k = j
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
-        ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1]
+        ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1 or self.text(k) == "sorry"]
         # "..., no picking up the can" forbids; it corrects nothing.
         ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
         for _ in range(3):
@@ -282,7 +284,7 @@ class Phrasing(Nouns):
             k += 3
         elif self.text(k) in ("together", "along") and self.text(k + 1) == "with":
             k += 2
-        if self.text(k) in ("then", "also", "finally", "afterwards") and k > j:
+        if self.text(k) in ("then", "also", "finally", "afterwards") and (k > j or self.text(k) == "then"):
             k += 1
         return k if k > j else 0
 

@@ -85,14 +85,14 @@ RELATIONS: dict[str, str] = {
     "in": "in, inside, inside of, within, down in, inside the",
     "left": (
         "left of, to the left of, on the left of, on the left side of, to the left side of, at the left of, "
-        "on the left hand side of, to the left hand side of, at the left side of, just left of, "
+        "at left of, at the left of, in the left of, on left of, to left of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
         "just to the left of, immediately left of, immediately to the left of, "
         "on the lefthand side of, to the left from, directly left of, directly to the left of, "
         "over to the left of, off to the left of, left from"
     ),
     "right": (
         "right of, to the right of, on the right of, on the right side of, to the right side of, at the right of, "
-        "on the right hand side of, to the right hand side of, at the right side of, just right of, "
+        "at right of, at the right of, in the right of, on right of, to right of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
         "just to the right of, immediately right of, immediately to the right of, "
         "on the righthand side of, to the right from, directly right of, directly to the right of, "
         "over to the right of, off to the right of, right from"
@@ -109,7 +109,7 @@ RELATIONS: dict[str, str] = {
         "as close as possible to, as near as possible to, as close to, right up to, next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
         "at the side of, by the side of, "
         "to the side of, just next to, right beside, along side, side by side with, close by, right by, just beside, "
-        "up next to, directly next to, in the vicinity of, at, on the side of, touching"
+        "up next to, directly next to, in the vicinity of, at, on the side of, touching, beside of, next of, aside of, besides of, near of, close of, right next of, just next of"
     ),
     "between": (
         "between, exactly between, right between, directly between, precisely between, somewhere between, right in between, right in the middle of, in between, in the middle of, midway between, halfway between, half way between, "

@@ -251,7 +251,10 @@ class Placing(Hands):
     def _alone(self, xy: tuple[float, float], radius: float, other: str) -> bool:
         return self.world.is_free(xy, radius, [name for name in self.world.objects if name != other])
 
-    def _put_beside(self, name: str, target: str, sides: Sequence[str]) -> None:
+    def _sides_free(
+        self, name: str, target: str, sides: Sequence[str], room: float
+    ) -> list[tuple[float, str, tuple[float, float]]]:
+        """Return the sides of `target` with `room` to spare: how far from the robot, which, and where."""
         world = self.world
         free: list[tuple[float, str, tuple[float, float]]] = []
         for side in sides:
@@ -260,10 +263,16 @@ class Placing(Hands):
             ox, oy, _ = world.extents(name)
             gap = abs(ex) * (tx + ox) + abs(ey) * (ty + oy) + 0.03
             x, y = world.at[target][0] + ex * gap, world.at[target][1] + ey * gap
-            if len(sides) == 1 or (
-                world.in_reach((x, y)) and world.is_free((x, y), world.radius(name) - 0.01, (name, target))
-            ):
+            if len(sides) == 1 or (world.in_reach((x, y)) and world.is_free((x, y), room, (name, target))):
                 free.append((round(math.dist((x, y), world.base_xy), 3), side, (x, y)))
+        return free
+
+    def _put_beside(self, name: str, target: str, sides: Sequence[str]) -> None:
+        world = self.world
+        free = self._sides_free(name, target, sides, world.radius(name) - 0.01)
+        # Something long may fit where a disk around it would not.
+        if not free and target not in world.parent:
+            free = self._sides_free(name, target, sides, min(world.extents(name)[:2]) - 0.01)
         if not free and target in world.parent:
             # "the butter on the plate and the spoon beside it": beside the plate, then.
             return self._put_beside(name, world.parent[target][1], sides)

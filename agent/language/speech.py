@@ -44,6 +44,7 @@ FILLERS = (
     "yeah, yep, yup, good job, well done, lol, haha"
 )
 PREAMBLES = (
+    "you please, please you, now you, you now, "
     "you are welcome to, be sure and, why do not we, i would say, we could, we can, let us say, i would suggest you, i suggest you, i suggest that you, i want to see you, i would love to see you, i need to see you, i would like you to please, you, you might, could you maybe, could you perhaps, so if you could, would it be okay to, would it be ok to, would it be alright to, is it okay to, is it ok to, the next step is to, "
     "the first step is to, i would appreciate it if you, it would be great if you, it would help if you, i would like it if you, "
     "mind, if you could, if you would, if you can, i would love it if you could, i would love it if you would, "
@@ -101,6 +102,11 @@ DESIRES = (
     "i wanna, i like, the goal is to have, "
     "the goal is for, the goal is to get, we would love, would like, need, want"
 )
+OWN_WISHES = (
+    "i want to, i would like to, i would love to, i need to, i have to, i wish to, i am going to, i am trying to, i must, i should, "
+    "we would like to, we have to, we must, we should, i want us to, i like to"
+)
+"""What a person means to do, and does through the arm."""
 _GOALS = "goal, aim, objective, target, desired outcome, outcome, end result, result, desired state, final state, end state, desired result, idea, intention, wish"
 DESIRES += "".join(
     f", {whose} {goal} {is_}"
@@ -357,7 +363,7 @@ END_FILLERS = (
     "but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
-    "if you would like, ok then, okay then, then please, there is a good lad, mate, thank you so much, "
+    "if you would like, ok then, okay then, then please, there is a good lad, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, thank you so much, "
     "and leave it open, but leave it open, leave it open, and keep it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
     "it does not matter which one, does not matter which one, i do not care which, i do not care which one, "
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
@@ -370,7 +376,7 @@ ASIDE_FILLERS = (
 EDGE_FILLERS = (
     "all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
     "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
-    "dear, man, love, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
+    "dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, boss, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
     "panda, franka, robo, hal, robby"
 )
 GRAMMAR_WORDS = word_set(

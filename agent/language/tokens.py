@@ -23,6 +23,7 @@ from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
+from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wordlist import phrase_list
 
 MARKS = frozenset(",.;!?:")
@@ -79,6 +80,10 @@ _CONTRACTIONS = [
         (r"\b(that|it|what|whatever|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
         (r"\b(thats|whats|wheres|whos)\b", lambda match: match[0][:-1] + " is"),
         (r"\b(id) (like|love|want|prefer)\b", r"i would \2"),
+        (r"\binfront\b", "in front"),
+        (r"\bontop\b", "on top"),
+        (r"\binbetween\b", "in between"),
+        (r"\bnextto\b", "next to"),
         (r"\bw/o\b", "without"),
         (r"\bw/", "with "),
         (r"\bgonna\b", "going to"),
@@ -169,6 +174,7 @@ _DESCRIBING = frozenset(
     for word in phrase.split()
 )
 _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
+_ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 _WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _TABLES = frozenset(phrase_list(TABLE))
@@ -220,10 +226,26 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
         start = match.end()
     tokens += _pieces(prompt[start:], words)
+    tokens = _rejoined(tokens, words)
     if len(tokens) > MAX_TOKENS:
         raise TooLongError(f"{len(tokens)} words")
     # Twice: "would you please" ends a sentence once the "please" is gone.
-    return _without_fillers(_without_fillers(tokens))
+    return _without_fillers(_without_fillers(tokens, words), words)
+
+
+def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
+    """Return the tokens with "lunch box" as the scene's "lunchbox", and a word said twice over ("tap tap it") once."""
+    made: list[Token] = []
+    for token in tokens:
+        last = made[-1] if made and made[-1].kind == token.kind == "word" else None
+        if last and last.text == token.text and token.text in BASE_FORMS | GRAMMAR_WORDS:
+            continue
+        whole = last.text + token.text if last else ""
+        if last and whole in words.parts and not {last.text, token.text} <= words.parts:
+            made[-1] = Token(whole, f"{last.raw} {token.raw}", "word")
+            continue
+        made.append(token)
+    return made
 
 
 def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
@@ -318,7 +340,7 @@ def _is_plural(word: str, parts: frozenset[str]) -> bool:
     return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
 
 
-def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
+def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
     kept: list[Token] = []
     i = 0
     while i < len(tokens):
@@ -333,6 +355,8 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
             continue
         length = FILLERS.match(tokens, i) or (EDGE_FILLERS.match(tokens, i) if edge else 0)
         length = length or (0 if kept else START_FILLERS.match(tokens, i))
+        named = tokens[i].text in _ENDEARMENTS and tokens[i].text in words.parts
+        length = 0 if named else length
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
             # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
             length = 0
@@ -355,7 +379,9 @@ def _without_fillers(tokens: Sequence[Token]) -> tuple[Token, ...]:
         listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
-            length = max(END_FILLERS.match(tokens, i) if kept else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0)
+            length = max(
+                END_FILLERS.match(tokens, i) if kept and not named else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0
+            )
             after = i + length
             if listed:
                 # "left, right, left"

@@ -54,6 +54,13 @@ class Wishes(Clauses, ABC):
                 found += self._placed_there(refs, j + 1) if self.text(j) in _GOES else []
                 for m, verb in self.tag(j, "VERB"):
                     # "could the block scoot 2 cm to the right?"
+                    if verb == "swap":
+                        # "can the cup and the can change places?"
+                        found += [
+                            (end, command)
+                            for end, elements in self.elements(m)
+                            for command in frame_command("swap", (spoken(refs), *elements))
+                        ]
                     if verb in ("push", "move"):
                         found += [
                             (end, command)
@@ -167,6 +174,13 @@ class Wishes(Clauses, ABC):
             for j, objects in self.np_list(i + 2):
                 ends = [end for end, _ in self.tag(j, "COPULA")]
                 found += [(end, Command("put", objects, Relation("in", refs), bare=0.3)) for end in ends]
+        if self.said(i, i + 2) in ("is for", "are for"):
+            # "the ball is for the bin"
+            found += [
+                (j, Command("put", refs, Relation("in", where), bare=0.6))
+                for j, where in self.np_list(i + 2)
+                if self._named_container(where) and not self._named_container(refs)
+            ]
         if self.said(i, i + 2) == "is for" and self._named_container(refs):
             # "the bin is for the ball"
             found += [
