@@ -241,7 +241,12 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
         if last and last.text == token.text and token.text in BASE_FORMS | GRAMMAR_WORDS:
             continue
         whole = last.text + token.text if last else ""
-        if last and whole in words.parts and not {last.text, token.text} <= words.parts:
+        if (
+            last
+            and whole in words.parts
+            and min(len(last.text), len(token.text)) > 2
+            and not {last.text, token.text} <= words.parts | GRAMMAR_WORDS
+        ):
             made[-1] = Token(whole, f"{last.raw} {token.raw}", "word")
             continue
         made.append(token)
