@@ -130,7 +130,13 @@ class _Builder(Arranging):
                 continue
             for each in ref.options or (ref,):
                 # "don't touch the can or the ball" spares both.
-                avoid.update(self.ground.many(each, lambda name: True).ids)
+                try:
+                    avoid.update(self.ground.many(each, lambda name: True).ids)
+                except RefusedError as error:
+                    if error.refusal.code is not RefusalCode.AMBIGUOUS or not error.refusal.candidates:
+                        raise
+                    # "leave the wool alone", where two things are wool: both stay.
+                    avoid.update(error.refusal.candidates)
         return avoid
 
     def _pick(self, command: Command) -> None:

@@ -39,6 +39,7 @@ class Axis(str):
 
 Elements = tuple[Element, ...]
 _INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "stick", "pop"})
+_SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "position", "location"))
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -178,6 +179,8 @@ class Clauses(Phrasing):
         found += self._coordinates(i)
         found += [(j, Original(self.text(i) == "where")) for j, _ in self.tag(i, "ORIGINAL")]
         where = i + 1 if self.text(i) == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
+        if self.text(i) in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
+            where = i + 4
         for j, ref in self.np(where) if where > i and not self.tag(where, "PRON") else ():
             # "to where the wrench is now"
             if self.text(j) in _STANDS and not (ref.plural or ref.unknown):

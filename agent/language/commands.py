@@ -353,6 +353,13 @@ class Commands(Wishes):
                     ):
                         if command.objects and command.objects[0].determiner == "it":
                             found.append((k, replace(command, objects=element.value)))
+                # "the can is old, into the bin with it"
+                found += [
+                    (end + 2, command)
+                    for end, place in self.element(self._skip(j))
+                    if place.kind == "place" and self.text(end) == "with" and self.tag(end + 1, "PRON")
+                    for command in frame_command("put", (element, place))
+                ]
             elif element.kind in ("place", "direction"):
                 for start in self._preambles(comma, 0):
                     # "in the right bin ..." goes on with the bin.
@@ -397,6 +404,8 @@ class Commands(Wishes):
                 continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) in (",", ":") and self.text(j + 1) in ("both", "all", "each") else j
+            if both == j and len(refs) > 1 and self.text(j) in ("both", "all", "each"):
+                both = j + 1
             both += 2 if both > j and self.said(both, both + 2) == "of them" else 0
             starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
             for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:

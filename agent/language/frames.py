@@ -24,7 +24,11 @@ def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
 
 
 def _pour(frame: Frame) -> list[Command]:
-    if not frame.only("contents", "particle") or len(frame.objects) > 1 or frame.particle not in (None, "out", "over"):
+    if (
+        not frame.only("contents", "particle")
+        or len(frame.objects) > 1
+        or frame.particle not in (None, "out", "over", "away", "off")
+    ):
         return []
     into = [p for p in frame.places if isinstance(p, Relation) and p.kind in ("in", "on", "to") and p.refs]
     sources = [p for p in frame.places if isinstance(p, Relation) and p.kind == "from" and p.refs]

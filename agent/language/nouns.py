@@ -176,6 +176,9 @@ class Nouns(Modifiers):
         ):
             # "the roll of tape"
             found += [(j, named) for j, named in self._noun(i + 2, ref) if not named.unknown]
+        elif token.text.endswith("s") and token.text[:-1] in MEASURES and self.text(i + 1) == "of":
+            # "both balls of wool"
+            found += [(j, replace(named, plural=True)) for j, named in self._noun(i + 2, ref) if not named.unknown]
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):

@@ -265,6 +265,13 @@ class Phrasing(Nouns):
         ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
         for _ in range(3):
             ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
+            # "no, not the thread, the thimble"
+            ends += [
+                end + (self.text(end) in (",", "but"))
+                for m in ends
+                if self.text(m) == "not"
+                for end, _ in self.np(m + 1)
+            ]
             further = [n for m in ends for n, _ in self.tag(m, "CORRECTION")]
             if not further:
                 break
@@ -330,6 +337,15 @@ class Phrasing(Nouns):
                     name = self._suffix(m)
                     text = self.said(j, k) + " " + self.said(m, m + 1)
                     refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
+                    if self.text(m + 1) in ("to", "through", "thru", "till", "-") and self._suffix(m + 2):
+                        # "parcels 1 to 3"
+                        last = self._suffix(m + 2)
+                        if name.isdigit() and last.isdigit() and 0 < int(last) - int(name) < 10:
+                            named = [str(n) for n in range(int(name) + 1, int(last) + 1)]
+                            refs += [
+                                replace(refs[-1], names=(*noun.names, n), text=f"{self.said(j, k)} {n}") for n in named
+                            ]
+                            m += 2
                     if len(refs) > 1 and base.count in (None, len(refs)):
                         found.append((m + 1, tuple(refs)))
                     m = self._joint(m + 1)

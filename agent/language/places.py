@@ -212,7 +212,7 @@ SAME_COLOUR = (
     "matching its color, matching their color, matching its colour, matching their colour"
 )
 HOMES = (
-    "home, home position, home pose, home configuration, start position, starting position, start pose, "
+    "home, home pos, home position, home pose, home configuration, start position, starting position, start pose, "
     "starting pose, start, rest position, resting position, rest pose, rest, initial position, "
     "initial pose, neutral position, neutral pose, default position, default pose, ready position, ready pose, "
     "original position, initial configuration, base position, idle position, parking position, "

@@ -57,6 +57,7 @@ _HARMLESS = (
         fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
         slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
         right over side corner yours mine place spot position
+        open opened closed shut unlocked went turned gone
         empty room space full enough needed necessary required useful important wanted good great ready done finished
         dinner lunch breakfast
         """
