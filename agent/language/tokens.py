@@ -177,6 +177,7 @@ _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phras
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 _WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
+_HUES = _COLOUR_WORDS - {*COLOURS, "gray"}
 _IN_NAMES = frozenset({"in", "out", "on", "off"})
 _TABLES = frozenset(phrase_list(TABLE))
 
@@ -193,6 +194,8 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         if len(id_parts(name)) > 2
         or (len(id_parts(name)) == 2 and (name[-1].isdigit() or len(id_parts(name)[-1]) == 1))
         or (len(id_parts(name)) == 2 and id_parts(name)[0] in _TABLES)
+        # A "salmon roll" is called so, whatever its colour.
+        or (len(id_parts(name)) == 2 and id_parts(name)[0] in _HUES)
         # "in tray" is a name and no place.
         or (len(id_parts(name)) == 2 and id_parts(name)[0] in _IN_NAMES)
         # "fruit basket" means the one called so, "block red" likewise; "red cube" describes.
