@@ -180,6 +180,9 @@ class Commands(Wishes):
                         found += [
                             (end, Command("put", refs, Relation("in", into))) for end, refs in self.np_list(k + 1)
                         ]
+            if verb in ("open", "close") and (j >= len(self.tokens) or self._joints_at(j)):
+                # "open the drawer, put the can in, close"
+                found.append((j, Command("open" if verb == "open" else "close", (IT,), bare=0.6)))
             if verb == "stack":
                 # "stack them: blue, green, red"
                 for k, whole in self.np(j):

@@ -84,6 +84,9 @@ _CONTRACTIONS = [
         (r"\bontop\b", "on top"),
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
+        (r"\bfwds?\b", "forward"),
+        (r"\bb(?:k|c?k)?wds?\b", "backward"),
+        (r"\bpos\b(?!\s*\()", "position"),
         (r"\bw/o\b", "without"),
         (r"\bw/", "with "),
         (r"\bgonna\b", "going to"),
@@ -133,6 +136,7 @@ _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
+    r"|(?P<numeral>(?<=[^\W\d_])\d+)"
     r"|(?P<identifier>[^\W\d_]+(?:_[^\W_]+)+)"
     r"|(?P<word>[^\W\d_]+)"
     r"|(?P<mark>\S)"
@@ -276,7 +280,7 @@ def _pieces(text: str, words: SceneWords) -> Iterable[Token]:
     for match in _PIECES.finditer(text):
         raw = match[0]
         match match.lastgroup:
-            case "number":
+            case "number" | "numeral":
                 yield Token(str(float(raw)), raw, "number")
             case "identifier":
                 yield Token(_nearest_id(raw, words) or raw, raw, "id" if _nearest_id(raw, words) else "word")
