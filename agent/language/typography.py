@@ -1,0 +1,114 @@
+"""From text as it is typed to plain words and marks: contractions, slips that run together, bullets, arrows, brackets."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+_CONTRACTIONS = [
+    (re.compile(pattern), replacement)
+    for pattern, replacement in (
+        (r"\b(do|does|did|is|are|should|could|would|must|was|were|have|has|had)n'?t\b", r"\1 not"),
+        (r"\bcan'?t\b|\bcannot\b", "can not"),
+        (r"\bwon'?t\b", "will not"),
+        (r"\bshan'?t\b", "shall not"),
+        (r"\blet'?s\b", "let us"),
+        (r"\b(i|you|we|they|that|it)'d\b", r"\1 would"),
+        (
+            r"\b(tap|touch|pat|poke|press|boop|bop)( on)? ([a-z_ ]{3,30}?)'s? (?:top|head|lid|cap|nose|surface|upper side)\b",
+            r"\1 \3",
+        ),
+        (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
+        (
+            r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",
+            "i want ",
+        ),
+        (r"\b(i|you|we|they|that|it)'ll\b", r"\1 will"),
+        (r"\b(i|you|we|they)'ve\b", r"\1 have"),
+        (r"\b(you|we|they)'re\b", r"\1 are"),
+        (r"\bi'm\b|\bim\b", "i am"),
+        (r"\b(that|it|what|whatever|who|where|there|which|here|how|he|she)'s\b", r"\1 is"),
+        (r"\b(thats|whats|wheres|whos)\b", lambda match: match[0][:-1] + " is"),
+        (r"\b(id) (like|love|want|prefer)\b", r"i would \2"),
+        (r"\binfront\b", "in front"),
+        (r"\bontop\b", "on top"),
+        (r"\binbetween\b", "in between"),
+        (r"\bnextto\b", "next to"),
+        (r"\bfwds?\b", "forward"),
+        (r"\bb(?:k|c?k)?wds?\b", "backward"),
+        (r"\bpos\b(?!\s*\()", "position"),
+        (r"\bw/o\b", "without"),
+        (r"\bw/", "with "),
+        (r"\bgonna\b", "going to"),
+        (r"\bgimme\b", "give me"),
+        (r"\blemme\b", "let me"),
+        (r"\b(wanna)\b", "want to"),
+        (r"\bgotta\b", "got to"),
+        (r"\b(u|ya)\b", "you"),
+        (r"\bur\b", "your"),
+        (r"\bda\b", "the"),
+        (r"\b(n|an')\b(?= )", "and"),
+        (r"\bcuz\b|\bcos\b|\bcoz\b", "because"),
+        (r"\bluv\b", "love"),
+        (r"\bi\.e\.?,?|\bthat is,|\bthat is to say,?|\bnamely\b", ","),
+        (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
+        (r"\.{2,}(?=\s*\S)", " , "),
+        (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
+    )
+]
+_MARKS = str.maketrans(
+    {
+        "’": "'",
+        "‘": "'",
+        "`": " ",
+        "“": " ",
+        "”": " ",
+        "«": " ",
+        "»": " ",
+        "–": ",",
+        "—": ",",
+        "…": ",",
+        "&": " and ",
+        "×": "x",
+        "−": "-",
+    }
+)
+_BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
+_BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
+_DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
+_ARROWS = re.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
+_ITS_SIDE = re.compile(
+    r" (?:over )?(?:on|to|at|by)(?: to)? ((?:the |that |this |my )?(?!robot|arm|table|desk|your|you)[a-z_]+(?: (?!robot|arm|table|desk)[a-z_]+)?)'s (left|right)(?:[- ]?hand)?(?: side)?\b"
+)
+
+
+def plain_text(text: str) -> str:
+    """Return a text in lower case, in full words, without accents, with one kind of each mark."""
+    text = text.translate(_MARKS).lower()
+    text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    for pattern, replacement in _CONTRACTIONS:
+        text = pattern.sub(replacement, text)
+    text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
+    text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
+    text = _numbered_steps(text)
+    text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
+    text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
+    text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
+    text = _ITS_SIDE.sub(r" to the \2 of \1", text)
+    text = re.sub(r"'s\b", "", text).replace("'", " ")
+    text = re.sub(r"(?<=[a-z])-(?=[a-z])|(?<=\d)-(?=[a-z])", " ", text)
+    return text
+
+
+def _numbered_steps(text: str) -> str:
+    """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+    if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
+        # "a) ... b) ..."
+        text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
+    start, number = 0, 1
+    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
+        if number == 1 and text[: match.start()].strip(" ,"):
+            break
+        text = f"{text[: match.start()]} . {text[match.end() :]}"
+        start, number = match.start() + 3, number + 1
+    return text
