@@ -194,6 +194,8 @@ _EXAMPLES = """
     mighty robot , tap the can -> tap the can
     you there , tap the can -> tap the can
     tap the can for -> tap the can
+    tap the can i am in a hurry -> tap the can
+    out of my way , tap the can -> tap the can
     tap the can and -> tap the can
     tap the can with you -> tap the can
     tap the can as as you can -> tap the can
@@ -226,7 +228,6 @@ def _word_tokens(text: str) -> tuple[Token, ...]:
 
 
 def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
-    tables = (OPENED, WORDINGS, COURTESIES)
     tables = (OPENED, WORDINGS, COURTESIES)
     unused = {template.source for table in tables for template in table.templates}
     for line in _EXAMPLES.strip().splitlines():

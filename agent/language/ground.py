@@ -18,6 +18,8 @@ from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.vicinity import Vicinity
 from robosandbox.types import DetectedObject, RefusalCode
 
+_SIDEWAYS = frozenset({"left", "right", "front", "back", "near", "far"})
+
 
 class Grounder(Vicinity):
     """Looks descriptions up in a world."""
@@ -181,6 +183,9 @@ class Grounder(Vicinity):
             names = self._claimed(claim, names, several=several)
         if not names:
             raise self._not_found(ref, fits, barred)
+        if any(rank.key in _SIDEWAYS for rank in ref.ranks):
+            # "the leftmost in the rack, the rightmost in the bin": of those that stood there.
+            names = [name for name in names if name not in self.world.put_in] or names
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
             names = self._ranked(names, rank, ref)
         if ref.shades and len(names) > 1 and not several:

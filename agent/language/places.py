@@ -27,7 +27,7 @@ DIRECTIONS: dict[str, str] = {
         "towards the robot base, in your direction, closer to the base, nearer the robot, nearer to the robot"
     ),
     "left": (
-        "left, leftward, leftwards, to the left, to your left, to left, towards the left, toward the left, "
+        "direction left, in direction left, left direction, in left direction, more left, more to the left, left, leftward, leftwards, to the left, to your left, to left, towards the left, toward the left, "
         "over to the left, "
         "off to the left, on your left, toward your left, towards your left, "
         "in the left direction, further left, sideways to the left, to its left, left wards, along +y, "
@@ -35,7 +35,7 @@ DIRECTIONS: dict[str, str] = {
         "to the robot left, further to the left, over to your left, leftways"
     ),
     "right": (
-        "right, rightward, rightwards, to the right, to your right, to right, towards the right, toward the right, "
+        "direction right, in direction right, right direction, in right direction, more right, more to the right, right, rightward, rightwards, to the right, to your right, to right, towards the right, toward the right, "
         "over to the right, "
         "off to the right, on your right, toward your right, towards your right, "
         "further right, sideways to the right, to its right, right wards, along -y, in the rightward direction, "
@@ -85,14 +85,14 @@ RELATIONS: dict[str, str] = {
     "in": "in, inside, inside of, within, down in, inside the",
     "left": (
         "left of, to the left of, on the left of, on the left side of, to the left side of, at the left of, "
-        "at left of, at the left of, in the left of, on left of, to left of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
+        "at left of, at the left of, at left side of, on left side of, in the left of, on left of, to left of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
         "just to the left of, immediately left of, immediately to the left of, "
         "on the lefthand side of, to the left from, directly left of, directly to the left of, "
         "over to the left of, off to the left of, left from"
     ),
     "right": (
         "right of, to the right of, on the right of, on the right side of, to the right side of, at the right of, "
-        "at right of, at the right of, in the right of, on right of, to right of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
+        "at right of, at the right of, at right side of, on right side of, in the right of, on right of, to right of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
         "just to the right of, immediately right of, immediately to the right of, "
         "on the righthand side of, to the right from, directly right of, directly to the right of, "
         "over to the right of, off to the right of, right from"

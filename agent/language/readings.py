@@ -52,9 +52,8 @@ def _part_of(ref: Ref, whole: Ref) -> bool:
     """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
         return False
-    return (ref.one and not ref.nouns) or (
-        bool(ref.nouns) and (ref.nouns == whole.nouns or whole.nouns in ((), ("thing",)))
-    )
+    general = whole.nouns in ((), ("thing",)) and not whole.names
+    return (ref.one and not ref.nouns) or (bool(ref.nouns or ref.names) and (ref.nouns == whole.nouns or general))
 
 
 def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:

@@ -38,7 +38,7 @@ _BINDING = word_set(
 )
 _SPEAKERS = word_set(
     """
-    i we he she they everyone everybody someone somebody nobody people mum mom dad mother father grandma grandpa kids
+    i we he she they everyone everybody someone somebody nobody people mommy mummy daddy granny nan grandad mum mom dad mother father grandma grandpa kids
     children guests visitors customers boss
     """
 )

@@ -163,7 +163,7 @@ _PRAISE = word_set(
 )
 _PEOPLE = word_set(
     """
-    daughter son wife husband mum mom mother dad father boss friend kid kids child children baby teacher customer guest chef
+    daughter son wife husband mommy mummy daddy granny nan grandad mum mom mother dad father boss friend kid kids child children baby teacher customer guest chef
     doctor professor colleague partner girlfriend boyfriend brother sister neighbour neighbor client manager supervisor nurse
     cook cat dog grandma grandpa roommate flatmate team family student patient waiter barista bartender lab lady man woman
     """

@@ -123,7 +123,7 @@ DESIRES += (
 )
 
 COPULAS = (
-    "is to be, are to be, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
+    "is to be, are to be, to lie, to stand, to rest, has to be, have to be, should get, must get, to be, be, should be, should go, must be, must go, needs to be, need to be, needs to go, "
     "need to go, goes, go, belongs, belong, to go, "
     "lives, live, ends up, end up, to end up, sits, sit, to sit, should sit, should end up, has to be, has to go, "
     "have to go, have to be, gets, is to go, "

@@ -145,6 +145,14 @@ class WordOrder(Wishes, ABC):
                 if sorted(kinds) == ["direction", "distance"]:
                     # "red cube: 5 cm left"
                     found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+            if self.text(j) in ("put", "place"):
+                # "small stone put in flower pot"
+                found += [
+                    (end, replace(c, bare=0.6))
+                    for end, elements in self.elements(j + 1)
+                    if [element.kind for element in elements] == ["place"]
+                    for c in frame_command("put", (spoken(refs), *elements))
+                ]
             up = j + 1 if self.text(j) == "," and self.text(j + 1) == "up" else j
             if up > j and up + 1 >= len(self.tokens):
                 # "ball, up"

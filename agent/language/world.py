@@ -66,6 +66,7 @@ class World:
         self.held = scene.held
         self._table_height = scene.table_height
         self._extents = {item.id: half_extents(item) for item in scene.objects}
+        self.put_in: set[str] = set()
         self.parent: dict[str, Parent] = dict(self._parents())
         self.opened: set[str] = {
             item.id
@@ -170,6 +171,8 @@ class World:
         self.parent.pop(name, None)
         if parent:
             self.parent[name] = parent
+        if parent and parent[0] == "in":
+            self.put_in.add(name)
         if self.held == name:
             self.held = None
 
