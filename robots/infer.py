@@ -32,6 +32,9 @@ from robosandbox.robots.sidecar import (
 from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
 
+# Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by.
+_ALONG = 0.7
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Inference:
@@ -134,7 +137,9 @@ def infer_imported(
     space = find_workspace(kinematics, floor, collision_test(imported, kinematics, None))
     down = "straight down" if space.tilt < 0.1 else f"within {np.degrees(space.tilt):.0f} deg of down"
     findings["reach"] = Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead")
-    home = find_home(kinematics, space, names, imported.keyframes, collision_test(imported, kinematics, space.floor))
+    # Planning starts at home, and takes no overlap for clear.
+    clear = collision_test(imported, kinematics, space.floor, deepest=0.0)
+    home = find_home(kinematics, space, names, imported.keyframes, clear)
     findings["arm.home_qpos"] = Finding(home.confidence, home.evidence)
     xyz, yaw = base_pose(space, table_height)
     turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
@@ -190,9 +195,16 @@ def choose_chain(model: mujoco.MjModel, source: str, arm: str | None) -> tuple[C
 
 
 def collision_test(
-    imported: ImportedModel, kinematics: Kinematics, floor: float | None
+    imported: ImportedModel, kinematics: Kinematics, floor: float | None, *, deepest: float = 5e-4
 ) -> Callable[[Array], str | None]:
-    """Return a function that says what the arm touches at a configuration: itself, or a table at `floor`."""
+    """Return a function that says what the arm touches at a configuration: itself, or a table at `floor`.
+
+    Args:
+        imported: The robot.
+        kinematics: Its arm.
+        floor: Height of the table, metres; None without one.
+        deepest: How far shapes may overlap before that counts, metres.
+    """
     spec = imported.spec.copy()
     if floor is not None:
         spec.worldbody.add_geom(
@@ -210,7 +222,7 @@ def collision_test(
         data.qpos[kinematics.addresses] = q
         mujoco.mj_fwdPosition(model, data)
         for contact in data.contact[: data.ncon]:
-            if contact.dist < -5e-4:
+            if contact.dist < -deepest:
                 pair = [str(model.body(int(model.geom_bodyid[g])).name) for g in contact.geom]
                 pair.sort(key=lambda name: name == "world")
                 return f"{pair[0]!r} touching {'the table' if pair[1] == 'world' else repr(pair[1])}"
@@ -223,12 +235,17 @@ def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperA
     """Return where a separate gripper goes: the model's own attachment site or tool frame, else the last link's end."""
     model = compile_spec(imported.spec, imported.path.name)
     chain, _ = choose_chain(model, imported.path.name, arm)
-    last = chain.joints[-1]
-    weld = int(model.body_weldid[model.jnt_bodyid[last]])
-    for s in range(model.nsite):
-        if int(model.body_weldid[model.site_bodyid[s]]) == weld and is_tool(model.site(s).name):
-            return GripperAttachment(model=gripper, to_site=str(model.site(s).name))
     palm, position, rotation, _ = flange_tool(model, chain.joints, chain.name(model))
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    outward = data.xmat[model.body(palm).id].reshape(3, 3) @ rotation[:, 2]
+    weld = int(model.body_weldid[model.jnt_bodyid[chain.joints[-1]]])
+    for s in range(model.nsite):
+        if int(model.body_weldid[model.site_bodyid[s]]) != weld or not is_tool(model.site(s).name):
+            continue
+        # A site without a rotation of its own says little about where a gripper would point.
+        if float(data.site_xmat[s].reshape(3, 3)[:, 2] @ outward) > _ALONG:
+            return GripperAttachment(model=gripper, to_site=str(model.site(s).name))
     return GripperAttachment(
         model=gripper,
         to_body=palm,

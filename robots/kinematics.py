@@ -210,7 +210,11 @@ def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper:
         lower: Limits, shape (n,).
         upper: Shape (n,).
     """
-    step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
+    try:
+        step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
+    except np.linalg.LinAlgError:
+        # Of lengths beyond all measure the damping is lost in rounding: nothing is reached.
+        return np.zeros(len(q))
     blocked = ((q + step < lower) & (q <= lower)) | ((q + step > upper) & (q >= upper))
     if blocked.any() and not blocked.all():
         free = np.flatnonzero(~blocked)

@@ -80,8 +80,8 @@ def _check_model(files: ModelFiles, seen: set[Path], main: Path) -> list[Path]:
     """Look at one model with its includes and assets; return the models that it attaches."""
     attached = []
     meshdir = texturedir = ""
-    assets: list[ElementTree.Element] = []
-    for element in _elements(files, files.model, seen, main):
+    assets: list[tuple[ElementTree.Element, Path]] = []
+    for element, path in _elements(files, files.model, seen, main):
         if element.tag == "model" and element.get("file") is not None:
             attached.append(files.find(element.get("file", ""), "<model>").resolve())
         elif element.tag == "compiler":
@@ -92,17 +92,17 @@ def _check_model(files: ModelFiles, seen: set[Path], main: Path) -> list[Path]:
         elif element.tag == "replicate" and _count(element) > _MAX_REPLICAS:
             raise InputError(f"{main.name}: <replicate count={element.get('count')!r}>: at most {_MAX_REPLICAS}")
         elif element.tag in _ASSETS:
-            assets.append(element)
-    for element in assets:
+            assets.append((element, path))
+    for element, path in assets:
         folder = texturedir if element.tag == "texture" else meshdir
         for attribute, name in element.attrib.items():
             if attribute.startswith("file") and name:
-                files.find(name, f"<{element.tag} {attribute}>", folder=folder)
+                _find(files, name, f"<{element.tag} {attribute}>", folder, path)
     return attached
 
 
-def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Iterator[ElementTree.Element]:
-    """Yield a file's elements in their order, those of an included file where it is included."""
+def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Iterator[tuple[ElementTree.Element, Path]]:
+    """Yield a file's elements in their order, those of an included file where it is included; with the file of each."""
     if path in seen:
         return
     seen.add(path)
@@ -113,15 +113,15 @@ def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Ite
         raise InputError(_not_a_model(main, root))
     for element in root.iter():
         if element.tag == "include" and element.get("file") is not None:
-            yield from _elements(files, _included(files, element.get("file", ""), path), seen, main)
-        yield element
+            yield from _elements(files, _find(files, element.get("file", ""), "<include>", "", path), seen, main)
+        yield element, path
 
 
-def _included(files: ModelFiles, name: str, includer: Path) -> Path:
-    """Return the file that an include names: by the main model's folder, else by that of the file it stands in."""
-    beside = os.path.relpath(includer.parent, files.model.parent)
-    folder = "" if (files.model.parent / name).is_file() or not (includer.parent / name).is_file() else beside
-    return files.find(name, "<include>", folder=folder).resolve()
+def _find(files: ModelFiles, name: str, element: str, folder: str, holder: Path) -> Path:
+    """Return the file that MuJoCo will read: by the main model's folders, else beside the file that names it."""
+    if not (files.model.parent / folder / name).is_file() and (holder.parent / name).is_file():
+        folder = os.path.relpath(holder.parent, files.model.parent)
+    return files.find(name, element, folder=folder).resolve()
 
 
 def _count(element: ElementTree.Element) -> float:
@@ -257,6 +257,4 @@ def _isolate(spec: mujoco.MjSpec) -> None:
     compiler.inertiagrouprange = [0, 5]
     # Measured alone, a robot obeys the options that it will have in every scene, not those of its file.
     copy_options(spec, mujoco.MjSpec())
-    spec.visual.map.znear = 0.01
-    spec.visual.map.zfar = 50.0
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

@@ -393,6 +393,21 @@ def test_attached_model_has_asset_folders_of_its_own(tmp_path):
         import_model(tmp_path / "model" / "toy.xml")
 
 
+def test_asset_of_an_included_file_may_lie_beside_it(tmp_path):
+    parts = tmp_path / "model" / "parts"
+    parts.mkdir(parents=True)
+    (parts / "hand.obj").write_text(_TETRAHEDRON)
+    (parts / "assets.xml").write_text('<mujocoinclude><mesh name="extra" file="hand.obj"/></mujocoinclude>')
+    toy = (TOYS / "toy_tendon.xml").read_text()
+    asset = '<compiler meshdir="none"/><asset><include file="parts/assets.xml"/></asset><worldbody>'
+    (tmp_path / "model" / "toy.xml").write_text(toy.replace("<worldbody>", asset, 1))
+    assert load_robot(tmp_path / "model" / "toy.xml").gripper is not None
+    (tmp_path / "hand.obj").write_text(_TETRAHEDRON)
+    (parts / "assets.xml").write_text('<mujocoinclude><mesh name="extra" file="../../hand.obj"/></mujocoinclude>')
+    with pytest.raises(InputError, match="leads outside"):
+        import_model(tmp_path / "model" / "toy.xml")
+
+
 def test_fragment_says_what_to_load(tmp_path):
     (tmp_path / "arm.xml").write_text("<mujocoinclude/>")
     (tmp_path / "all.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')
