@@ -19,7 +19,7 @@ MAX_ASSET_BYTES = 200_000_000
 _MAX_DEPTH = 256
 _MAX_ELEMENTS = 200_000
 # A URDF in one of these stands beside its meshes' folder, in one package.
-_MODEL_FOLDERS = ("urdf", "robots", "mjcf", "xml", "urdfs", "models")
+_MODEL_FOLDERS = ("urdf", "robots", "mjcf", "mujoco", "xml", "urdfs", "models")
 _ASSET_FOLDERS = re.compile(r"mesh|^stls?$|^assets$|^textures$", re.IGNORECASE)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.chain import Chain, actuator_joints, find_chains
 from robosandbox.robots.finding import Finding
+from robosandbox.robots.fingers import ensure_solid_tool
 from robosandbox.robots.flange import flange_tool, is_tool
 from robosandbox.robots.hand import Hand, measure_hand
 from robosandbox.robots.imported import ImportedModel, compile_spec
@@ -20,6 +21,7 @@ from robosandbox.robots.isolate import keep_arm
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
+from robosandbox.robots.reach import collision_test, with_table
 from robosandbox.robots.sidecar import (
     ArmRoles,
     BasePose,
@@ -29,7 +31,7 @@ from robosandbox.robots.sidecar import (
     InjectedSite,
     Sidecar,
 )
-from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
+from robosandbox.types import TABLE_HEIGHT, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
 
 # Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by.
@@ -124,6 +126,8 @@ def infer_imported(
             findings |= hand.findings
     else:
         findings["gripper"] = Finding(chain.confidence, chain.evidence)
+    if hand is None:
+        ensure_solid_tool(imported, names[-1])
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
     if hand is not None:
@@ -134,11 +138,12 @@ def infer_imported(
     tool = Tool(model.body(palm).id, position, rotation)
     kinematics = Kinematics(model, joints, tool, start)
     floor = base_bottom(model, joints)
-    space = find_workspace(kinematics, floor, collision_test(imported, kinematics, None))
+    space = find_workspace(kinematics, floor, collision_test(model, kinematics))
     down = "straight down" if space.tilt < 0.1 else f"within {np.degrees(space.tilt):.0f} deg of down"
     findings["reach"] = Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead")
     # Planning starts at home, and takes no overlap for clear.
-    clear = collision_test(imported, kinematics, space.floor, deepest=0.0)
+    table = with_table(imported.spec, imported.path.name, space.floor)
+    clear = collision_test(table, kinematics, deepest=0.0)
     home = find_home(kinematics, space, names, imported.keyframes, clear)
     findings["arm.home_qpos"] = Finding(home.confidence, home.evidence)
     xyz, yaw = base_pose(space, table_height)
@@ -192,43 +197,6 @@ def choose_chain(model: mujoco.MjModel, source: str, arm: str | None) -> tuple[C
         if arm in members or any(arm.lower() in member.lower() for member in members):
             return chain, (label, *(other for other in labels if other != label))
     raise InputError(f"--arm: {arm!r} is no arm of {source}; there is {', '.join(labels)}{did_you_mean(arm, labels)}")
-
-
-def collision_test(
-    imported: ImportedModel, kinematics: Kinematics, floor: float | None, *, deepest: float = 5e-4
-) -> Callable[[Array], str | None]:
-    """Return a function that says what the arm touches at a configuration: itself, or a table at `floor`.
-
-    Args:
-        imported: The robot.
-        kinematics: Its arm.
-        floor: Height of the table, metres; None without one.
-        deepest: How far shapes may overlap before that counts, metres.
-    """
-    spec = imported.spec.copy()
-    if floor is not None:
-        spec.worldbody.add_geom(
-            name="robosandbox_table",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            pos=[0.0, 0.0, floor - 0.001],
-            size=[2.0, 2.0, 0.1],
-        )
-    model = compile_spec(spec, imported.path.name)
-    data = mujoco.MjData(model)
-    start = kinematics.data.qpos.copy()
-
-    def touching(q: Array) -> str | None:
-        data.qpos[:] = start
-        data.qpos[kinematics.addresses] = q
-        mujoco.mj_fwdPosition(model, data)
-        for contact in data.contact[: data.ncon]:
-            if contact.dist < -deepest:
-                pair = [str(model.body(int(model.geom_bodyid[g])).name) for g in contact.geom]
-                pair.sort(key=lambda name: name == "world")
-                return f"{pair[0]!r} touching {'the table' if pair[1] == 'world' else repr(pair[1])}"
-        return None
-
-    return touching
 
 
 def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperAttachment:

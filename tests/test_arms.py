@@ -14,11 +14,12 @@ from robosandbox.robots.files import ModelFiles
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer
 from robosandbox.robots.loader import load_robot
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.models import wheel_files
 from robosandbox.testing.robot_check import check_robot
 from robosandbox.testing.robot_trial import cube_task, work_point
-from robosandbox.types import Randomize, matrix_from_quat_xyzw
+from robosandbox.types import Randomize, Scene, matrix_from_quat_xyzw
 
 TOYS = Path(__file__).parent / "toys"
 SO101_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"]
@@ -232,6 +233,29 @@ def test_capsules_and_odd_colours_do_not_keep_a_urdf_from_loading(tmp_path):
     assert any("capsules" in note for note in imported.notes) and any("colours" in note for note in imported.notes)
 
 
+def test_shapes_of_no_size_are_left_out(tmp_path):
+    path = _changed(
+        "toy.urdf", tmp_path, ('<visual><geometry><box size="0.1 0.1 0.1"/>', '<visual><geometry><box size="0 0 0"/>')
+    )
+    assert "1 shapes of no size are left out" in import_model(path).notes
+    flat = _changed("toy.urdf", tmp_path, ('<box size="0.15 0.04 0.04"/>', '<box size="0.15 0 0.04"/>'))
+    with pytest.raises(InputError, match=r"link 'l2'.*must be greater than 0"):
+        import_model(flat)
+
+
+def test_joints_go_no_farther_than_their_servos_can_be_told(tmp_path):
+    narrow = ('<position joint="j4" kp="200" kv="5"/>', '<position joint="j4" kp="200" kv="5" ctrlrange="-1.5 1.4"/>')
+    turn = (
+        '<position name="a5" joint="j5" kp="100" kv="2"/>',
+        '<position name="a5" joint="j5" kp="100" kv="2" ctrlrange="-3 3"/>',
+    )
+    robot = load_robot(_changed("toy_tendon.xml", tmp_path, narrow, turn))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=robot.path))
+        assert sim.robot.lower[3:] == pytest.approx([-1.5, -3.0]) and sim.robot.upper[3:] == pytest.approx([1.4, 3.0])
+        assert sim.robot.lower[1] == pytest.approx(-2.0)
+
+
 def test_mimic_that_leads_outside_its_own_limits_is_turned(tmp_path):
     path = _changed("toy.urdf", tmp_path, ('<mimic joint="g1"/>', '<mimic joint="g1" multiplier="-1"/>'))
     assert any("its sign is turned" in note for note in import_model(path).notes)
@@ -358,3 +382,29 @@ def test_link_that_is_a_world_away_is_named(tmp_path):
     )
     with pytest.raises(InputError, match=r"toy_jaw\.xml: body 'lower': is 1e\+09 m away"):
         load_robot(path)
+
+
+def test_reach_leaves_out_where_the_arm_would_touch_its_own_foot_with_a_sidecar_too(tmp_path):
+    drum = '<collision><origin xyz="0 0 -0.01"/><geometry><cylinder radius="0.14" length="0.08"/></geometry></collision></link>'
+    path = _changed(
+        "toy.urdf", tmp_path, ('</collision></link>\n<link name="l1">', "</collision>" + drum + '\n<link name="l1">')
+    )
+    found = infer(path)
+    config = tmp_path / "toy.yaml"
+    config.write_text(to_yaml(found, tmp_path))
+    bare = load_robot(TOYS / "toy.urdf").workspace
+    given = load_robot(path, config).workspace
+    assert bare.near < 0.12 < given.near == pytest.approx(found.workspace.near, abs=0.03)
+
+
+def test_last_link_that_is_only_drawn_still_pushes(tmp_path):
+    bare = re.sub(
+        r'<link name="f[12]">.*?</link>\n|<joint name="g[12]".*?</joint>\n', "", (TOYS / "toy.urdf").read_text()
+    )
+    hand = '<link name="hand"><collision><geometry><box size="0.03 0.1 0.03"/></geometry></collision></link>'
+    assert hand in bare
+    path = tmp_path / "toy.urdf"
+    path.write_text(bare.replace(hand, hand.replace("collision", "visual")))
+    report = check_robot(path)
+    assert report.ok, [item for item in report.checks if not item.ok]
+    assert next(item for item in report.checks if item.name == "push").ok
