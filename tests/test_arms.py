@@ -8,6 +8,7 @@ import pytest
 import yaml
 
 from robosandbox.errors import InputError
+from robosandbox.motion.collision import CollisionChecker
 from robosandbox.robots import loader
 from robosandbox.robots.explain import to_yaml
 from robosandbox.robots.files import ModelFiles
@@ -408,3 +409,14 @@ def test_last_link_that_is_only_drawn_still_pushes(tmp_path):
     report = check_robot(path)
     assert report.ok, [item for item in report.checks if not item.ok]
     assert next(item for item in report.checks if item.name == "push").ok
+
+
+def test_closed_fingers_that_touch_each_other_are_no_obstacle(tmp_path):
+    # Slides that close beyond the point where the pads meet.
+    path = _changed("toy_tendon.xml", tmp_path, ('range="0 .03"', 'range="-.004 .03"'))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=path))
+        checker = CollisionChecker(sim.model, sim.robot, [str(b) for b in range(sim.model.nbody)])
+        checker.set_gripper(-0.002)
+        checker.data.qpos[sim.robot.gripper.joint_indices] = -0.002
+        assert checker.touch(sim.robot.home_q) is None
