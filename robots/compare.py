@@ -8,9 +8,10 @@ import numpy as np
 from robosandbox.robots.chain import actuator_joints
 from robosandbox.robots.finding import Check
 from robosandbox.robots.imported import compile_spec
-from robosandbox.robots.infer import Inference, collision_test
+from robosandbox.robots.infer import Inference
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.placement import find_workspace
+from robosandbox.robots.reach import collision_test
 from robosandbox.robots.sidecar import GripperRoles, Sidecar
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
@@ -263,7 +264,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
 
 
 def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk: bool) -> Check:
-    itself = collision_test(found.model, kinematics, None)(q)
+    itself = collision_test(kinematics.model, kinematics)(q)
     if itself is not None:
         return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
     singular = kinematics.singularity(q, found.workspace.far)

@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.pads import find_pads, grasp_sample, pad_gap
+from robosandbox.robots.pads import behind_fingers, find_pads, grasp_sample, pad_gap
 from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.robots.surfaces import points_on, world_points
@@ -29,6 +29,7 @@ from robosandbox.types import Array, frozen_array
 
 _FIXED_JAW = 0.25
 _TIP_LENGTH = 0.02
+_TIP_SAMPLES = 7
 _LINE_WIDTH = 0.004
 _LINE_BEYOND = 0.02
 _FAR_WIDER = 1.3
@@ -104,6 +105,11 @@ def derive_gripper(
     around = order[grasp_sample(aperture)]
     place(model, data, sweep.qpos[around])
     extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
+    # Fingers that swing reach farther out somewhere on the way from open to closed on something.
+    opened = order[int(np.abs(joint - roles.open_qpos).argmin())]
+    first, last = sorted((int(opened), int(around)))
+    on_the_way = sweep.qpos[np.unique(np.linspace(first, last, _TIP_SAMPLES).round().astype(int))]
+    extents["tip_depth"] = max(_tip_depth(model, data, qpos, tcp_site, R_site_tcp, left | right) for qpos in on_the_way)
     controls = np.empty((len(order), len(actuator_ids)))
     for column, actuator in enumerate(actuator_ids):
         scale, offset = servo_map(model, actuator)
@@ -197,8 +203,10 @@ def _tcp_frame(
         if float(np.linalg.norm(closing)) > 0.3:
             closing /= np.linalg.norm(closing)
             return np.column_stack([np.cross(closing, approach), closing, approach])
-    roots = [data.xpos[min(side)] for side in sides]
-    towards = site_rotation.T @ (data.site_xpos[tcp_site] - np.mean(roots, axis=0))
+    root = np.mean([data.xpos[min(side)] for side in sides], axis=0)
+    points = np.concatenate([world_points(model, data, collision_geoms(model, side)) for side in sides])
+    root = behind_fingers(model, data, sides, points, root, site_rotation @ closing)
+    towards = site_rotation.T @ (data.site_xpos[tcp_site] - root)
     towards -= closing * (closing @ towards)
     approach = _snap(towards / np.linalg.norm(towards), _SNAP_APPROACH)
     approach -= closing * (closing @ approach)
@@ -326,6 +334,16 @@ def _finger_extents(
         "finger_thickness": max(0.002, *thickness),
         "finger_width": float(np.ptp(width[:, 0])),
     }
+
+
+def _tip_depth(
+    model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, tcp_site: int, R_site_tcp: Array, fingers: frozenset[int]
+) -> float:
+    """Return how far fingers reach beyond the TCP along the approach at a configuration, metres; 0 where they do not."""
+    place(model, data, qpos)
+    approach = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp[:, 2]
+    points = world_points(model, data, collision_geoms(model, fingers))
+    return max(0.0, float(((points - data.site_xpos[tcp_site]) @ approach).max()))
 
 
 def _names(model: mujoco.MjModel, bodies: frozenset[int]) -> tuple[str, ...]:

@@ -70,6 +70,19 @@ def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> No
             _cut(imported, model, g, geoms[g])
 
 
+def ensure_solid_tool(imported: ImportedModel, joint: str) -> None:
+    """Let the last link of an arm without a gripper touch what it pushes, where only its looks are drawn.
+
+    Args:
+        imported: The model; it is changed.
+        joint: The arm's last one.
+    """
+    model = compile_spec(imported.spec, imported.path.name)
+    weld = int(model.body_weldid[model.jnt_bodyid[model.joint(joint).id]])
+    link = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld)
+    _ensure_solid(imported, model, {geom.id: geom for geom in imported.spec.geoms}, link)
+
+
 def _ensure_solid(
     imported: ImportedModel, model: mujoco.MjModel, geoms: dict[int, mujoco.MjsGeom], group: frozenset[int]
 ) -> None:
@@ -80,7 +93,7 @@ def _ensure_solid(
         geoms[g].contype = geoms[g].conaffinity = 1
     if mine:
         name = model.body(min(group)).name
-        imported.notes.append(f"finger {name!r} has no collision shape: its visual one is taken")
+        imported.notes.append(f"link {name!r} has no collision shape: its visual one is taken")
 
 
 def _ends(model: mujoco.MjModel, group: frozenset[int]) -> set[int]:

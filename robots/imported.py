@@ -21,6 +21,8 @@ _NUMBERS = {
     "actuator": ("gainprm", "biasprm", "gear", "ctrlrange", "forcerange"),
 }
 _OWNERS = {"body": "body", "geom": "geom", "site": "site", "jnt": "joint", "dof": "joint", "actuator": "actuator"}
+# What lies farther from its body, metres, is none of a robot: arithmetic loses its millimetres.
+_FARTHEST = 1e4
 
 
 @dataclass(slots=True, kw_only=True)
@@ -65,7 +67,7 @@ def compile_spec(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
 
 
 def _check_finite(model: mujoco.MjModel, source: str) -> None:
-    """Refuse numbers that the compiler lets through and that nothing can be computed with."""
+    """Refuse numbers that the compiler lets through and that nothing can be computed with: no numbers, and no lengths."""
     for kind, arrays in _NUMBERS.items():
         for name in arrays:
             values = np.asarray(getattr(model, f"{kind}_{name}"))
@@ -76,13 +78,21 @@ def _check_finite(model: mujoco.MjModel, source: str) -> None:
                 row = int(model.dof_jntid[index]) if kind == "dof" else index
                 element = getattr(model, owner)(row).name
                 raise InputError(f"{source}: {owner} {element!r}: its {name} is not finite; give plain numbers")
+    for kind in ("body", "jnt", "geom"):
+        away = np.linalg.norm(getattr(model, f"{kind}_pos"), axis=1)
+        if away.max(initial=0.0) > _FARTHEST:
+            element = getattr(model, kind)(int(away.argmax())).name
+            raise InputError(
+                f"{source}: {_OWNERS[kind]} {element!r}: is {away.max():g} m away from its body; give metres"
+            )
 
 
 def copy_options(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
-    """Give a spec the physics options of another; MuJoCo warns of differences when one is attached to the other."""
-    for name in dir(source.option):
-        if not name.startswith("_") and not callable(getattr(source.option, name)):
-            setattr(spec.option, name, getattr(source.option, name))
+    """Give a spec another's physics options and camera depths; MuJoCo warns of differences when it attaches one to the other."""
+    for mine, theirs in ((spec.option, source.option), (spec.visual.map, source.visual.map)):
+        for name in dir(theirs):
+            if not name.startswith("_") and not callable(getattr(theirs, name)):
+                setattr(mine, name, getattr(theirs, name))
     spec.njmax, spec.nconmax = source.njmax, source.nconmax
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.chain import Chain, actuator_joints, find_chains
 from robosandbox.robots.finding import Finding
+from robosandbox.robots.fingers import ensure_solid_tool
 from robosandbox.robots.flange import flange_tool, is_tool
 from robosandbox.robots.hand import Hand, measure_hand
 from robosandbox.robots.imported import ImportedModel, compile_spec
@@ -20,6 +21,7 @@ from robosandbox.robots.isolate import keep_arm
 from robosandbox.robots.kinematics import Kinematics, Tool
 from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
+from robosandbox.robots.reach import collision_test, with_table
 from robosandbox.robots.sidecar import (
     ArmRoles,
     BasePose,
@@ -29,8 +31,11 @@ from robosandbox.robots.sidecar import (
     InjectedSite,
     Sidecar,
 )
-from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
+from robosandbox.types import TABLE_HEIGHT, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
+
+# Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by.
+_ALONG = 0.7
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -121,6 +126,8 @@ def infer_imported(
             findings |= hand.findings
     else:
         findings["gripper"] = Finding(chain.confidence, chain.evidence)
+    if hand is None:
+        ensure_solid_tool(imported, names[-1])
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
     if hand is not None:
@@ -131,10 +138,13 @@ def infer_imported(
     tool = Tool(model.body(palm).id, position, rotation)
     kinematics = Kinematics(model, joints, tool, start)
     floor = base_bottom(model, joints)
-    space = find_workspace(kinematics, floor, collision_test(imported, kinematics, None))
+    space = find_workspace(kinematics, floor, collision_test(model, kinematics))
     down = "straight down" if space.tilt < 0.1 else f"within {np.degrees(space.tilt):.0f} deg of down"
     findings["reach"] = Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead")
-    home = find_home(kinematics, space, names, imported.keyframes, collision_test(imported, kinematics, space.floor))
+    # Planning starts at home, and takes no overlap for clear.
+    table = with_table(imported.spec, imported.path.name, space.floor)
+    clear = collision_test(table, kinematics, deepest=0.0)
+    home = find_home(kinematics, space, names, imported.keyframes, clear)
     findings["arm.home_qpos"] = Finding(home.confidence, home.evidence)
     xyz, yaw = base_pose(space, table_height)
     turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
@@ -189,46 +199,21 @@ def choose_chain(model: mujoco.MjModel, source: str, arm: str | None) -> tuple[C
     raise InputError(f"--arm: {arm!r} is no arm of {source}; there is {', '.join(labels)}{did_you_mean(arm, labels)}")
 
 
-def collision_test(
-    imported: ImportedModel, kinematics: Kinematics, floor: float | None
-) -> Callable[[Array], str | None]:
-    """Return a function that says what the arm touches at a configuration: itself, or a table at `floor`."""
-    spec = imported.spec.copy()
-    if floor is not None:
-        spec.worldbody.add_geom(
-            name="robosandbox_table",
-            type=mujoco.mjtGeom.mjGEOM_PLANE,
-            pos=[0.0, 0.0, floor - 0.001],
-            size=[2.0, 2.0, 0.1],
-        )
-    model = compile_spec(spec, imported.path.name)
-    data = mujoco.MjData(model)
-    start = kinematics.data.qpos.copy()
-
-    def touching(q: Array) -> str | None:
-        data.qpos[:] = start
-        data.qpos[kinematics.addresses] = q
-        mujoco.mj_fwdPosition(model, data)
-        for contact in data.contact[: data.ncon]:
-            if contact.dist < -5e-4:
-                pair = [str(model.body(int(model.geom_bodyid[g])).name) for g in contact.geom]
-                pair.sort(key=lambda name: name == "world")
-                return f"{pair[0]!r} touching {'the table' if pair[1] == 'world' else repr(pair[1])}"
-        return None
-
-    return touching
-
-
 def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperAttachment:
     """Return where a separate gripper goes: the model's own attachment site or tool frame, else the last link's end."""
     model = compile_spec(imported.spec, imported.path.name)
     chain, _ = choose_chain(model, imported.path.name, arm)
-    last = chain.joints[-1]
-    weld = int(model.body_weldid[model.jnt_bodyid[last]])
-    for s in range(model.nsite):
-        if int(model.body_weldid[model.site_bodyid[s]]) == weld and is_tool(model.site(s).name):
-            return GripperAttachment(model=gripper, to_site=str(model.site(s).name))
     palm, position, rotation, _ = flange_tool(model, chain.joints, chain.name(model))
+    data = mujoco.MjData(model)
+    mujoco.mj_fwdPosition(model, data)
+    outward = data.xmat[model.body(palm).id].reshape(3, 3) @ rotation[:, 2]
+    weld = int(model.body_weldid[model.jnt_bodyid[chain.joints[-1]]])
+    for s in range(model.nsite):
+        if int(model.body_weldid[model.site_bodyid[s]]) != weld or not is_tool(model.site(s).name):
+            continue
+        # A site without a rotation of its own says little about where a gripper would point.
+        if float(data.site_xmat[s].reshape(3, 3)[:, 2] @ outward) > _ALONG:
+            return GripperAttachment(model=gripper, to_site=str(model.site(s).name))
     return GripperAttachment(
         model=gripper,
         to_body=palm,

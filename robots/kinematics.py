@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
+from robosandbox.robots.limits import joint_limits
 from robosandbox.types import Array
 
 _ITERATIONS = 40
@@ -47,12 +49,12 @@ class Kinematics:
             self.data.qpos[:] = qpos
         self.addresses = model.jnt_qposadr[list(joints)].copy()
         self.dofs = model.jnt_dofadr[list(joints)].copy()
-        limited = model.jnt_limited[list(joints)].astype(bool)
         slide = model.jnt_type[list(joints)] == mujoco.mjtJoint.mjJNT_SLIDE.value
-        ranges = model.jnt_range[list(joints)]
         free = np.where(slide, 0.5, np.pi)
-        self.lower = np.where(limited, ranges[:, 0], -free)
-        self.upper = np.where(limited, ranges[:, 1], free)
+        limited = model.jnt_limited[list(joints)].astype(bool)
+        lower, upper = joint_limits(model, joints)
+        self.lower = np.where(limited, lower, np.maximum(lower, -free))
+        self.upper = np.where(limited, upper, np.minimum(upper, free))
         self._jacp, self._jacr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
         self._library: tuple[Array, Array, Array] | None = None
 
@@ -132,7 +134,14 @@ class Kinematics:
         return float((1.0 - np.abs(q - (self.upper + self.lower) / 2.0) / half).min())
 
     def solve(
-        self, point: Array, approach: Array, *, tilt: float = 0.03, restarts: int = 8, seed: Array | None = None
+        self,
+        point: Array,
+        approach: Array,
+        *,
+        tilt: float = 0.03,
+        restarts: int = 8,
+        seed: Array | None = None,
+        collides: Callable[[Array], str | None] = lambda q: None,
     ) -> Array | None:
         """Return a configuration with the TCP at `point` (3,) pointing along `approach` (3,), or None.
 
@@ -142,12 +151,13 @@ class Kinematics:
             tilt: How far off it may point, radians.
             restarts: How many sampled starts are tried.
             seed: Tried first, shape (n,).
+            collides: What touches at a configuration (n,), or None; those that touch are passed over.
         """
         starts = [] if seed is None else [seed]
         starts += list(self.starts(point, approach, restarts))
         for start in starts:
             q = self.descend(point, approach, start, tilt)
-            if q is not None:
+            if q is not None and collides(q) is None:
                 return q
         return None
 
@@ -210,7 +220,11 @@ def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper:
         lower: Limits, shape (n,).
         upper: Shape (n,).
     """
-    step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
+    try:
+        step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
+    except np.linalg.LinAlgError:
+        # Of lengths beyond all measure the damping is lost in rounding: nothing is reached.
+        return np.zeros(len(q))
     blocked = ((q + step < lower) & (q <= lower)) | ((q + step > upper) & (q >= upper))
     if blocked.any() and not blocked.all():
         free = np.flatnonzero(~blocked)

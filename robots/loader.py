@@ -11,17 +11,18 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.derive import DerivedGripper, derive_gripper
-from robosandbox.robots.fingers import refine_fingers
+from robosandbox.robots.fingers import ensure_solid_tool, refine_fingers
 from robosandbox.robots.flange import flange_tool
 from robosandbox.robots.grip import fit_grip
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer_imported
 from robosandbox.robots.isolate import keep_arm
-from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.limits import joint_limits
 from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot, say
 from robosandbox.robots.mount import mount
-from robosandbox.robots.placement import Workspace, find_workspace
+from robosandbox.robots.placement import Workspace
+from robosandbox.robots.reach import measured_workspace
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar
@@ -77,8 +78,7 @@ class RobotModel:
         arm = self.sidecar.arm
         joint_ids = [model.joint(prefix + name).id for name in arm.joints]
         actuator_ids = [model.actuator(prefix + name).id for name in arm.actuators]
-        limited = model.jnt_limited[joint_ids].astype(bool)
-        ranges = model.jnt_range[joint_ids]
+        lower, upper = joint_limits(model, joint_ids)
         maps = [_arm_servo_map(model, actuator) for actuator in actuator_ids]
         base = next(b for b in range(1, model.nbody) if model.body(b).name.startswith(prefix))
         return Robot(
@@ -89,8 +89,8 @@ class RobotModel:
             actuator_ids=np.array(actuator_ids),
             control_scale=frozen_array([scale for scale, _ in maps]),
             control_offset=frozen_array([offset for _, offset in maps]),
-            lower=frozen_array(np.where(limited, ranges[:, 0], -np.inf)),
-            upper=frozen_array(np.where(limited, ranges[:, 1], np.inf)),
+            lower=frozen_array(lower),
+            upper=frozen_array(upper),
             velocity_limits=self.velocity_limits,
             acceleration_limits=self.acceleration_limits,
             home_q=frozen_array(arm.home_qpos),
@@ -211,6 +211,8 @@ def load_with(
         keep_arm(imported, model, sidecar.arm.joints)
         if sidecar.gripper:
             refine_fingers(imported, sidecar.gripper.joints)
+        else:
+            ensure_solid_tool(imported, sidecar.arm.joints[-1])
     except InputError as error:
         raise InputError(f"{config.name}: {error}") from None
     return measure(imported, sidecar, config.name, table_height=table_height)
@@ -257,7 +259,7 @@ def measure(
     _add_wrist_camera(spec, model, tcp_site, R_site_tcp)
     velocity, acceleration = _limits(sidecar, spec, model, arm_q, imported.velocity)
     if workspace is None:
-        workspace = _workspace(model, sidecar, site, R_site_tcp, arm_q, table_height)
+        workspace = measured_workspace(model, sidecar, site, R_site_tcp, gripper, table_height)
     return RobotModel(
         name=path.stem,
         path=path,
@@ -272,25 +274,6 @@ def measure(
         tool_bounds=_tool_bounds(model, site, R_site_tcp),
         notes=tuple(imported.notes),
     )
-
-
-def _workspace(
-    model: mujoco.MjModel,
-    sidecar: Sidecar,
-    site: int,
-    R_site_tcp: Array,
-    arm_q: dict[int, float],
-    table_height: float,
-) -> Workspace:
-    start = model.qpos0.copy()
-    for address, value in arm_q.items():
-        start[address] = value
-    quat = np.zeros(9)
-    mujoco.mju_quat2Mat(quat, model.site_quat[site])
-    tool = Tool(int(model.site_bodyid[site]), model.site_pos[site].copy(), quat.reshape(3, 3) @ R_site_tcp)
-    joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
-    # The table's height in the robot's frame: where the sidecar puts the base decides it.
-    return find_workspace(Kinematics(model, joints, tool, start), table_height - sidecar.base_pose.xyz[2])
 
 
 def _tool_bounds(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float, float, float]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+import os
+from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -58,37 +60,68 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
 
 
 def _check_files(files: ModelFiles) -> None:
-    """Look at the file and all that it includes before MuJoCo reads any of it."""
+    """Look at the file and all that it includes or attaches before MuJoCo reads any of it."""
     seen: set[Path] = set()
-    pending = [files.model]
-    meshdir = texturedir = ""
-    elements: list[ElementTree.Element] = []
-    while pending:
-        path = pending.pop()
-        if path in seen:
+    models = [files.model]
+    while models:
+        model = models.pop()
+        if model in seen:
             continue
-        seen.add(path)
-        if len(seen) > _MAX_FILES:
-            raise InputError(f"{files.model.name}: includes over {_MAX_FILES} files")
-        root = ElementTree.fromstring(read_xml(path))
-        if path == files.model and root.tag != "mujoco":
-            raise InputError(_not_a_model(files.model, root))
-        for element in root.iter():
-            if element.tag in ("include", "model") and element.get("file") is not None:
-                pending.append(files.find(element.get("file", ""), f"<{element.tag}>").resolve())
-            elif element.tag == "compiler":
-                folder = element.get("assetdir", "")
-                meshdir = element.get("meshdir", folder) or meshdir
-                texturedir = element.get("texturedir", folder) or texturedir
-            elif element.tag == "replicate" and _count(element) > _MAX_REPLICAS:
-                raise InputError(f"{path.name}: <replicate count={element.get('count')!r}>: at most {_MAX_REPLICAS}")
-            elif element.tag in _ASSETS:
-                elements.append(element)
-    for element in elements:
+        # An attached model has folders of its own; what the main one may read, it may read too.
+        own = (
+            files
+            if model == files.model
+            else replace(files, model=model, package_paths=(*files.package_paths, files.root))
+        )
+        models += _check_model(own, seen, files.model)
+
+
+def _check_model(files: ModelFiles, seen: set[Path], main: Path) -> list[Path]:
+    """Look at one model with its includes and assets; return the models that it attaches."""
+    attached = []
+    meshdir = texturedir = ""
+    assets: list[tuple[ElementTree.Element, Path]] = []
+    for element, path in _elements(files, files.model, seen, main):
+        if element.tag == "model" and element.get("file") is not None:
+            attached.append(files.find(element.get("file", ""), "<model>").resolve())
+        elif element.tag == "compiler":
+            # The last one counts, as in MuJoCo: an empty one too.
+            folder = element.get("assetdir")
+            meshdir = element.get("meshdir", meshdir if folder is None else folder)
+            texturedir = element.get("texturedir", texturedir if folder is None else folder)
+        elif element.tag == "replicate" and _count(element) > _MAX_REPLICAS:
+            raise InputError(f"{main.name}: <replicate count={element.get('count')!r}>: at most {_MAX_REPLICAS}")
+        elif element.tag in _ASSETS:
+            assets.append((element, path))
+    for element, path in assets:
         folder = texturedir if element.tag == "texture" else meshdir
         for attribute, name in element.attrib.items():
             if attribute.startswith("file") and name:
-                files.find(name, f"<{element.tag} {attribute}>", folder=folder)
+                _find(files, name, f"<{element.tag} {attribute}>", folder, path)
+    return attached
+
+
+def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Iterator[tuple[ElementTree.Element, Path]]:
+    """Yield a file's elements in their order, those of an included file where it is included; with the file of each."""
+    if path in seen:
+        return
+    seen.add(path)
+    if len(seen) > _MAX_FILES:
+        raise InputError(f"{main.name}: includes over {_MAX_FILES} files")
+    root = ElementTree.fromstring(read_xml(path))
+    if path == main and root.tag != "mujoco":
+        raise InputError(_not_a_model(main, root))
+    for element in root.iter():
+        if element.tag == "include" and element.get("file") is not None:
+            yield from _elements(files, _find(files, element.get("file", ""), "<include>", "", path), seen, main)
+        yield element, path
+
+
+def _find(files: ModelFiles, name: str, element: str, folder: str, holder: Path) -> Path:
+    """Return the file that MuJoCo will read: by the main model's folders, else beside the file that names it."""
+    if not (files.model.parent / folder / name).is_file() and (holder.parent / name).is_file():
+        folder = os.path.relpath(holder.parent, files.model.parent)
+    return files.find(name, element, folder=folder).resolve()
 
 
 def _count(element: ElementTree.Element) -> float:
@@ -224,6 +257,4 @@ def _isolate(spec: mujoco.MjSpec) -> None:
     compiler.inertiagrouprange = [0, 5]
     # Measured alone, a robot obeys the options that it will have in every scene, not those of its file.
     copy_options(spec, mujoco.MjSpec())
-    spec.visual.map.znear = 0.01
-    spec.visual.map.zfar = 50.0
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST

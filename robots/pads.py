@@ -20,6 +20,8 @@ _CONTACT = 0.0015
 _TIP_MARGIN = 0.007
 _LONG_PAD = 0.042
 _TYPICAL_OBJECT = 0.025
+# Fingers that go back behind a frame by this share of what they go beyond it have it between them.
+_BETWEEN = 0.5
 
 
 @dataclass(frozen=True, slots=True)
@@ -184,7 +186,8 @@ def measure_tcp(
     if int(model.body_weldid[min(pads.right)]) == int(model.body_weldid[model.body_parentid[min(pads.left)]]):
         palm = (palm + data.xpos[min(pads.left)]) / 2.0
     tips = np.concatenate([left, right])
-    outward = tips[np.linalg.norm(tips - palm, axis=1).argsort()[-50:]].mean(axis=0) - palm
+    palm = behind_fingers(model, data, (pads.left, pads.right), tips, palm, closing)
+    outward = _farthest(tips, palm) - palm
     outward = outward - closing * (closing @ outward)
     approach = _snap(outward / np.linalg.norm(outward), axes, 30.0)
     approach = approach - closing * (closing @ approach)
@@ -192,6 +195,48 @@ def measure_tcp(
     position, spread = _meeting(left, right, closing, approach, near)
     tip = max(0.0, float(((tips - position) @ approach).max()))
     return GraspFrame(position, closing, approach, spread, tip)
+
+
+def behind_fingers(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    sides: tuple[frozenset[int], frozenset[int]],
+    points: Array,
+    root: Array,
+    closing: Array,
+) -> Array:
+    """Return a point from which the fingers point outward, shape (3,).
+
+    That is `root`, unless it lies between them, as a frame does that says where a gripper holds things: then the middle of
+    what carries the fingers.
+
+    Args:
+        model: The robot.
+        data: Its posture.
+        sides: Bodies of the two sides.
+        points: On the fingers, shape (k, 3).
+        root: Where they hang by their frames, shape (3,).
+        closing: Unit vector across them, shape (3,).
+    """
+    outward = _farthest(points, root) - root
+    outward = outward - closing * (closing @ outward)
+    length = float(np.linalg.norm(outward))
+    along = (points - root) @ (outward / max(length, 1e-9))
+    if length > 1e-4 and along.min() > -_BETWEEN * along.max():
+        return root
+    above = int(model.body_weldid[model.body_parentid[min(sides[0] | sides[1])]])
+    carriers = [b for b in range(1, model.nbody) if int(model.body_weldid[b]) == above and b not in sides[0] | sides[1]]
+    geoms = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) in carriers]
+    if not geoms:
+        return root
+    middle: Array = world_points(model, data, geoms, 0.005).mean(axis=0)
+    return middle
+
+
+def _farthest(points: Array, root: Array) -> Array:
+    """Return the middle of the 50 points farthest from one, shape (3,)."""
+    middle: Array = points[np.linalg.norm(points - root, axis=1).argsort()[-50:]].mean(axis=0)
+    return middle
 
 
 def _sides(pads: Pads) -> tuple[tuple[frozenset[int], frozenset[int]], tuple[frozenset[int], frozenset[int]]]:

@@ -46,6 +46,11 @@ class Workspace:
     tilt: float
 
     @property
+    def is_known(self) -> bool:
+        """It was found; else the tool points down nowhere, and these are guesses."""
+        return self.tilt < np.pi
+
+    @property
     def middle(self) -> float:
         """The distance at which to work."""
         return (self.near + self.far) / 2.0
@@ -137,9 +142,10 @@ def _band(
     for radius in radii:
         good = True
         for height in _HEIGHTS:
-            q = kinematics.solve(space.point(float(radius), height), _DOWN, tilt=space.tilt, restarts=6, seed=seed)
+            point = space.point(float(radius), height)
+            q = kinematics.solve(point, _DOWN, tilt=space.tilt, restarts=6, seed=seed, collides=collides)
             seed = q if q is not None else seed
-            good = q is not None and collides(q) is None
+            good = q is not None
             if not good:
                 break
         fine.append(good)

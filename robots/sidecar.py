@@ -2,14 +2,29 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Self
 
-from pydantic import Field, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from robosandbox.types import Finite, Limits, Positive, QuatXyzw, StrictModel, Vec3
 
 Name = Annotated[str, Field(min_length=1)]
+_FARTHEST = 10.0
+_FARTHEST_BASE = 100.0
+
+
+def _no_farther(most: float) -> AfterValidator:
+    def check(xyz: Vec3) -> Vec3:
+        if math.hypot(*xyz) > most:
+            raise ValueError(f"{math.hypot(*xyz):g} m away; it is in metres, at most {most:g}: are these millimetres?")
+        return xyz
+
+    return AfterValidator(check)
+
+
+Offset = Annotated[Vec3, _no_farther(_FARTHEST)]
 
 
 def _refuse_duplicates(field: str, names: tuple[str, ...]) -> None:
@@ -62,7 +77,7 @@ class GripperAttachment(StrictModel):
     model: Path
     to_body: Name | None = None
     to_site: Name | None = None
-    xyz: Vec3 = (0.0, 0.0, 0.0)
+    xyz: Offset = (0.0, 0.0, 0.0)
     quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
 
     @model_validator(mode="after")
@@ -121,7 +136,7 @@ class InjectedSite(StrictModel):
     """
 
     attach_body: Name
-    xyz: Vec3
+    xyz: Offset
     quat_xyzw: QuatXyzw | None = None
 
 
@@ -141,7 +156,7 @@ class EeSite(StrictModel):
 class BasePose(StrictModel):
     """Where the robot's base stands in the world."""
 
-    xyz: Vec3 = (0.0, 0.0, 0.0)
+    xyz: Annotated[Vec3, _no_farther(_FARTHEST_BASE)] = (0.0, 0.0, 0.0)
     quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
 
 

@@ -42,13 +42,16 @@ def import_urdf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     content = read_xml(path)
     root = ElementTree.fromstring(content)
     painted = _drop_odd_colours(root)
+    empty = _drop_empty_shapes(root)
     check_urdf(root, path.name)
     capsules = _square(root)
-    robot = _parse(ElementTree.tostring(root) if capsules or painted else content, path)
+    robot = _parse(ElementTree.tostring(root) if capsules or painted or empty else content, path)
     files = ModelFiles.of(path, package_paths)
     model = ImportedModel(name=str(robot.name or path.stem), path=path, spec=mujoco.MjSpec())
     if painted:
         model.notes.append(f"{painted} colours that are not four numbers are left out")
+    if empty:
+        model.notes.append(f"{empty} shapes of no size are left out")
     if capsules:
         model.notes.append(f"{capsules} capsules, which a URDF does not have, are taken as cylinders")
     _Builder(model, robot, files).build()
@@ -63,6 +66,23 @@ def _drop_odd_colours(root: ElementTree.Element) -> int:
         for colour in material.findall("color"):
             if len(numbers(colour.get("rgba", "")) or ()) != _COLOUR_NUMBERS:
                 material.remove(colour)
+                dropped += 1
+    return dropped
+
+
+def _drop_empty_shapes(root: ElementTree.Element) -> int:
+    """Take away shapes whose sizes are all 0, drawn where a link has none; return how many there were."""
+    dropped = 0
+    for link in root.iter("link"):
+        for item in [*link.findall("visual"), *link.findall("collision")]:
+            sizes = [
+                value
+                for shape in item.iterfind("geometry/*")
+                for attribute in ("size", "radius", "length")
+                for value in numbers(shape.get(attribute, "")) or ()
+            ]
+            if sizes and not any(sizes):
+                link.remove(item)
                 dropped += 1
     return dropped
 

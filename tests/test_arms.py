@@ -1,21 +1,26 @@
 """Odd models and hand-written sidecars: what arms from elsewhere bring, on toys and on arms from wheels."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 import yaml
 
+from robosandbox.errors import InputError
+from robosandbox.motion.collision import CollisionChecker
 from robosandbox.robots import loader
+from robosandbox.robots.explain import to_yaml
 from robosandbox.robots.files import ModelFiles
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer
 from robosandbox.robots.loader import load_robot
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.models import wheel_files
 from robosandbox.testing.robot_check import check_robot
 from robosandbox.testing.robot_trial import cube_task, work_point
-from robosandbox.types import Randomize
+from robosandbox.types import Randomize, Scene, matrix_from_quat_xyzw
 
 TOYS = Path(__file__).parent / "toys"
 SO101_JOINTS = ["shoulder_pan", "shoulder_lift", "elbow_flex", "wrist_flex", "wrist_roll"]
@@ -229,6 +234,29 @@ def test_capsules_and_odd_colours_do_not_keep_a_urdf_from_loading(tmp_path):
     assert any("capsules" in note for note in imported.notes) and any("colours" in note for note in imported.notes)
 
 
+def test_shapes_of_no_size_are_left_out(tmp_path):
+    path = _changed(
+        "toy.urdf", tmp_path, ('<visual><geometry><box size="0.1 0.1 0.1"/>', '<visual><geometry><box size="0 0 0"/>')
+    )
+    assert "1 shapes of no size are left out" in import_model(path).notes
+    flat = _changed("toy.urdf", tmp_path, ('<box size="0.15 0.04 0.04"/>', '<box size="0.15 0 0.04"/>'))
+    with pytest.raises(InputError, match=r"link 'l2'.*must be greater than 0"):
+        import_model(flat)
+
+
+def test_joints_go_no_farther_than_their_servos_can_be_told(tmp_path):
+    narrow = ('<position joint="j4" kp="200" kv="5"/>', '<position joint="j4" kp="200" kv="5" ctrlrange="-1.5 1.4"/>')
+    turn = (
+        '<position name="a5" joint="j5" kp="100" kv="2"/>',
+        '<position name="a5" joint="j5" kp="100" kv="2" ctrlrange="-3 3"/>',
+    )
+    robot = load_robot(_changed("toy_tendon.xml", tmp_path, narrow, turn))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=robot.path))
+        assert sim.robot.lower[3:] == pytest.approx([-1.5, -3.0]) and sim.robot.upper[3:] == pytest.approx([1.4, 3.0])
+        assert sim.robot.lower[1] == pytest.approx(-2.0)
+
+
 def test_mimic_that_leads_outside_its_own_limits_is_turned(tmp_path):
     path = _changed("toy.urdf", tmp_path, ('<mimic joint="g1"/>', '<mimic joint="g1" multiplier="-1"/>'))
     assert any("its sign is turned" in note for note in import_model(path).notes)
@@ -246,3 +274,149 @@ def test_shipped_sidecar_that_does_not_fit_gives_way_to_inference(monkeypatch, c
     loader._load.cache_clear()
     assert robot.sidecar.gripper.open_qpos == pytest.approx(0.03)
     assert any("does not fit it" in record.message for record in caplog.records)
+
+
+def test_fingers_whose_frame_lies_between_them_point_away_from_the_palm(tmp_path):
+    between = (
+        '<link name="grip"/><joint name="mount" type="fixed"><parent link="hand"/><child link="grip"/>'
+        '<origin xyz="0.04 0 0"/></joint></robot>'
+    )
+    path = _changed(
+        "toy.urdf",
+        tmp_path,
+        ('<parent link="hand"/><child link="f', '<parent link="grip"/><child link="f'),
+        ('<origin xyz="0.04 0.005 0"/>', '<origin xyz="-0.002 0.005 0"/>'),
+        ('<origin xyz="0.04 -0.005 0"/>', '<origin xyz="-0.002 -0.005 0"/>'),
+        ("</robot>", between),
+    )
+    found = infer(path).sidecar.ee_site.inject
+    assert matrix_from_quat_xyzw(found.quat_xyzw)[:, 2] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
+    config = tmp_path / "written.yaml"
+    home = [0, -0.6, 1.2, 0.9, 0]
+    config.write_text(
+        yaml.safe_dump(sidecar(TOY_JOINTS, home, fingers(["g1", "g2"], 0.03, 0), "grip", [0, 0, 0], [-0.2, 0, 0.04]))
+    )
+    assert load_robot(path, config).R_site_tcp[:, 2] == pytest.approx([1.0, 0.0, 0.0], abs=1e-6)
+
+
+_CLAW = """<mujoco model="claw"><compiler angle="radian"/><worldbody><body name="palm"><geom type="box" size=".05 .03 .01"/>
+<body name="left" pos="0 .045 .01"><joint name="l" axis="1 0 0" range="0 .6"/><geom type="box" pos="0 0 .04" size=".01 .004 .04"/></body>
+<body name="right" pos="0 -.045 .01"><joint name="r" axis="-1 0 0" range="0 .6"/><geom type="box" pos="0 0 .04" size=".01 .004 .04"/></body>
+</body></worldbody><equality><joint joint1="l" joint2="r"/></equality>
+<actuator><position name="claw" joint="l" kp="20" kv="1" ctrlrange="0 .6" forcerange="-4 4"/></actuator></mujoco>"""
+
+
+def _claw(folder):
+    """Write a gripper of two hinged fingers; return the toy arm without its own."""
+    (folder / "claw.xml").write_text(_CLAW)
+    text = (TOYS / "toy_tendon.xml").read_text()
+    bare = re.sub(r'<body name="f[12]">.*?</body>\n', "", text)
+    for part in (
+        r"<tendon>.*?</tendon>",
+        r"<equality>.*?</equality>",
+        r'<position name="g" .*?/>',
+        r"<keyframe>.*?</keyframe>",
+    ):
+        bare = re.sub(part, "", bare, flags=re.DOTALL)
+    return bare
+
+
+@pytest.mark.parametrize(("turn", "by_site"), [("", False), (' euler="0 1.5708 0"', True)])
+def test_gripper_is_mounted_by_a_tool_frame_only_where_that_points_outward(tmp_path, turn, by_site):
+    path = tmp_path / "toy_tendon.xml"
+    bare = _claw(tmp_path)
+    path.write_text(
+        bare.replace('<site name="tcp" pos=".06 0 0"/>', f'<site name="attachment_site" pos=".015 0 0"{turn}/>')
+    )
+    found = infer(path, gripper=tmp_path / "claw.xml")
+    attach = found.sidecar.gripper.attach
+    assert (attach.to_site == "attachment_site") == by_site
+    config = tmp_path / "toy.yaml"
+    config.write_text(to_yaml(found, tmp_path))
+    robot = load_robot(path, config)
+    assert robot.gripper is not None
+
+
+def test_tip_depth_covers_fingers_that_are_longest_when_open(tmp_path):
+    path = tmp_path / "toy_tendon.xml"
+    path.write_text(_claw(tmp_path).replace('<site name="tcp" pos=".06 0 0"/>', ""))
+    found = infer(path, gripper=tmp_path / "claw.xml")
+    config = tmp_path / "toy.yaml"
+    config.write_text(to_yaml(found, tmp_path))
+    robot = load_robot(path, config)
+    tcp = found.sidecar.ee_site.inject.xyz[2]
+    # Straight fingers end 90 mm beyond the palm's frame; bent inward they end before that.
+    assert robot.gripper.geometry.tip_depth == pytest.approx(0.09 - tcp, abs=0.002)
+
+
+@pytest.mark.parametrize(("folder", "allowed"), [("meshes", True), ("obj_meshes", True), ("secrets", False)])
+def test_only_meshes_and_textures_beside_the_models_folder_are_read(tmp_path, folder, allowed):
+    (tmp_path / "v1").mkdir()
+    (tmp_path / folder).mkdir()
+    (tmp_path / folder / "a.stl").write_bytes(b"x")
+    files = ModelFiles.of(tmp_path / "v1" / "robot.xml")
+    if allowed:
+        assert files.find("a.stl", "mesh", folder=f"../{folder}").name == "a.stl"
+    else:
+        with pytest.raises(InputError, match="leads outside"):
+            files.find("a.stl", "mesh", folder=f"../{folder}")
+
+
+@pytest.mark.parametrize(
+    ("field", "xyz"), [("ee_site", [0.1, 1e9, 0.0]), ("ee_site", [0.0, 0.0, 103.4]), ("base_pose", [-300.0, 0.0, 40.0])]
+)
+def test_lengths_that_cannot_be_metres_are_named(tmp_path, field, xyz):
+    side = toy()
+    if field == "ee_site":
+        side["ee_site"]["inject"]["xyz"] = xyz
+    else:
+        side["base_pose"]["xyz"] = xyz
+    path = tmp_path / "toy.robosandbox.yaml"
+    path.write_text(yaml.safe_dump(side))
+    with pytest.raises(InputError, match=rf"toy\.robosandbox\.yaml: {field}.*xyz: .* m away; it is in metres"):
+        load_robot(TOYS / "toy.urdf", path)
+
+
+def test_link_that_is_a_world_away_is_named(tmp_path):
+    path = _changed(
+        "toy_jaw.xml", tmp_path, ('<body name="lower" pos="0 0 0.16">', '<body name="lower" pos="1e9 0 0.16">')
+    )
+    with pytest.raises(InputError, match=r"toy_jaw\.xml: body 'lower': is 1e\+09 m away"):
+        load_robot(path)
+
+
+def test_reach_leaves_out_where_the_arm_would_touch_its_own_foot_with_a_sidecar_too(tmp_path):
+    drum = '<collision><origin xyz="0 0 -0.01"/><geometry><cylinder radius="0.14" length="0.08"/></geometry></collision></link>'
+    path = _changed(
+        "toy.urdf", tmp_path, ('</collision></link>\n<link name="l1">', "</collision>" + drum + '\n<link name="l1">')
+    )
+    found = infer(path)
+    config = tmp_path / "toy.yaml"
+    config.write_text(to_yaml(found, tmp_path))
+    bare = load_robot(TOYS / "toy.urdf").workspace
+    given = load_robot(path, config).workspace
+    assert bare.near < 0.12 < given.near == pytest.approx(found.workspace.near, abs=0.03)
+
+
+def test_last_link_that_is_only_drawn_still_pushes(tmp_path):
+    bare = re.sub(
+        r'<link name="f[12]">.*?</link>\n|<joint name="g[12]".*?</joint>\n', "", (TOYS / "toy.urdf").read_text()
+    )
+    hand = '<link name="hand"><collision><geometry><box size="0.03 0.1 0.03"/></geometry></collision></link>'
+    assert hand in bare
+    path = tmp_path / "toy.urdf"
+    path.write_text(bare.replace(hand, hand.replace("collision", "visual")))
+    report = check_robot(path)
+    assert report.ok, [item for item in report.checks if not item.ok]
+    assert next(item for item in report.checks if item.name == "push").ok
+
+
+def test_closed_fingers_that_touch_each_other_are_no_obstacle(tmp_path):
+    # Slides that close beyond the point where the pads meet.
+    path = _changed("toy_tendon.xml", tmp_path, ('range="0 .03"', 'range="-.004 .03"'))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(robot_urdf=path))
+        checker = CollisionChecker(sim.model, sim.robot, [str(b) for b in range(sim.model.nbody)])
+        checker.set_gripper(-0.002)
+        checker.data.qpos[sim.robot.gripper.joint_indices] = -0.002
+        assert checker.touch(sim.robot.home_q) is None

@@ -351,6 +351,63 @@ def test_include_may_not_leave_the_folder(tmp_path):
         load_robot(model)
 
 
+_ATTACHED = (
+    '<asset><model name="part" file="part/mount.xml"/></asset><worldbody>'
+    '<frame pos="-.2 .2 0"><attach model="part" body="b" prefix="p_"/></frame>'
+)
+_CORNERS = "".join(f"v {x} {y} {z}\n" for x in (0, 0.01) for y in (0, 0.01) for z in (0, 0.01))
+_TETRAHEDRON = _CORNERS + "f 1 2 3\nf 1 3 5\nf 1 5 2\nf 2 5 3\n"
+
+
+def test_asset_folder_that_counts_is_the_last_in_the_files_order(tmp_path):
+    model = tmp_path / "model"
+    (model / "meshes").mkdir(parents=True)
+    (tmp_path / "hand.obj").write_text(_TETRAHEDRON)
+    (model / "meshes" / "hand.obj").write_text(_TETRAHEDRON)
+    (model / "settings.xml").write_text('<mujocoinclude><compiler meshdir="meshes"/></mujocoinclude>')
+    toy = (TOYS / "toy_tendon.xml").read_text()
+    asset = '<asset><mesh name="extra" file="hand.obj"/></asset><worldbody>'
+    outside = '<include file="settings.xml"/><compiler meshdir=".."/>' + asset
+    (model / "toy.xml").write_text(toy.replace("<worldbody>", outside, 1))
+    with pytest.raises(InputError, match="leads outside"):
+        load_robot(model / "toy.xml")
+    inside = '<compiler meshdir=".."/><include file="settings.xml"/>' + asset
+    (model / "toy.xml").write_text(toy.replace("<worldbody>", inside, 1))
+    assert load_robot(model / "toy.xml").gripper is not None
+
+
+def test_attached_model_has_asset_folders_of_its_own(tmp_path):
+    part = tmp_path / "model" / "part"
+    (part / "meshes").mkdir(parents=True)
+    (part / "meshes" / "mount.obj").write_text(_TETRAHEDRON)
+    (tmp_path / "secret.obj").write_text(_TETRAHEDRON)
+    (part / "geom.xml").write_text('<mujocoinclude><geom type="mesh" mesh="m"/></mujocoinclude>')
+    body = '<worldbody><body name="b"><include file="{}"/></body></worldbody>'
+    mount = '<mujoco><compiler meshdir="meshes"/><asset><mesh name="m" file="{}"/></asset>' + body.format("geom.xml")
+    (part / "mount.xml").write_text(mount.format("mount.obj") + "</mujoco>")
+    toy = (TOYS / "toy_tendon.xml").read_text().replace("<worldbody>", _ATTACHED, 1)
+    (tmp_path / "model" / "toy.xml").write_text(toy)
+    assert load_robot(tmp_path / "model" / "toy.xml").gripper is not None
+    (part / "mount.xml").write_text(mount.format("../../../secret.obj") + "</mujoco>")
+    with pytest.raises(InputError, match="leads outside"):
+        import_model(tmp_path / "model" / "toy.xml")
+
+
+def test_asset_of_an_included_file_may_lie_beside_it(tmp_path):
+    parts = tmp_path / "model" / "parts"
+    parts.mkdir(parents=True)
+    (parts / "hand.obj").write_text(_TETRAHEDRON)
+    (parts / "assets.xml").write_text('<mujocoinclude><mesh name="extra" file="hand.obj"/></mujocoinclude>')
+    toy = (TOYS / "toy_tendon.xml").read_text()
+    asset = '<compiler meshdir="none"/><asset><include file="parts/assets.xml"/></asset><worldbody>'
+    (tmp_path / "model" / "toy.xml").write_text(toy.replace("<worldbody>", asset, 1))
+    assert load_robot(tmp_path / "model" / "toy.xml").gripper is not None
+    (tmp_path / "hand.obj").write_text(_TETRAHEDRON)
+    (parts / "assets.xml").write_text('<mujocoinclude><mesh name="extra" file="../../hand.obj"/></mujocoinclude>')
+    with pytest.raises(InputError, match="leads outside"):
+        import_model(tmp_path / "model" / "toy.xml")
+
+
 def test_fragment_says_what_to_load(tmp_path):
     (tmp_path / "arm.xml").write_text("<mujocoinclude/>")
     (tmp_path / "all.xml").write_text('<mujoco><include file="arm.xml"/></mujoco>')

@@ -69,6 +69,7 @@ class CollisionChecker:
         self._solid = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)) & ~beads
         self._held: tuple[int, Array, Array] | None = None
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
+        self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
         self._allowed: frozenset[int] = frozenset()
         self._general = np.isin(model.geom_type, _GENERAL)
         self._levers = _levers(model, robot)
@@ -145,6 +146,8 @@ class CollisionChecker:
         pairs = model.geom_bodyid[geoms]
         own = np.asarray(self._robot_body[pairs].all(axis=1), dtype=np.bool_)
         distance = self._sharpened(geoms, data.contact.dist, own)
+        # Closed fingers touch each other wherever the arm is.
+        distance = np.where(self._finger[pairs].all(axis=1), _SIGHT, distance)
         # Parts of the robot may come as close as they like; only touching counts.
         depth = np.where(own, -distance, self.clearance - distance)
         worst = int(depth.argmax())

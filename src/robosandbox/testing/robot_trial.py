@@ -173,7 +173,7 @@ def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table
 def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
     at = work_point(robot)
     try:
-        with open_session(cube_task(path, config, at), what_if=False) as session:
+        with open_session(cube_task(path, config, at), what_if=blame is None) as session:
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
@@ -195,7 +195,7 @@ def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Che
     wanted = Displaced(kind="displaced", object=CUBE, direction="forward", min_mm=0.6 * _PUSH_M * 1000)
     task = task.model_copy(update={"prompt": f"push the red cube {_PUSH_M * 100:.0f} cm forward", "success": wanted})
     try:
-        with open_session(task, what_if=False) as session:
+        with open_session(task, what_if=blame is None) as session:
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
