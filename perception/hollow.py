@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import take_out
+from robosandbox.perception.doubles import seen_through
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, fit, lean_of
 from robosandbox.perception.groups import Group, alike, group
@@ -29,12 +30,22 @@ _LEAST_INNER = 0.012
 _FEW = 5
 _POOREST = 0.9
 _VAGUE = 0.006
-_MORE = 0.00005
+# What the share of a family that a hull explains is worth, as cost.
+_MORE = 0.8
 _INSIDE = 0.8
 _SHELL = 0.5
 _SAME_SIZE = 0.12
 # A cup is at least so many times as high as its inner radius; a bowl is flatter.
 _TALL = 1.4
+
+# Where a hull's walls are, as shares of its half-extents; the rim, and what it hides of the table, is left out.
+_ALONG, _UP = (-0.7, -0.35, 0.0, 0.35, 0.7), (-0.5, 0.0, 0.3)
+_ANGLES = np.arange(16) * np.pi / 8.0
+_WALLS: dict[Shape, Array] = {
+    "box": np.array([w for u in _ALONG for z in _UP for s in (-0.97, 0.97) for w in ((s, u, z), (u, s, z))]),
+    "cylinder": np.array([(0.97 * np.cos(angle), 0.97 * np.sin(angle), z) for angle in _ANGLES for z in _UP]),
+}
+_GAPS = 0.12
 
 _HULLS: tuple[tuple[ObjectKind, Shape], ...] = (("bin", "box"), ("bowl", "cylinder"))
 
@@ -101,7 +112,8 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
         and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
     ]
     # Of hulls that fit about equally the one that explains more.
-    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    whole = sum(len(item.points) for item in largest)
+    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points) / whole, default=None)
     # Walls stand and floors lie; what is oblique is a board that leans.
     return None if best is None or lean_of(best[2].points) is not None else best
 
@@ -164,7 +176,12 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
         found = fit(shape, seen, scenery.table.height)
-        if found is not None and _holds_something(found) and _is_hollow(found, scenery):
+        if (
+            found is not None
+            and _holds_something(found)
+            and _is_hollow(found, scenery)
+            and not seen_through(found, scenery, _WALLS[shape], _GAPS)
+        ):
             options.append((kind, found))
     if not options:
         return None

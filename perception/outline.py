@@ -113,13 +113,15 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
         columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
         covered |= look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02)
         depth, valid = view.depth[rows, columns], view.valid[rows, columns]
-        covered |= valid & (depth < here - _OCCLUDES)
+        piece = look.pieces[rows, columns]
+        strange = (piece > 0) & ~np.isin(piece, own)
+        lower = view.xyz[2, rows, columns] < low + _UNDER
+        # The table before a thing is nearer than it is, and covers nothing.
+        covered |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
         if step <= _BESIDE:
             # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
-            piece = look.pieces[rows, columns]
             # What lies lower is stood upon, as the table is.
-            behind = valid & ((depth > here + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER))
-            beside |= (piece > 0) & ~np.isin(piece, own) & ~behind
+            beside |= strange & ~(valid & ((depth > here + _OCCLUDES) | lower))
     # A corner where a cut begins is no end of the thing either, whichever way it points.
     pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
     columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
