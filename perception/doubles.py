@@ -15,7 +15,7 @@ from robosandbox.types import Array
 
 _AT_IT = 0.006
 _MOST_OF_IT = 0.6
-_FRAGMENTS_REACH = 0.08
+_APART = 0.06
 _STEPS = 24
 _NEARER = 0.004
 _BEHIND = 0.012
@@ -34,14 +34,16 @@ def explains(known: Fit, members: Group, within: float = _AT_IT) -> bool:
     return float((known.distances(members.points) < within).mean()) > _MOST_OF_IT
 
 
-def parted(a: Group, b: Group, scenery: Scenery) -> bool:
-    """Tell whether two groups may be one thing that something nearer hides the middle of."""
+def may_be_one(a: Group, b: Group, scenery: Scenery) -> bool:
+    """Tell whether two groups near one another may be of one thing: no view shows both without something before the gap."""
     (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
-    if (low_a - _FRAGMENTS_REACH > high_b).any() or (low_b - _FRAGMENTS_REACH > high_a).any():
+    if (low_a - _APART > high_b).any() or (low_b - _APART > high_a).any():
         return False
-    return any(
-        one.view is other.view and _hidden_between(one, other, scenery.looks[one.view.camera])
-        for one, other in product(a.segments, b.segments)
+    return all(
+        any(_hidden_between(one, other, look) for one, other in product(first, second))
+        for look in scenery.looks.values()
+        if (first := [each for each in a.segments if each.view is look.view])
+        and (second := [each for each in b.segments if each.view is look.view])
     )
 
 

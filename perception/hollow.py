@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import take_out
-from robosandbox.perception.doubles import seen_through
+from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, fit, lean_of
 from robosandbox.perception.groups import Group, alike, group
@@ -67,6 +67,7 @@ def find_containers(
     """
     containers: list[Container] = []
     rest: list[Group] = []
+    contents: list[Group] = []
     for family in families(groups):
         found = _as_known(family, _best_container(family, scenery), known)
         if found is None:
@@ -77,10 +78,16 @@ def find_containers(
         own, inside, scenery = take_out(hull, [s for s in every if _belongs(s.points, hull)], scenery)
         containers.append((kind, hull, Group(tuple(own)) if own else members))
         taken = {id(segment) for segment in every if _belongs(segment.points, hull)}
-        rest += group(inside)
+        contents += group(inside)
         left = [tuple(s for s in item.segments if id(s) not in taken) for item in family]
         rest += [Group(segments) for segments in left if segments]
-    return containers, rest, scenery
+    # What stands before a container may part a piece from the others.
+    for number, (kind, hull, members) in enumerate(containers):
+        strays = [item for item in rest if same_colour(item, members) and _belongs(item.points, hull)]
+        rest = [item for item in rest if not any(item is stray for stray in strays)]
+        added = (segment for stray in strays for segment in stray.segments)
+        containers[number] = (kind, hull, Group((*members.segments, *added)))
+    return containers, rest + contents, scenery
 
 
 def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[Hull]) -> Container | None:

@@ -8,7 +8,7 @@ from typing import get_args
 
 import numpy as np
 
-from robosandbox.perception.doubles import explains, parted, same_colour, seen_through
+from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
@@ -34,14 +34,13 @@ _ENOUGH_TANGENTS = 14.0
 _USUAL_SIGMA = 0.004
 _LEAST_EXTENT = 0.004
 # One shape that explains its pieces so badly may be several, one on another.
-_SEVERAL = 0.9
+_SEVERAL = 1.0
 _UNEXPLAINED = 3.0
 _STACK_CHARGE = 0.3
 # Two groups are one thing where one shape explains both so well.
 _WELL = 0.45
 _TOLERABLY = 0.9
 _WORSE = 0.3
-_NEAR = 0.012
 _SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 
@@ -143,8 +142,7 @@ def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery) -> list[Thing
         if other.kind in CONTAINER_KINDS or not same_colour(other.group, new.group):
             continue
         same = explains(other.fit, new.group) or explains(new.fit, other.group)
-        near = explains(other.fit, new.group, _NEAR) or explains(new.fit, other.group, _NEAR)
-        if not near and not parted(other.group, new.group, scenery):
+        if not (same or may_be_one(other.group, new.group, scenery)):
             continue
         rest = [thing for thing in things if thing is not other]
         both = _solid(Group((*other.group.segments, *new.group.segments)), rest, scenery)
