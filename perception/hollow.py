@@ -110,17 +110,21 @@ def _as_large(a: Fit, b: Fit) -> bool:
 def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
     """Return the container that some of the groups make, however many: the one whose hull explains its pieces best."""
     largest = sorted(family, key=lambda item: -len(item.points))[:_MOST_PIECES]
-    found = [
-        container
-        for count in range(1, len(largest) + 1)
-        for chosen in combinations(largest, count)
-        if (container := _as_container(chosen, family, scenery)) is not None
-        and container[1].cost < _POOREST
-        and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
-    ]
-    # Of hulls that fit about equally the one that explains more.
     whole = sum(len(item.points) for item in largest)
-    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points) / whole, default=None)
+    subsets = [chosen for count in range(1, len(largest) + 1) for chosen in combinations(largest, count)]
+    best, least = None, np.inf
+    # Of hulls that fit about equally the one that explains more; those that explain too little need no fit.
+    for gain, chosen in sorted(
+        ((_MORE * sum(len(item.points) for item in chosen) / whole, chosen) for chosen in subsets),
+        key=lambda option: -option[0],
+    ):
+        if -gain >= least:
+            break
+        found = _as_container(chosen, family, scenery)
+        if found is None or found[1].cost >= _POOREST or found[1].cost - gain >= least:
+            continue
+        if float(np.sqrt(np.diag(found[1].covariance)[:-1].max())) < _VAGUE:
+            best, least = found, found[1].cost - gain
     # Walls stand and floors lie; what is oblique is a board that leans.
     return None if best is None or lean_of(best[2].points) is not None else best
 
@@ -186,8 +190,8 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
         if (
             found is not None
             and _holds_something(found)
-            and _is_hollow(found, scenery)
             and not seen_through(found, scenery, _WALLS[shape], _GAPS)
+            and _is_hollow(found, scenery)
         ):
             options.append((kind, found))
     if not options:
