@@ -18,6 +18,7 @@ from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.stacks import cut_at, ledges
+from robosandbox.shapes import DrawerShape
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
 _CORRELATED = 9.0
@@ -263,21 +264,31 @@ def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float
     middle = (low + high)[:2] / 2.0
     height = scenery.table.height
     for thing in things:
-        local = thing.fit.axes.T @ (np.array([*middle, thing.fit.centre[2]]) - thing.fit.centre)
-        half = thing.fit.sizes
-        within = (
-            float(np.hypot(local[0], local[1])) < half[0]
-            if thing.fit.shape in ("cylinder", "sphere")
-            else bool((np.abs(local[:2]) < half[:2]).all())
-            if thing.fit.shape == "box"
-            else False
-        )
-        if not within:
-            continue
-        top = thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
-        if height < top < float(low[2]) + _UNDER:
+        top = _stands_on(thing, middle)
+        if top is not None and height < top < float(low[2]) + _UNDER:
             height = top
     return height
+
+
+def _stands_on(thing: Thing, place: Array) -> float | None:
+    """Return the height at which something stands on or in a thing at a place (2,) of the plan; None beside it."""
+    local = thing.fit.axes.T @ (np.array([*place, thing.fit.centre[2]]) - thing.fit.centre)
+    half = thing.fit.sizes
+    within = (
+        float(np.hypot(local[0], local[1])) < half[0]
+        if thing.fit.shape in ("cylinder", "sphere")
+        else bool((np.abs(local[:2]) < half[:2]).all())
+        if thing.fit.shape == "box"
+        else False
+    )
+    if thing.kind == "drawer":
+        box = DrawerShape.of(thing.size)
+        slid = np.abs(local[:2] - box.box_centre[:2] + [thing.opening or 0.0, 0.0])
+        # Of the box that slides out of it what is still in the cabinet is covered.
+        return thing.top if within else thing.fit.bottom + box.floor if (slid < box.inner).all() else None
+    if not within:
+        return None
+    return thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
 
 
 def _confidence(found: Fit, rows: Rows) -> float:
