@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -36,26 +35,16 @@ def take_out(hull: Fit, own: Sequence[Segment], scenery: Scenery) -> tuple[list[
     looks = dict(scenery.looks)
     for camera, look in scenery.looks.items():
         mine = [segment for segment in own if segment.view is look.view]
-        parts = [part for segment in mine for part in _parts(hull, segment, look)]
-        if not parts:
-            left += mine
-            continue
-        pieces = look.pieces.copy()
-        segments = list(look.segments)
-        for part in parts:
-            segments.append(part)
-            _, (rows, columns) = part.mask, _corner(part)
-            pieces[rows, columns][part.mask] = len(segments)
+        parts = {id(segment): _parts(hull, segment, look) for segment in mine}
         for segment in mine:
-            number = next(k for k, one in enumerate(segments) if one is segment)
-            rows, columns = _corner(segment)
-            rest = segment.mask & (pieces[rows, columns] == number + 1)
-            trimmed = segment_of(look.view, rest, rest, segment.box)
-            if trimmed is not None:
-                segments[number] = trimmed
-                left.append(trimmed)
-        inside += parts
-        looks[camera] = replace(look, pieces=pieces, segments=tuple(segments))
+            rest: Segment | None = segment
+            for part in parts[id(segment)]:
+                inside.append(part)
+                if rest is not None:
+                    look, rest = look.divided(rest, part)
+            if rest is not None:
+                left.append(rest)
+        looks[camera] = look
     return left, inside, Scenery(looks, scenery.table)
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, fit
+from robosandbox.perception.fit import Fit, Shape, fit
 from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.scenery import Scenery
@@ -29,6 +29,7 @@ _FROM_SIDES = 0.02
 _BIN = 0.006
 _EMPTY = 0.25
 _SHUT = 0.012
+_ROUND: tuple[Shape, ...] = ("lying", "cylinder", "sphere")
 # How far it slides is not seen before it is opened.
 _MOST_OPEN = 0.75
 
@@ -105,6 +106,9 @@ def _as_drawer(family: Sequence[Group], grip: Group, scenery: Scenery) -> Drawer
     seen = Evidence(Rows.stack(rows), Surface.stack(surfaces))
     whole = fit("box", seen, scenery.table.height) if len(seen.surface.points) else None
     if whole is None or whole.cost > _POOREST or 2.0 * whole.sizes[2] < _LEAST_HEIGHT:
+        return None
+    rounded = [fit(shape, seen, scenery.table.height) for shape in _ROUND]
+    if any(one is not None and one.cost < whole.cost for one in rounded):
         return None
     whole = _facing(whole, grip)
     if whole is None:

@@ -8,7 +8,7 @@ linear least squares, and the heading is searched for on a grid and then refined
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -32,6 +32,9 @@ _STANDS = 0.0008
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 _HOPELESS = 0.25
+# Above this cost a box is looked for from more headings, so far apart.
+_POOR = 0.6
+_RESTART = np.pi / 8.0
 _DRAWS = 120
 _IN_PLANE = 0.003
 _MUCH_OF_IT = 0.3
@@ -77,14 +80,25 @@ class Fit:
 
     def corners(self, room: float = 0.0) -> Array:
         """Return points of the world (n, 3) whose hull holds it, with so much room around it, metres."""
-        return np.asarray(self.centre + (_CORNERS * (self._half + room)) @ self.axes.T)
+        return np.asarray(self.centre + (_CORNERS * (self.half + room)) @ self.axes.T)
 
     def outside(self, place: Array) -> float:
         """Return how far a point (3,) is from the box around the shape, along its own axes, metres; below 0 within."""
-        return float((np.abs((place - self.centre) @ self.axes) - self._half).max())
+        return float((np.abs((place - self.centre) @ self.axes) - self.half).max())
+
+    def distances(self, points: Array) -> Array:
+        """Return about how far points (n, 3) are from its surface, (n,), metres; below 0 within."""
+        local = (points - self.centre) @ self.axes
+        if self.shape == "box":
+            return np.asarray((np.abs(local) - self.sizes).max(axis=1))
+        if self.shape == "sphere":
+            return np.asarray(np.linalg.norm(local, axis=1) - self.sizes[0])
+        across = np.hypot(local[:, 0], local[:, 1]) - self.sizes[0]
+        return np.asarray(np.maximum(across, np.abs(local[:, 2]) - self.sizes[1]))
 
     @property
-    def _half(self) -> Array:
+    def half(self) -> Array:
+        """Half-extents (3,) of the box around it, along its own axes, metres."""
         if self.shape == "box":
             return self.sizes
         radius = float(self.sizes[0])
@@ -179,12 +193,35 @@ def best_fit(shapes: Sequence[Shape], seen: Evidence, resting: float | None, cha
         charge: Added to the cost for each parameter.
     """
     starts = [start for shape in shapes if (start := _start(shape, seen, resting, None)) is not None]
-    best, least = None, np.inf
-    for start in sorted(starts, key=lambda each: each.cost):
+    best = _best_from(sorted(starts, key=lambda each: each.cost), seen, resting, charge, None)
+    if starts and "box" in shapes and (best is None or best.cost > _POOR):
+        # Half hidden, a box shows tangents of a part; where its visible faces lie tells more.
+        best = _best_from(_box_starts(seen, resting), seen, resting, charge, best)
+    return best
+
+
+def _best_from(
+    starts: Iterable[Fit], seen: Evidence, resting: float | None, charge: float, best: Fit | None
+) -> Fit | None:
+    least = np.inf if best is None else best.cost + charge * len(best.covariance)
+    for start in starts:
         found = _refined_or_none(start, seen, resting, None, least)
         if found is not None and found.cost + charge * len(found.covariance) < least:
             best, least = found, found.cost + charge * len(found.covariance)
     return best
+
+
+def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
+    """Yield the boxes around the points at several headings."""
+    points = seen.surface.points
+    low, high = np.percentile(points[:, 2], [2.0, 98.0])
+    low = low if resting is None else resting
+    for yaw in np.arange(0.0, np.pi / 2.0, _RESTART):
+        axes = axes_of("box", float(yaw))
+        near, far = np.percentile(points @ axes[:, :2], [2.0, 98.0], axis=0)
+        middle = axes @ np.array([*(near + far) / 2.0, (low + high) / 2.0])
+        sizes = np.maximum(np.array([*(far - near), high - low]) / 2.0, _LEAST_SIZE)
+        yield Fit("box", middle, sizes, float(yaw), np.inf, np.zeros((0, 0)), len(points))
 
 
 def fit_leaning(seen: Evidence) -> Fit | None:

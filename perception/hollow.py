@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from robosandbox.perception.contents import take_out
+from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, fit, lean_of
 from robosandbox.perception.groups import Group, alike, group
@@ -29,12 +30,22 @@ _LEAST_INNER = 0.012
 _FEW = 5
 _POOREST = 0.9
 _VAGUE = 0.006
-_MORE = 0.00005
+# What the share of a family that a hull explains is worth, as cost.
+_MORE = 0.8
 _INSIDE = 0.8
 _SHELL = 0.5
 _SAME_SIZE = 0.12
 # A cup is at least so many times as high as its inner radius; a bowl is flatter.
 _TALL = 1.4
+
+# Where a hull's walls are, as shares of its half-extents; the rim, and what it hides of the table, is left out.
+_ALONG, _UP = (-0.7, -0.35, 0.0, 0.35, 0.7), (-0.5, 0.0, 0.3)
+_ANGLES = np.arange(16) * np.pi / 8.0
+_WALLS: dict[Shape, Array] = {
+    "box": np.array([w for u in _ALONG for z in _UP for s in (-0.97, 0.97) for w in ((s, u, z), (u, s, z))]),
+    "cylinder": np.array([(0.97 * np.cos(angle), 0.97 * np.sin(angle), z) for angle in _ANGLES for z in _UP]),
+}
+_GAPS = 0.12
 
 _HULLS: tuple[tuple[ObjectKind, Shape], ...] = (("bin", "box"), ("bowl", "cylinder"))
 
@@ -56,6 +67,7 @@ def find_containers(
     """
     containers: list[Container] = []
     rest: list[Group] = []
+    contents: list[Group] = []
     for family in families(groups):
         found = _as_known(family, _best_container(family, scenery), known)
         if found is None:
@@ -66,10 +78,16 @@ def find_containers(
         own, inside, scenery = take_out(hull, [s for s in every if _belongs(s.points, hull)], scenery)
         containers.append((kind, hull, Group(tuple(own)) if own else members))
         taken = {id(segment) for segment in every if _belongs(segment.points, hull)}
-        rest += group(inside)
+        contents += group(inside)
         left = [tuple(s for s in item.segments if id(s) not in taken) for item in family]
         rest += [Group(segments) for segments in left if segments]
-    return containers, rest, scenery
+    # What stands before a container may part a piece from the others.
+    for number, (kind, hull, members) in enumerate(containers):
+        strays = [item for item in rest if same_colour(item, members) and _belongs(item.points, hull)]
+        rest = [item for item in rest if not any(item is stray for stray in strays)]
+        added = (segment for stray in strays for segment in stray.segments)
+        containers[number] = (kind, hull, Group((*members.segments, *added)))
+    return containers, rest + contents, scenery
 
 
 def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[Hull]) -> Container | None:
@@ -92,16 +110,21 @@ def _as_large(a: Fit, b: Fit) -> bool:
 def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
     """Return the container that some of the groups make, however many: the one whose hull explains its pieces best."""
     largest = sorted(family, key=lambda item: -len(item.points))[:_MOST_PIECES]
-    found = [
-        container
-        for count in range(1, len(largest) + 1)
-        for chosen in combinations(largest, count)
-        if (container := _as_container(chosen, family, scenery)) is not None
-        and container[1].cost < _POOREST
-        and float(np.sqrt(np.diag(container[1].covariance)[:-1].max())) < _VAGUE
-    ]
-    # Of hulls that fit about equally the one that explains more.
-    best = min(found, key=lambda item: item[1].cost - _MORE * len(item[2].points), default=None)
+    whole = sum(len(item.points) for item in largest)
+    subsets = [chosen for count in range(1, len(largest) + 1) for chosen in combinations(largest, count)]
+    best, least = None, np.inf
+    # Of hulls that fit about equally the one that explains more; those that explain too little need no fit.
+    for gain, chosen in sorted(
+        ((_MORE * sum(len(item.points) for item in chosen) / whole, chosen) for chosen in subsets),
+        key=lambda option: -option[0],
+    ):
+        if -gain >= least:
+            break
+        found = _as_container(chosen, family, scenery)
+        if found is None or found[1].cost >= _POOREST or found[1].cost - gain >= least:
+            continue
+        if float(np.sqrt(np.diag(found[1].covariance)[:-1].max())) < _VAGUE:
+            best, least = found, found[1].cost - gain
     # Walls stand and floors lie; what is oblique is a board that leans.
     return None if best is None or lean_of(best[2].points) is not None else best
 
@@ -164,7 +187,12 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
         found = fit(shape, seen, scenery.table.height)
-        if found is not None and _holds_something(found) and _is_hollow(found, scenery):
+        if (
+            found is not None
+            and _holds_something(found)
+            and not seen_through(found, scenery, _WALLS[shape], _GAPS)
+            and _is_hollow(found, scenery)
+        ):
             options.append((kind, found))
     if not options:
         return None

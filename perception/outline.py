@@ -105,6 +105,7 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
     low = float(np.percentile(points[:, 2], 3))
     covered = np.zeros(len(extreme), dtype=bool)
     beside = np.zeros(len(extreme), dtype=bool)
+    unknown = np.zeros(len(extreme), dtype=bool)
     for step in _OUTSIDE:
         pixels = np.rint(extreme + step * _NORMALS).astype(int)
         inside = (pixels >= 0).all(axis=1) & (pixels < [width, height]).all(axis=1)
@@ -113,13 +114,17 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
         columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
         covered |= look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02)
         depth, valid = view.depth[rows, columns], view.valid[rows, columns]
-        covered |= valid & (depth < here - _OCCLUDES)
-        if step <= _BESIDE:
-            # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
-            piece = look.pieces[rows, columns]
-            # What lies lower is stood upon, as the table is.
-            behind = valid & ((depth > here + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER))
-            beside |= (piece > 0) & ~np.isin(piece, own) & ~behind
+        piece = look.pieces[rows, columns]
+        strange = (piece > 0) & ~np.isin(piece, own)
+        lower = view.xyz[2, rows, columns] < low + _UNDER
+        # The table before a thing is nearer than it is, and covers nothing.
+        covered |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
+        # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
+        # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
+        asked = strange & (unknown | (step <= _BESIDE))
+        beside |= asked & valid & ~((depth > here + _OCCLUDES) | lower)
+        unknown = (unknown | asked) & ~(asked & valid)
+    beside |= unknown
     # A corner where a cut begins is no end of the thing either, whichever way it points.
     pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
     columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)

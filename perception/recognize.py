@@ -8,6 +8,7 @@ from typing import get_args
 
 import numpy as np
 
+from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
@@ -16,6 +17,8 @@ from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.stacks import cut_at, ledges
+from robosandbox.shapes import DrawerShape
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
 _CORRELATED = 9.0
@@ -31,6 +34,14 @@ _POOR_COST = 0.35
 _ENOUGH_TANGENTS = 14.0
 _USUAL_SIGMA = 0.004
 _LEAST_EXTENT = 0.004
+# One shape that explains its pieces so badly may be several, one on another.
+_SEVERAL = 1.0
+_UNEXPLAINED = 3.0
+_STACK_CHARGE = 0.3
+# Two groups are one thing where one shape explains both so well.
+_WELL = 0.45
+_TOLERABLY = 0.9
+_WORSE = 0.3
 _SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 
@@ -85,11 +96,65 @@ def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] =
         for kind, found, members in containers
     ]
     things += [_as_thing(drawer, scenery) for drawer in drawers]
-    for members in sorted(rest, key=lambda item: float(item.bounds[1][2])):
+    waiting = list(rest)
+    while waiting:
+        waiting.sort(key=_level)
+        members = waiting.pop(0)
         thing = _solid(members, things, scenery)
+        if thing is None or thing.fit.cost > _SEVERAL:
+            parts, scenery = _in_stack(members, things, scenery, thing)
+            if parts:
+                waiting += parts
+                continue
         if thing is not None:
-            things.append(thing)
+            things = _joined(things, thing, scenery)
     return things
+
+
+def _level(members: Group) -> float:
+    return float(members.bounds[1][2])
+
+
+def _in_stack(
+    members: Group, things: Sequence[Thing], scenery: Scenery, whole: Thing | None
+) -> tuple[list[Group], Scenery]:
+    """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
+    least = _UNEXPLAINED if whole is None else whole.fit.cost
+    found: list[Group] = []
+    divided = scenery
+    for height in ledges(members):
+        (lower, upper), there = cut_at(members, height, scenery)
+        if lower is None or upper is None:
+            continue
+        below = _solid(lower, things, there)
+        above = None if below is None else _solid(upper, [*things, below], there)
+        if below is None or above is None:
+            continue
+        share = len(lower.points) / (len(lower.points) + len(upper.points))
+        cost = share * below.fit.cost + (1.0 - share) * above.fit.cost + _STACK_CHARGE
+        if cost < least:
+            found, divided, least = [lower, upper], there, cost
+    return found, divided
+
+
+def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery) -> list[Thing]:
+    """Return the things with a new one, made one with those that turn out to be the same."""
+    for other in things:
+        if other.kind in CONTAINER_KINDS or not same_colour(other.group, new.group):
+            continue
+        same = explains(other.fit, new.group) or explains(new.fit, other.group)
+        if not (same or may_be_one(other.group, new.group, scenery)):
+            continue
+        rest = [thing for thing in things if thing is not other]
+        both = _solid(Group((*other.group.segments, *new.group.segments)), rest, scenery)
+        if same:
+            better = max(other, new, key=lambda thing: len(thing.group.points) * thing.confidence)
+            if both is None or both.fit.cost > max(better.fit.cost, _WELL) + _WORSE:
+                both = better
+        elif both is None or both.fit.cost > _TOLERABLY or seen_through(both.fit, scenery):
+            continue
+        return _joined(rest, both, scenery)
+    return [*things, new]
 
 
 def _as_thing(drawer: Drawer, scenery: Scenery) -> Thing:
@@ -199,21 +264,31 @@ def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float
     middle = (low + high)[:2] / 2.0
     height = scenery.table.height
     for thing in things:
-        local = thing.fit.axes.T @ (np.array([*middle, thing.fit.centre[2]]) - thing.fit.centre)
-        half = thing.fit.sizes
-        within = (
-            float(np.hypot(local[0], local[1])) < half[0]
-            if thing.fit.shape in ("cylinder", "sphere")
-            else bool((np.abs(local[:2]) < half[:2]).all())
-            if thing.fit.shape == "box"
-            else False
-        )
-        if not within:
-            continue
-        top = thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
-        if height < top < float(low[2]) + _UNDER:
+        top = _stands_on(thing, middle)
+        if top is not None and height < top < float(low[2]) + _UNDER:
             height = top
     return height
+
+
+def _stands_on(thing: Thing, place: Array) -> float | None:
+    """Return the height at which something stands on or in a thing at a place (2,) of the plan; None beside it."""
+    local = thing.fit.axes.T @ (np.array([*place, thing.fit.centre[2]]) - thing.fit.centre)
+    half = thing.fit.sizes
+    within = (
+        float(np.hypot(local[0], local[1])) < half[0]
+        if thing.fit.shape in ("cylinder", "sphere")
+        else bool((np.abs(local[:2]) < half[:2]).all())
+        if thing.fit.shape == "box"
+        else False
+    )
+    if thing.kind == "drawer":
+        box = DrawerShape.of(thing.size)
+        slid = np.abs(local[:2] - box.box_centre[:2] + [thing.opening or 0.0, 0.0])
+        # Of the box that slides out of it what is still in the cabinet is covered.
+        return thing.top if within else thing.fit.bottom + box.floor if (slid < box.inner).all() else None
+    if not within:
+        return None
+    return thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
 
 
 def _confidence(found: Fit, rows: Rows) -> float:

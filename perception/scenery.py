@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.segments import Segment, find_segments
+from robosandbox.perception.segments import Segment, find_segments, segment_of
 from robosandbox.perception.view import Image, Mask, Table, View
 
 
@@ -29,6 +29,28 @@ class Look:
     robot_near: Image
     pieces: NDArray[np.int16]
     segments: tuple[Segment, ...]
+
+    def divided(self, whole: Segment, part: Segment) -> tuple[Look, Segment | None]:
+        """Return the look with a part of a piece as a piece of its own, and what is left of the piece, if that is enough.
+
+        Args:
+            whole: One of `segments`.
+            part: Some of its pixels.
+        """
+        segments, pieces = list(self.segments), self.pieces.copy()
+        segments.append(part)
+        pieces[_crop(part)][part.mask] = len(segments)
+        number = next(k for k, one in enumerate(segments) if one is whole)
+        rest = whole.mask & (pieces[_crop(whole)] == number + 1)
+        left = segment_of(self.view, rest, rest, whole.box)
+        if left is not None:
+            segments[number] = left
+        return replace(self, pieces=pieces, segments=tuple(segments)), left
+
+
+def _crop(segment: Segment) -> tuple[slice, slice]:
+    left, top, right, bottom = segment.box
+    return slice(top, bottom), slice(left, right)
 
 
 def take_look(view: View, table: Table, robot: Mask, robot_near: Image) -> Look:

@@ -32,6 +32,8 @@ _LEAST_TABLE = 200
 _OTHER_COLOUR = 36.0
 _LEAST_PIXELS = 14
 _WIDE = 120
+_BUMP = 60
+_LEAST_PAINT = 0.2
 _LEAST_FLOOR = 0.0025
 _BAND = 4
 _REACH = 14
@@ -108,6 +110,9 @@ def _cut(
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
     mean = np.bincount(labels.ravel(), weights=height.ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
     small &= (stats[:, cv2.CC_STAT_AREA] < _WIDE) | (mean < _LEAST_FLOOR)
+    # Noise makes a bump in the table here and there, of the table's colour.
+    coloured = np.bincount(labels[painted], minlength=count)
+    small |= (coloured < _LEAST_PAINT * stats[:, cv2.CC_STAT_AREA]) & (stats[:, cv2.CC_STAT_AREA] < _BUMP)
     small[0] = False
     if small[1:].all():
         return []

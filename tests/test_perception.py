@@ -421,3 +421,98 @@ def test_calibrate_writes_what_look_reads(tmp_path, capsys):
     assert run_app(app, "robo-sandbox", ["look", "--task", "pick_can", "--calibration", str(file)]) == 0
     assert run_app(app, "robo-sandbox", ["calibrate", "--at", "0.2", "0.9"]) == 2
     assert "off the table" in capsys.readouterr().err
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("gap", [0.01, 0.02])
+def test_cubes_of_one_colour_in_a_row_stay_apart_though_one_box_would_explain_them(gap):
+    red, size = (0.85, 0.2, 0.2, 1.0), (0.015,) * 3
+    places = [(0.1, -0.2 + n * (0.03 + gap), 0.0555) for n in range(2)]
+    scene = task_of(
+        *(
+            SceneObject(id=f"cube_{n}", kind="box", size=size, pose=Pose(xyz=xyz), rgba=red, mass=0.05)
+            for n, xyz in enumerate(places)
+        )
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe().objects
+    assert sorted(item.kind for item in seen) == ["box", "box"]
+    for item in seen:
+        assert min(np.linalg.norm(item.pose.position - place) for place in places) < 0.004
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("upper", [(0.97, 0.97, 0.97, 1.0), (0.5, 0.5, 0.5, 1.0)])
+def test_a_can_on_a_box_is_seen_apart_whether_or_not_it_has_its_colour(upper):
+    scene = task_of(
+        SceneObject(
+            id="box",
+            kind="box",
+            size=(0.035, 0.03, 0.02),
+            pose=Pose(xyz=(0.1, 0.2, 0.0605)),
+            rgba=(0.5, 0.5, 0.5, 1.0),
+            mass=0.2,
+        ),
+        SceneObject(
+            id="can", kind="cylinder", size=(0.018, 0.02), pose=Pose(xyz=(0.1, 0.2, 0.101)), rgba=upper, mass=0.05
+        ),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+    assert {item.id: item.kind for item in seen.objects} == {"box": "box", "can": "cylinder"}
+    assert np.linalg.norm(seen.find("can").pose.position - [0.1, 0.2, 0.101]) < 0.006
+    assert np.linalg.norm(seen.find("box").pose.position - [0.1, 0.2, 0.0605]) < 0.006
+
+
+@pytest.mark.gl
+def test_a_ball_before_a_lying_can_makes_no_drawer_of_it():
+    turned = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    scene = task_of(
+        SceneObject(
+            id="can",
+            kind="cylinder",
+            size=(0.034, 0.05),
+            pose=Pose.from_matrix(np.array([0.15, 0.25, 0.0745]), turned),
+            rgba=(0.9, 0.9, 0.9, 1.0),
+            mass=0.1,
+        ),
+        SceneObject(
+            id="ball",
+            kind="sphere",
+            size=(0.018,),
+            pose=Pose(xyz=(0.06, 0.25, 0.0585)),
+            rgba=(0.95, 0.55, 0.1, 1.0),
+            mass=0.05,
+        ),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen = session.observe()
+    assert {item.id: item.kind for item in seen.objects} == {"can": "cylinder", "ball": "sphere"}
+
+
+@pytest.mark.gl
+def test_what_lies_in_an_open_drawer_lies_on_its_floor():
+    scene = task_of(
+        SceneObject(
+            id="drawer",
+            kind="drawer",
+            size=(0.2, 0.16, 0.09, 0.12),
+            pose=Pose(xyz=(0.3, 0.05, 0.04)),
+            rgba=(0.5, 0.34, 0.2, 1.0),
+            mass=3.0,
+            open=0.1,
+        ),
+        SceneObject(
+            id="cube",
+            kind="box",
+            size=(0.015,) * 3,
+            pose=Pose(xyz=(0.17, 0.05, 0.066)),
+            rgba=(0.85, 0.2, 0.2, 1.0),
+            mass=0.05,
+        ),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        seen, true = session.observe(), session.sim.truth().objects["cube"].pose.xyz
+    drawer, cube = seen.find("drawer"), seen.find("cube")
+    assert drawer is not None and drawer.kind == "drawer" and inside(cube, drawer)
+    assert np.linalg.norm(cube.pose.position - true) < 0.005
