@@ -1,4 +1,4 @@
-"""Which files a model may read: its own folder, meshes beside it, its package, the search paths; no other through `..`."""
+"""Which files a model may read: its own folder, its package, and the search paths; nothing else through `..`."""
 
 from __future__ import annotations
 
@@ -20,7 +20,6 @@ _MAX_DEPTH = 256
 _MAX_ELEMENTS = 200_000
 # A URDF in one of these stands beside its meshes' folder, in one package.
 _MODEL_FOLDERS = ("urdf", "robots", "mjcf", "mujoco", "xml", "urdfs", "models")
-_ASSET_FOLDERS = re.compile(r"mesh|^stls?$|^assets$|^textures$", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,20 +119,11 @@ class ModelFiles:
         roots = [self.root, *self.package_paths]
         if name.startswith(("package://", "model://")):
             roots += [base.resolve() for base in self._packages(unquote(name.partition("://")[2]).partition("/")[0])]
-        if not any(resolved.is_relative_to(root) for root in [*roots, *self._beside()]):
+        if not any(resolved.is_relative_to(root) for root in roots):
             raise InputError(
                 f"{self.model.name}: {element}: {name!r} leads outside {self.root} and the search paths; "
                 "give its folder with --package-path"
             )
-
-    def _beside(self) -> list[Path]:
-        """Return the folders of meshes and textures next to the model's own, as v1/arm.xml has them in meshes/."""
-        above = self.model.parent.parent
-        try:
-            there = [item for item in above.iterdir() if _ASSET_FOLDERS.search(item.name) and not item.is_symlink()]
-        except OSError:
-            return []
-        return [item.resolve() for item in there]
 
 
 def search_first(package_paths: Iterable[Path]) -> None:

@@ -349,17 +349,16 @@ def test_tip_depth_covers_fingers_that_are_longest_when_open(tmp_path):
     assert robot.gripper.geometry.tip_depth == pytest.approx(0.09 - tcp, abs=0.002)
 
 
-@pytest.mark.parametrize(("folder", "allowed"), [("meshes", True), ("obj_meshes", True), ("secrets", False)])
-def test_only_meshes_and_textures_beside_the_models_folder_are_read(tmp_path, folder, allowed):
+@pytest.mark.parametrize("folder", ["meshes", "assets", "secrets"])
+def test_what_lies_beside_the_models_folder_is_read_from_a_search_path_alone(tmp_path, folder):
     (tmp_path / "v1").mkdir()
     (tmp_path / folder).mkdir()
     (tmp_path / folder / "a.stl").write_bytes(b"x")
-    files = ModelFiles.of(tmp_path / "v1" / "robot.xml")
-    if allowed:
-        assert files.find("a.stl", "mesh", folder=f"../{folder}").name == "a.stl"
-    else:
-        with pytest.raises(InputError, match="leads outside"):
-            files.find("a.stl", "mesh", folder=f"../{folder}")
+    model = tmp_path / "v1" / "robot.xml"
+    with pytest.raises(InputError, match=r"leads outside .*--package-path"):
+        ModelFiles.of(model).find("a.stl", "mesh", folder=f"../{folder}")
+    found = ModelFiles.of(model, [tmp_path]).find("a.stl", "mesh", folder=f"../{folder}")
+    assert found.resolve() == (tmp_path / folder / "a.stl").resolve()
 
 
 @pytest.mark.parametrize(

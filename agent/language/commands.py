@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Literal
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import IT, Element
@@ -11,14 +10,13 @@ from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
-from robosandbox.agent.language.word_order import WordOrder
+from robosandbox.agent.language.word_order import ORDERS, WordOrder
 from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
 _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
-_ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
 
 
 class Commands(WordOrder):
@@ -234,7 +232,7 @@ class Commands(WordOrder):
             for j, (noun, phrase, plural) in self.tag(i, "NOUN")
             if noun in ("bin", "bowl", "box", "drawer") and not plural
         ]
-        if not found and self.text(i) in _HOLDERS & self.words.lasts:
+        if not found and self.text(i) in _HOLDERS and self.text(i) in self.words.lasts:
             found = [(i + 1, Ref(text=self.text(i), names=(self.text(i),)))]
         return found
 
@@ -252,7 +250,7 @@ class Commands(WordOrder):
             on = self._kinds(j + 1, whole, "on")
             found += [(k, Command("stack", refs[:1], Relation("on", refs[1:2]), refs[2:])) for k, refs in on]
             for k, refs in self._kinds(j + 1, whole, ","):
-                for tag, order in _ORDERS:
+                for tag, order in ORDERS:
                     for m in (k, k + 1) if self.text(k) == "," else (k,):
                         found += [(end, Command("stack", refs, None, (), order)) for end, _ in self.tag(m, tag)]
         return found

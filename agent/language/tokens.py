@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
@@ -85,7 +85,7 @@ class SceneWords:
     pattern: re.Pattern[str] | None
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
-    @property
+    @cached_property
     def lasts(self) -> frozenset[str]:
         """The words that ids end with, which name what they are."""
         return frozenset(id_parts(name)[-1] for name in self.ids)
@@ -174,15 +174,11 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     made: list[Token] = []
     for token in tokens:
         last = made[-1] if made and made[-1].kind == token.kind == "word" else None
-        if last and last.text == token.text and token.text in BASE_FORMS | GRAMMAR_WORDS:
+        if last and last.text == token.text and (token.text in BASE_FORMS or token.text in GRAMMAR_WORDS):
             continue
         whole = last.text + token.text if last else ""
-        if (
-            last
-            and whole in words.parts
-            and min(len(last.text), len(token.text)) > 2
-            and not {last.text, token.text} <= words.parts | GRAMMAR_WORDS
-        ):
+        known = last and all(word in words.parts or word in GRAMMAR_WORDS for word in (last.text, token.text))
+        if last and not known and whole in words.parts and min(len(last.text), len(token.text)) > 2:
             made[-1] = Token(whole, f"{last.raw} {token.raw}", "word")
             continue
         made.append(token)

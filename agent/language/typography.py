@@ -39,7 +39,7 @@ _CONTRACTIONS = [
         (r"\bc(?:u|ou)d\b", "could"),
         (r"\bw(?:u|ou)d\b", "would"),
         (r"\bfwds?\b", "forward"),
-        (r"\bb(?:k|c?k)?wds?\b", "backward"),
+        (r"\bb(?:c?k)?wds?\b", "backward"),
         (r"\bpos\b(?!\s*\()", "position"),
         (r"\bw/o\b", "without"),
         (r"\bw/", "with "),

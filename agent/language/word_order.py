@@ -13,7 +13,7 @@ from robosandbox.agent.language.intent import Command, Relation, Verb
 from robosandbox.agent.language.wishes import Wishes, spoken
 
 _YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
-_ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
+ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
 
 
@@ -51,7 +51,7 @@ class WordOrder(Wishes, ABC):
         if self.text(i) in ("start", "begin") and self.text(i + 1) == "with":
             # "start with the marble: put it in the tray"
             i += 2
-        for tag, order in _ORDERS:
+        for tag, order in ORDERS:
             for k, _ in self.tag(i, tag):
                 # "from the bottom up: yellow, white, blue"
                 found += [
