@@ -183,6 +183,13 @@ def fit(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None
     return _refined_or_none(_start(shape, seen, resting, prior), seen, resting, prior, np.inf)
 
 
+def fit_near(known: Fit, seen: Evidence, resting: float | None, prior: Prior) -> Fit | None:
+    """Return the cheaper one of `fit` for a known shape and of that shape moved from where it was."""
+    starts = (_start(known.shape, seen, resting, prior), known if seen.count >= _LEAST_EVIDENCE else None)
+    fits = [_refined_or_none(start, seen, resting, prior, np.inf) for start in starts]
+    return min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
+
+
 def best_fit(shapes: Sequence[Shape], seen: Evidence, resting: float | None, charge: float) -> Fit | None:
     """Return the cheapest of several shapes, None where the measurements determine none.
 

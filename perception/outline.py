@@ -19,10 +19,13 @@ _OCCLUDES = 0.012
 _BESIDE = 3.0
 _ASIDE = 0.6
 _BESIDE_REACH = 0.85
+_WARY_REACH = 0.5
 _UNDER = 0.006
+_EDGE = 0.75
 _FEW = 6
 _LONG_CUT = 4
 _AT_CUT = 4.0
+_OUTER = 0.3
 _AWAY = -0.2
 _SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 # A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
@@ -58,13 +61,15 @@ class Rows:
         )
 
 
-def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = ()) -> Rows:
+def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (), *, wary: bool = False) -> Rows:
     """Return the tangent planes of one view's segments together, without those where something nearer cuts them off.
 
     Args:
         segments: One thing's pieces in this view.
         look: The view.
         kin: Pieces that may be of the same thing, and so do not cut it off.
+        wary: Leave out more of those near a place where something else begins; what is left still tells where a thing
+            of known size is.
 
     For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
     Multiple View Geometry, 8.1).
@@ -79,11 +84,13 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     outline = np.vstack(outlines).astype(np.float64)
     points = np.vstack([segment.points for segment in segments])
     reach = outline @ _NORMALS.T
-    extreme = outline[reach.argmax(axis=0)]
+    # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
+    last = (reach > reach.max(axis=0) - _EDGE).astype(np.float64)
+    extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
     own = np.array(
         [number for number, one in enumerate(look.segments, start=1) if any(one is each for each in (*segments, *kin))]
     )
-    free = _free_ends(look, own, extreme, points)
+    free = _free_ends(look, own, extreme, points, wary=wary)
     if not free.any():
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     normals, ends = _NORMALS[free], reach.max(axis=0)[free] + _PIXEL_BIAS
@@ -95,7 +102,7 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     return Rows(world, world @ view.position, np.full(len(world), 1.0 / sigma))
 
 
-def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
+def _free_ends(look: Look, own: Array, extreme: Array, points: Array, *, wary: bool) -> Mask:
     """Return which extreme pixels (k, 2) end against the table or something clearly farther away."""
     view = look.view
     height, width = view.depth.shape
@@ -125,13 +132,18 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
         beside |= asked & valid & ~((depth > here + _OCCLUDES) | lower)
         unknown = (unknown | asked) & ~(asked & valid)
     beside |= unknown
+    if wary:
+        beside |= _next_to_others(look, own, extreme, here, low)
     # A corner where a cut begins is no end of the thing either, whichever way it points.
     pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
     columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
     covered |= (look.robot[rows, columns] & (look.robot_near[rows, columns] < here[:, None] + 0.02)).any(axis=1)
     # What is cut off may reach farther than what is left, and not only straight across the cut.
     free = sure = ~covered & ~beside
-    for cut, reach in ((covered, 0.0 if covered.sum() >= _LONG_CUT else _ASIDE), (beside, _BESIDE_REACH)):
+    for cut, reach in (
+        (covered, 0.0 if covered.sum() >= _LONG_CUT else _ASIDE),
+        (beside, _WARY_REACH if wary else _BESIDE_REACH),
+    ):
         if cut.any():
             free = free & ((_NORMALS @ _NORMALS[cut].T).max(axis=1) < reach)
     if free.sum() < _FEW:
@@ -140,6 +152,22 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array) -> Mask:
         if at_border:
             free &= _NORMALS @ side < _AWAY
     return free
+
+
+def _next_to_others(look: Look, own: Array, extreme: Array, here: Array, low: float) -> Mask:
+    """Return which extreme pixels (k, 2) have something else as near close to them, on the outer side: depth ends before edges do."""
+    view = look.view
+    height, width = view.depth.shape
+    ways = _AT_CUT * _NORMALS[::2]
+    outer = _NORMALS @ ways.T > _OUTER * _AT_CUT
+    pixels = np.rint(extreme[:, None] + ways).astype(int)
+    columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
+    piece, valid = look.pieces[rows, columns], view.valid[rows, columns]
+    strange = (piece > 0) & ~np.isin(piece, own)
+    behind = valid & (
+        (view.depth[rows, columns] > here[:, None] + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER)
+    )
+    return np.asarray((outer & strange & ~behind).any(axis=1))
 
 
 def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:

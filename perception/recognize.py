@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
+from robosandbox.perception.fit import Fit, Prior, Shape, best_fit, fit_leaning, fit_near
 from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents
@@ -26,6 +26,7 @@ _LEAST_SIGMA = 0.0015
 _AIR = 0.015
 _AIR_GAIN = 0.15
 _UNDER = 0.008
+_MOST_POINTS = (4.0, 96.0)
 _COMPLEXITY = 0.012
 # A shape that stands explains what is seen at about this cost; one that leans has to do it a good deal better.
 _MAY_LEAN = 0.45
@@ -42,6 +43,12 @@ _STACK_CHARGE = 0.3
 _WELL = 0.45
 _TOLERABLY = 0.9
 _WORSE = 0.3
+# What is known of a thing's size from better looks; a known thing may explain a group so much worse than any other shape.
+_KNOWN_SIZE = 0.00005
+_KNOWN_NEAR = 0.03
+_KNOWN_GAIN = 0.7
+_KNOWN_COST = 1.5
+_AS_MUCH = 0.9
 _SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 
@@ -81,16 +88,34 @@ class Thing:
         return self.fit.top
 
 
-def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] = ()) -> list[Thing]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Known:
+    """A solid thing that was clearly seen before.
+
+    Attributes:
+        fit: Its size, and where it is thought to be.
+        group: The pieces that it was last seen by.
+        tangents: How many told its size.
+    """
+
+    fit: Fit
+    group: Group
+    tangents: int
+
+
+def recognize(
+    groups: Sequence[Group], scenery: Scenery, hulls: Sequence[Hull] = (), known: Sequence[Known] = ()
+) -> list[Thing]:
     """Return what the groups are, the lowest first.
 
     Args:
         groups: The pieces of each thing.
         scenery: Where they are seen.
-        known: The hulls of containers that were seen before.
+        hulls: Of containers that were seen before.
+        known: Solid things that were clearly seen before.
     """
     drawers, groups = find_drawers(families(groups), scenery)
-    containers, rest, scenery = find_containers(groups, scenery, known)
+    containers, rest, scenery = find_containers(groups, scenery, hulls)
     things = [
         _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
         for kind, found, members in containers
@@ -100,14 +125,14 @@ def recognize(groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] =
     while waiting:
         waiting.sort(key=_level)
         members = waiting.pop(0)
-        thing = _solid(members, things, scenery)
+        thing = _solid(members, things, scenery, known)
         if thing is None or thing.fit.cost > _SEVERAL:
-            parts, scenery = _in_stack(members, things, scenery, thing)
+            parts, scenery = _in_stack(members, things, scenery, thing, known)
             if parts:
                 waiting += parts
                 continue
         if thing is not None:
-            things = _joined(things, thing, scenery)
+            things = _joined(things, thing, scenery, known)
     return things
 
 
@@ -116,7 +141,7 @@ def _level(members: Group) -> float:
 
 
 def _in_stack(
-    members: Group, things: Sequence[Thing], scenery: Scenery, whole: Thing | None
+    members: Group, things: Sequence[Thing], scenery: Scenery, whole: Thing | None, known: Sequence[Known]
 ) -> tuple[list[Group], Scenery]:
     """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
     least = _UNEXPLAINED if whole is None else whole.fit.cost
@@ -126,8 +151,8 @@ def _in_stack(
         (lower, upper), there = cut_at(members, height, scenery)
         if lower is None or upper is None:
             continue
-        below = _solid(lower, things, there)
-        above = None if below is None else _solid(upper, [*things, below], there)
+        below = _solid(lower, things, there, known)
+        above = None if below is None else _solid(upper, [*things, below], there, known)
         if below is None or above is None:
             continue
         share = len(lower.points) / (len(lower.points) + len(upper.points))
@@ -137,7 +162,7 @@ def _in_stack(
     return found, divided
 
 
-def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery) -> list[Thing]:
+def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery, known: Sequence[Known]) -> list[Thing]:
     """Return the things with a new one, made one with those that turn out to be the same."""
     for other in things:
         if other.kind in CONTAINER_KINDS or not same_colour(other.group, new.group):
@@ -146,14 +171,14 @@ def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery) -> list[Thing
         if not (same or may_be_one(other.group, new.group, scenery)):
             continue
         rest = [thing for thing in things if thing is not other]
-        both = _solid(Group((*other.group.segments, *new.group.segments)), rest, scenery)
+        both = _solid(Group((*other.group.segments, *new.group.segments)), rest, scenery, known)
         if same:
             better = max(other, new, key=lambda thing: len(thing.group.points) * thing.confidence)
             if both is None or both.fit.cost > max(better.fit.cost, _WELL) + _WORSE:
                 both = better
         elif both is None or both.fit.cost > _TOLERABLY or seen_through(both.fit, scenery):
             continue
-        return _joined(rest, both, scenery)
+        return _joined(rest, both, scenery, known)
     return [*things, new]
 
 
@@ -174,14 +199,14 @@ def _as_thing(drawer: Drawer, scenery: Scenery) -> Thing:
     )
 
 
-def measurements(members: Group, scenery: Scenery) -> Evidence:
-    """Return the tangent planes and the surface points of a group."""
+def measurements(members: Group, scenery: Scenery, *, wary: bool = False) -> Evidence:
+    """Return the tangent planes and the surface points of a group; wary as for `tangents`."""
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
         own = [segment for segment in members.segments if segment.view.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look))
+        rows.append(tangents(own, look, wary=wary))
         for segment in own:
             # Neighbouring pixels err together, so that many points say less than their number.
             sigma = max(look.view.noise, _LEAST_SIGMA)
@@ -191,9 +216,49 @@ def measurements(members: Group, scenery: Scenery) -> Evidence:
     return Evidence(Rows.stack(rows), Surface.stack(surfaces))
 
 
-def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing | None:
-    seen = measurements(members, scenery)
+def _solid(members: Group, things: Sequence[Thing], scenery: Scenery, known: Sequence[Known]) -> Thing | None:
     under = _support(members, things, scenery)
+    familiar = _as_known(members, under, scenery, known)
+    if familiar is not None and familiar.fit.cost < _WELL:
+        return familiar
+    seen = measurements(members, scenery)
+    found, resting = _as_any(members, seen, under)
+    if familiar is not None and (found is None or familiar.fit.cost < found.cost + _KNOWN_GAIN):
+        return familiar
+    if found is None or found.sizes.min() < _LEAST_EXTENT:
+        return None
+    return _thing(named(found.shape), found, members, seen, resting, scenery)
+
+
+def _as_known(members: Group, under: float, scenery: Scenery, known: Sequence[Known]) -> Thing | None:
+    """Return a group as the known thing of its colour that explains it best, with the size that it has, near where it was.
+
+    None where none explains it, and where it is seen as well as the thing ever was, so that its size can be told anew.
+    """
+    low, high = members.bounds
+    near = [
+        each
+        for each in known
+        if (low - _KNOWN_NEAR < each.fit.centre).all()
+        and (each.fit.centre < high + _KNOWN_NEAR).all()
+        and same_colour(each.group, members)
+    ]
+    if not near:
+        return None
+    seen = measurements(members, scenery, wary=True)
+    fits = [
+        fit_near(each.fit, seen, under, Prior(each.fit.sizes, _KNOWN_SIZE))
+        for each in near
+        if len(seen.rows.values) < _AS_MUCH * each.tangents
+    ]
+    found = min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
+    if found is None or found.cost > _KNOWN_COST:
+        return None
+    return _thing(named(found.shape), found, members, seen, under, scenery)
+
+
+def _as_any(members: Group, seen: Evidence, under: float) -> tuple[Fit | None, float | None]:
+    """Return the shape that explains a group best, and what height it stands at, None in the air."""
     resting: float | None = under
     found = best_fit(_SHAPES, seen, under, _COMPLEXITY)
     if float(members.bounds[0][2]) - under > _AIR:
@@ -204,9 +269,7 @@ def _solid(members: Group, things: Sequence[Thing], scenery: Scenery) -> Thing |
         leaning = fit_leaning(seen)
         if leaning is not None and (found is None or leaning.cost < found.cost - _LEAN_GAIN):
             found, resting = leaning, None
-    if found is None or found.sizes.min() < _LEAST_EXTENT:
-        return None
-    return _thing(named(found.shape), found, members, seen, resting, scenery)
+    return found, resting
 
 
 def named(shape: Shape) -> ObjectKind:
@@ -260,14 +323,26 @@ def aligned(found: Fit, known: Fit) -> Fit:
 
 def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float:
     """Return the height of what the group stands on: the highest thing under its middle, or the table."""
-    low, high = members.bounds
-    middle = (low + high)[:2] / 2.0
+    low, _ = members.bounds
+    middle = _foot(members)
     height = scenery.table.height
     for thing in things:
         top = _stands_on(thing, middle)
         if top is not None and height < top < float(low[2]) + _UNDER:
             height = top
     return height
+
+
+def _foot(members: Group) -> Array:
+    """Return about where the middle (2,) of a group's thing is in the plan, taken to be as deep as it is wide."""
+    sight = np.sum([(each.points - each.view.position).sum(axis=0) for each in members.segments], axis=0)
+    level = float(np.hypot(sight[0], sight[1]))
+    ahead = sight[:2] / max(level, 1e-9)
+    axes = np.column_stack([ahead, [-ahead[1], ahead[0]]])
+    low, high = np.percentile(members.points[:, :2] @ axes, _MOST_POINTS, axis=0)
+    deep, wide = high - low
+    hidden = max(wide - deep, 0.0) * level / float(np.linalg.norm(sight))
+    return np.asarray(axes @ ((low + high) / 2.0) + hidden / 2.0 * ahead)
 
 
 def _stands_on(thing: Thing, place: Array) -> float | None:

@@ -103,7 +103,7 @@ class RgbdPerception:
         self.scenery = self._scenery(frames, sim)
         segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
         held = self._hands.hold.id if self._hands.hold else None
-        self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held))
+        self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held), self._tracker.solids(held))
         return self.things
 
     def christen(self) -> None:

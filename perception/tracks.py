@@ -12,7 +12,7 @@ from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
-from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.perception.recognize import Known, Thing, aligned, described
 from robosandbox.perception.scenery import Scenery
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObjectKind, Pose
 
@@ -39,6 +39,8 @@ _FALLEN = 0.4
 _MAYBE = 0.25
 _PIECE = 0.01
 _SURELY = 0.6
+_CLEARLY = 0.9
+_AS_MUCH = 0.9
 _ANOTHER_SIZE = 0.3
 _FAR_BETTER = 1.5
 
@@ -53,6 +55,7 @@ class Track:
         looks: How many looks its present place is an average of.
         hidden: Whether the last look did not show it.
         confidence: 0..1.
+        tangents: How many its size is told by; 0 while it was not clearly seen.
     """
 
     id: str
@@ -60,6 +63,10 @@ class Track:
     looks: int = 1
     hidden: bool = False
     confidence: float = 1.0
+    tangents: int = 0
+
+    def __post_init__(self) -> None:
+        self.tangents = _tangents(self.thing)
 
     def detected(self) -> DetectedObject:
         """Return it in the planner's words."""
@@ -96,6 +103,17 @@ class Tracker:
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
             if track.thing.kind in CONTAINER_KINDS - {"drawer"} and track.id != held and track.confidence > _SURELY
+        ]
+
+    def solids(self, held: str | None) -> list[Known]:
+        """Return the solid upright things that were clearly seen once, without the held one."""
+        return [
+            Known(track.thing.fit, track.thing.group, track.tangents)
+            for track in self.tracks.values()
+            if track.thing.kind not in CONTAINER_KINDS
+            and track.thing.fit.lean is None
+            and track.id != held
+            and track.tangents > 0
         ]
 
     def rename(self, old: str, new: str) -> None:
@@ -241,21 +259,36 @@ def _renew(track: Track, thing: Thing) -> None:
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
         track.looks, track.confidence = 1, thing.confidence
+        if not _same_size(old, found):
+            track.tangents = _tangents(thing)
         return
     share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
     track.looks += 1
     seen = aligned(thing.fit, old.fit)
     better = seen if thing.confidence > old.confidence else old.fit
+    # Half hidden it tells where it is; how large it is has been seen better.
+    sized = share if _tangents(thing) >= _AS_MUCH * track.tangents else 0.0
     if seen.shape == old.fit.shape:
         better = replace(
             better,
             centre=(1.0 - share) * old.fit.centre + share * seen.centre,
-            sizes=(1.0 - share) * old.fit.sizes + share * seen.sizes,
+            sizes=(1.0 - sized) * old.fit.sizes + sized * seen.sizes,
             yaw=(1.0 - share) * old.fit.yaw + share * seen.yaw,
         )
+    if sized:
+        track.tangents = max(track.tangents, _tangents(thing))
     size, pose = described(old.kind, better)
     track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
     track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
+
+
+def _tangents(thing: Thing) -> int:
+    """Return how many tangents tell a thing's size; 0 for one not clearly seen."""
+    return len(thing.seen.rows.values) if thing.confidence > _CLEARLY else 0
+
+
+def _same_size(old: Thing, new: Fit) -> bool:
+    return new.shape == old.fit.shape and float(np.abs(new.sizes - old.fit.sizes).max()) < _KNOWN_SIZE
 
 
 def _other_size(old: Thing, new: Thing) -> bool:
@@ -281,7 +314,7 @@ def _is_part(thing: Thing, known: Thing) -> bool:
 
 def _with_known_size(thing: Thing, old: Thing) -> Thing:
     """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
-    if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS:
+    if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS or _same_size(old, thing.fit):
         return thing
     prior = Prior(old.fit.sizes, _KNOWN_SIZE)
     found = fit(old.fit.shape, thing.seen, thing.resting, prior)
