@@ -15,6 +15,7 @@ from robosandbox.types import CONTAINER_WALL, Array
 _AROUND = (40, 120)
 _LEAST_TABLE = 30
 _ON_TABLE = 0.006
+_TABLE_HUE = 0.15
 _FACING_UP = 0.8
 _LEAST = 8
 # A face that is turned from the light sends about this share of what the same colour lying flat sends.
@@ -60,6 +61,10 @@ def _light(segment: Segment, table: Table, look: Look) -> Array | None:
         bare = view.valid[picture] & ~look.robot[picture] & (look.pieces[picture] == 0)
         bare &= np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise)
         bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
-        if bare.sum() >= _LEAST_TABLE:
-            return np.asarray(np.median(view.rgb[picture][bare], axis=0) / np.array(table.rgb), dtype=np.float64)
+        seen = view.rgb[picture][bare].astype(np.float64)
+        # A bin's floor lies hardly higher than the table, and is not of its colour.
+        shares, usual = seen / np.maximum(seen.sum(axis=1, keepdims=True), 1.0), np.array(table.rgb) / sum(table.rgb)
+        seen = seen[np.abs(shares - usual).sum(axis=1) < _TABLE_HUE]
+        if len(seen) >= _LEAST_TABLE:
+            return np.asarray(np.median(seen, axis=0) / np.array(table.rgb))
     return None
