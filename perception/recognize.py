@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
@@ -11,13 +11,15 @@ import numpy as np
 from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Prior, Shape, best_fit, fit_leaning, fit_near
+from robosandbox.perception.familiar import GAIN, Known, as_one_of, candidates, pairs
+from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.scenery import Scenery
-from robosandbox.perception.stacks import cut_at, ledges
+from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
+from robosandbox.perception.view import Mask
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
@@ -43,12 +45,6 @@ _STACK_CHARGE = 0.3
 _WELL = 0.45
 _TOLERABLY = 0.9
 _WORSE = 0.3
-# What is known of a thing's size from better looks; a known thing may explain a group so much worse than any other shape.
-_KNOWN_SIZE = 0.00005
-_KNOWN_NEAR = 0.03
-_KNOWN_GAIN = 0.7
-_KNOWN_COST = 1.5
-_AS_MUCH = 0.9
 _SHAPES: tuple[Shape, ...] = get_args(Shape)
 
 
@@ -88,21 +84,6 @@ class Thing:
         return self.fit.top
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Known:
-    """A solid thing that was clearly seen before.
-
-    Attributes:
-        fit: Its size, and where it is thought to be.
-        group: The pieces that it was last seen by.
-        tangents: How many told its size.
-    """
-
-    fit: Fit
-    group: Group
-    tangents: int
-
-
 def recognize(
     groups: Sequence[Group], scenery: Scenery, hulls: Sequence[Hull] = (), known: Sequence[Known] = ()
 ) -> list[Thing]:
@@ -127,7 +108,7 @@ def recognize(
         members = waiting.pop(0)
         thing = _solid(members, things, scenery, known)
         if thing is None or thing.fit.cost > _SEVERAL:
-            parts, scenery = _in_stack(members, things, scenery, thing, known)
+            parts, scenery = _in_parts(members, things, scenery, thing, known)
             if parts:
                 waiting += parts
                 continue
@@ -140,15 +121,14 @@ def _level(members: Group) -> float:
     return float(members.bounds[1][2])
 
 
-def _in_stack(
+def _in_parts(
     members: Group, things: Sequence[Thing], scenery: Scenery, whole: Thing | None, known: Sequence[Known]
 ) -> tuple[list[Group], Scenery]:
     """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
     least = _UNEXPLAINED if whole is None else whole.fit.cost
     found: list[Group] = []
     divided = scenery
-    for height in ledges(members):
-        (lower, upper), there = cut_at(members, height, scenery)
+    for (lower, upper), there in _cuts(members, scenery, known):
         if lower is None or upper is None:
             continue
         below = _solid(lower, things, there, known)
@@ -160,6 +140,18 @@ def _in_stack(
         if cost < least:
             found, divided, least = [lower, upper], there, cost
     return found, divided
+
+
+def _cuts(members: Group, scenery: Scenery, known: Sequence[Known]) -> Iterator[tuple[Parts, Scenery]]:
+    """Yield a group cut in two: between known things that lie side by side in it, and at heights."""
+    for lower, upper in pairs(candidates(members, known)):
+
+        def nearer(points: Array, lower: Fit = lower, upper: Fit = upper) -> Mask:
+            return np.asarray(upper.distances(points) < lower.distances(points))
+
+        yield cut(members, nearer, scenery)
+    for height in ledges(members):
+        yield cut_at(members, height, scenery)
 
 
 def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery, known: Sequence[Known]) -> list[Thing]:
@@ -223,7 +215,7 @@ def _solid(members: Group, things: Sequence[Thing], scenery: Scenery, known: Seq
         return familiar
     seen = measurements(members, scenery)
     found, resting = _as_any(members, seen, under)
-    if familiar is not None and (found is None or familiar.fit.cost < found.cost + _KNOWN_GAIN):
+    if familiar is not None and (found is None or familiar.fit.cost < found.cost + GAIN):
         return familiar
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
@@ -231,30 +223,13 @@ def _solid(members: Group, things: Sequence[Thing], scenery: Scenery, known: Seq
 
 
 def _as_known(members: Group, under: float, scenery: Scenery, known: Sequence[Known]) -> Thing | None:
-    """Return a group as the known thing of its colour that explains it best, with the size that it has, near where it was.
-
-    None where none explains it, and where it is seen as well as the thing ever was, so that its size can be told anew.
-    """
-    low, high = members.bounds
-    near = [
-        each
-        for each in known
-        if (low - _KNOWN_NEAR < each.fit.centre).all()
-        and (each.fit.centre < high + _KNOWN_NEAR).all()
-        and same_colour(each.group, members)
-    ]
+    """Return a group as the known thing of its colour that explains it, with the size that it has; None where none does."""
+    near = candidates(members, known)
     if not near:
         return None
     seen = measurements(members, scenery, wary=True)
-    fits = [
-        fit_near(each.fit, seen, under, Prior(each.fit.sizes, _KNOWN_SIZE))
-        for each in near
-        if len(seen.rows.values) < _AS_MUCH * each.tangents
-    ]
-    found = min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
-    if found is None or found.cost > _KNOWN_COST:
-        return None
-    return _thing(named(found.shape), found, members, seen, under, scenery)
+    found = as_one_of(near, seen, under)
+    return None if found is None else _thing(named(found.shape), found, members, seen, under, scenery)
 
 
 def _as_any(members: Group, seen: Evidence, under: float) -> tuple[Fit | None, float | None]:

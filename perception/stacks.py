@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import cv2
 import numpy as np
 
@@ -10,6 +12,8 @@ from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.segments import Segment, segment_of
 from robosandbox.perception.view import Mask
 from robosandbox.types import Array
+
+Parts = tuple[Group | None, Group | None]
 
 _BIN = 0.004
 _ENDS = 0.012
@@ -44,34 +48,46 @@ def _change(members: Group, heights: Array) -> float:
     return float(heights[int(np.argmax(spread))])
 
 
-def cut_at(members: Group, height: float, scenery: Scenery) -> tuple[tuple[Group | None, Group | None], Scenery]:
-    """Return what of a group lies lower and higher than a height, None for nothing, and the scenery with the pieces cut."""
+def cut_at(members: Group, height: float, scenery: Scenery) -> tuple[Parts, Scenery]:
+    """Return what of a group lies lower and higher than a height, and the scenery with the pieces cut."""
+    return cut(members, lambda points: points[:, 2] > height, scenery)
+
+
+def cut(members: Group, chosen: Callable[[Array], Mask], scenery: Scenery) -> tuple[Parts, Scenery]:
+    """Return what of a group is not of a part and what is, None for nothing, and the scenery with the pieces cut.
+
+    Args:
+        members: The group.
+        chosen: Tells which points (n, 3) of the world are of the part, (n,).
+        scenery: Where it is seen.
+    """
     looks = dict(scenery.looks)
-    lower: list[Segment] = []
-    upper: list[Segment] = []
+    others: list[Segment] = []
+    part: list[Segment] = []
     for segment in members.segments:
         look = looks[segment.view.camera]
-        high = _over(segment, height)
-        part = segment_of(segment.view, high, high, segment.box)
-        if part is None:
-            lower.append(segment)
-        elif (high == segment.mask).all():
-            upper.append(segment)
+        mask = _of_part(segment, chosen)
+        piece = segment_of(segment.view, mask, mask, segment.box)
+        if piece is None:
+            others.append(segment)
+        elif (mask == segment.mask).all():
+            part.append(segment)
         else:
-            looks[segment.view.camera], rest = look.divided(segment, part)
-            upper.append(part)
+            looks[segment.view.camera], rest = look.divided(segment, piece)
+            part.append(piece)
             if rest is not None:
-                lower.append(rest)
-    found = (Group(tuple(lower)) if lower else None, Group(tuple(upper)) if upper else None)
+                others.append(rest)
+    found = (Group(tuple(others)) if others else None, Group(tuple(part)) if part else None)
     return found, Scenery(looks, scenery.table)
 
 
-def _over(segment: Segment, height: float) -> Mask:
-    """Return a piece's pixels over a height; where depth is missing the nearest pixels with depth decide."""
+def _of_part(segment: Segment, chosen: Callable[[Array], Mask]) -> Mask:
+    """Return a piece's pixels of a part; where depth is missing the nearest pixels with depth decide."""
     left, top, right, bottom = segment.box
     sure = segment.mask & segment.view.valid[top:bottom, left:right]
-    high = sure & (segment.view.xyz[2, top:bottom, left:right] > height)
-    to_high, to_low = (
-        cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 3) for pixels in (high, sure & ~high)
+    part = np.zeros_like(sure)
+    part[sure] = chosen(segment.view.xyz[:, top:bottom, left:right][:, sure].T.astype(np.float64))
+    to_part, to_rest = (
+        cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 3) for pixels in (part, sure & ~part)
     )
-    return np.asarray(segment.mask & (to_high < to_low))
+    return np.asarray(segment.mask & (to_part < to_rest))

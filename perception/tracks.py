@@ -10,9 +10,10 @@ from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
+from robosandbox.perception.familiar import Known
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
-from robosandbox.perception.recognize import Known, Thing, aligned, described
+from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.scenery import Scenery
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObjectKind, Pose
 
@@ -42,6 +43,7 @@ _SURELY = 0.6
 _CLEARLY = 0.9
 _AS_MUCH = 0.9
 _ANOTHER_SIZE = 0.3
+_SURELY_ANOTHER_SIZE = 0.15
 _FAR_BETTER = 1.5
 
 
@@ -250,8 +252,8 @@ def _renew(track: Track, thing: Thing) -> None:
             # Half hidden it may look like something else; what was known explains it as well, where it was.
             track.confidence = max(track.confidence * _FADING, thing.confidence)
             return
-        thing = thing if clearly and not _other_size(old, thing) else _with_known_size(thing, old)
-        if _other_size(old, thing) and len(thing.seen.rows.values) < _FAR_BETTER * len(old.seen.rows.values):
+        thing = thing if clearly and not _changed(track, thing) else _with_known_size(thing, old)
+        if _changed(track, thing) and _is_seen_no_better(track, thing):
             # Things do not grow or shrink; with no better a view this is a wrong one.
             track.confidence *= _FADING
             return
@@ -291,10 +293,18 @@ def _same_size(old: Thing, new: Fit) -> bool:
     return new.shape == old.fit.shape and float(np.abs(new.sizes - old.fit.sizes).max()) < _KNOWN_SIZE
 
 
-def _other_size(old: Thing, new: Thing) -> bool:
-    """Tell whether a thing that was clearly seen is now seen with quite another size."""
-    ratio = np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size)))
-    return old.confidence > _SURELY and float(ratio.max()) > _ANOTHER_SIZE
+def _changed(track: Track, thing: Thing) -> bool:
+    """Tell whether a thing that was clearly seen is now seen with quite another size, or as quite another thing."""
+    old = track.thing
+    ratio = float(np.abs(np.log(extents(old.kind, old.size) / extents(thing.kind, thing.size))).max())
+    if track.tangents > 0 and (thing.kind != old.kind or ratio > _SURELY_ANOTHER_SIZE):
+        return True
+    return old.confidence > _SURELY and ratio > _ANOTHER_SIZE
+
+
+def _is_seen_no_better(track: Track, thing: Thing) -> bool:
+    best = max(track.tangents, len(track.thing.seen.rows.values))
+    return len(thing.seen.rows.values) < _FAR_BETTER * best
 
 
 def _is_part(thing: Thing, known: Thing) -> bool:
