@@ -142,10 +142,10 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     lens = frame.intrinsics
     rgb, depth = frame.rgb, frame.depth
     if any(lens.distortion):
-        places, shares = _straightening(lens)
+        places, shares, nearest = _straightening(lens)
         rgb = as_picture(cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
         nothing: Any = None
-        depth = as_image(cv2.remap(depth, _nearest(lens), nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
+        depth = as_image(cv2.remap(depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
     finite = np.isfinite(depth)
     if not finite.all():
         depth = np.where(finite, depth, np.float32(0.0))
@@ -231,23 +231,12 @@ def _rays(lens: Intrinsics) -> tuple[Image, Image]:
 
 
 @lru_cache(maxsize=8)
-def _straightening(lens: Intrinsics) -> tuple[NDArray[np.int16], NDArray[np.uint16]]:
-    """Return where in the raw picture each straightened pixel lies, as whole pixels and what is left over."""
-    columns, rows = _sources(lens)
-    places, shares = cv2.convertMaps(columns, rows, cv2.CV_16SC2)
-    return np.asarray(places, dtype=np.int16), np.asarray(shares, dtype=np.uint16)
-
-
-@lru_cache(maxsize=8)
-def _nearest(lens: Intrinsics) -> NDArray[np.int16]:
-    """Return the raw pixel nearest to each straightened one."""
-    places, _ = cv2.convertMaps(*_sources(lens), cv2.CV_16SC2, nninterpolation=True)
-    return np.asarray(places, dtype=np.int16)
-
-
-def _sources(lens: Intrinsics) -> tuple[Image, Image]:
+def _straightening(lens: Intrinsics) -> tuple[NDArray[np.int16], NDArray[np.uint16], NDArray[np.int16]]:
+    """Return where in the raw picture each straightened pixel lies: whole pixels and what is left over; and the nearest."""
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
     columns, rows = cv2.initUndistortRectifyMap(
         matrix, np.array(lens.distortion), None, matrix, (lens.width, lens.height), cv2.CV_32FC1
     )
-    return as_image(columns), as_image(rows)
+    places, shares = cv2.convertMaps(columns, rows, cv2.CV_16SC2)
+    nearest, _ = cv2.convertMaps(columns, rows, cv2.CV_16SC2, nninterpolation=True)
+    return np.asarray(places, dtype=np.int16), np.asarray(shares, dtype=np.uint16), np.asarray(nearest, dtype=np.int16)

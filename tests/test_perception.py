@@ -516,3 +516,37 @@ def test_what_lies_in_an_open_drawer_lies_on_its_floor():
     drawer, cube = seen.find("drawer"), seen.find("cube")
     assert drawer is not None and drawer.kind == "drawer" and inside(cube, drawer)
     assert np.linalg.norm(cube.pose.position - true) < 0.005
+
+
+@pytest.mark.gl
+def test_the_cubes_of_a_tower_keep_the_sizes_that_they_had_apart():
+    with open_session("stack_three", perception="rgbd", sensor="realsense") as session:
+        session.reset(91)
+        before = {item.id: item for item in session.observe().objects}
+        episode = session.run()
+        after = {item.id: item for item in session.observe().objects}
+        truth = session.sim.truth().objects
+    assert episode.success and not episode.replans
+    assert after.keys() == before.keys()
+    for name, item in after.items():
+        assert np.abs(np.subtract(item.size, before[name].size)).max() < 0.0015
+        assert np.linalg.norm(item.pose.position - truth[name].pose.position) < 0.004
+
+
+@pytest.mark.gl
+def test_a_bin_s_floor_is_not_taken_for_the_table_that_tells_the_light():
+    blue = (0.2, 0.35, 0.85, 1.0)
+    scene = task_of(
+        SceneObject(
+            id="bin", kind="bin", size=(0.07, 0.07, 0.05), pose=Pose(xyz=(0.1, -0.2, 0.04)), rgba=blue, mass=0.4
+        ),
+        *(
+            SceneObject(id=f"block_{n}", kind="box", size=(0.018,) * 3, pose=Pose(xyz=(x, y, z)), rgba=blue, mass=0.05)
+            for n, (x, y, z) in enumerate([(0.13, -0.22, 0.0625), (0.1, 0.1, 0.0585)])
+        ),
+    )
+    with open_session(scene, perception="rgbd", sensor="realsense") as session:
+        eyes = session.ctx.perception
+        session.run("put block 1 in the bin")
+        colours = [float(np.abs(thing.rgb - blue[:3]).max()) for thing in eyes.things if thing.kind == "box"]
+    assert colours and max(colours) < 0.15
