@@ -140,12 +140,15 @@ class RgbdPerception:
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
-        self._hands.update(sim.observe(), self._tracker.tracks.values())
+        seen = sim.observe()
+        self._hands.update(seen, self._tracker.tracks.values())
+        self._hands.move_drawers(seen, self.tracks)
 
     def _observed(self, sim: Sim) -> ObservedScene:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        # Of a drawer in the hand the hand tells more than a look that it is in the way of.
         self._hands.move_drawers(seen, self.tracks)
         self.christen()
         held = self._hands.hold.id if self._hands.hold else None
