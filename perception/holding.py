@@ -9,7 +9,7 @@ import numpy as np
 
 from robosandbox.perception.drawers import grip_of
 from robosandbox.perception.relations import support
-from robosandbox.perception.tracks import Track
+from robosandbox.perception.tracks import Track, carry, slide_contents
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import Array, GripperState, Observation, Pose
@@ -65,7 +65,7 @@ class Hands:
         if self.hold is not None and (self.hold.id not in known or not self._still_holds(state)):
             if self.hold.id in known:
                 # It stays where the hand leaves it, until a look says otherwise.
-                _carry(known[self.hold.id], seen.tcp_pose @ self.hold.object_in_tcp)
+                carry(known[self.hold.id], seen.tcp_pose @ self.hold.object_in_tcp)
             self.hold = None
         if self.hold is None and self._grips(state):
             held = _between_fingers(seen.tcp_pose, state.width, geometry, known.values())
@@ -74,18 +74,19 @@ class Hands:
                 self.hold = Hold(held.id, seen.tcp_pose.inverse() @ pose, state.width)
         if self.hold is not None:
             track = known[self.hold.id]
-            _carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
+            carry(track, seen.tcp_pose @ self.hold.object_in_tcp)
             track.hidden = False
 
     def move_drawers(self, seen: Observation, tracks: Iterable[Track]) -> None:
         """Let drawers follow the hand: one whose grip it holds goes along, one that it would reach into is pushed shut.
 
-        The hand covers what a look would need to see of them.
+        The hand covers what a look would need to see of them. What lies in them goes along.
         """
+        known = list(tracks)
         geometry, state, tcp = self._geometry, seen.gripper, seen.tcp_pose
         if geometry is None or state is None or self.hold is not None:
             return
-        for track in tracks:
+        for track in known:
             thing = track.thing
             if thing.kind != "drawer" or thing.opening is None:
                 continue
@@ -101,7 +102,9 @@ class Hands:
             elif there > opening:
                 # Two solid things are not in one place.
                 opening = min(opening, there - float(shape.grip[0]) - geometry.finger_width / 2.0)
-            track.thing = replace(thing, opening=float(np.clip(opening, 0.0, shape.max_open)))
+            opening = float(np.clip(opening, 0.0, shape.max_open))
+            slide_contents(track, opening - thing.opening, known)
+            track.thing = replace(thing, opening=opening)
 
     def _grips(self, state: GripperState) -> bool:
         """Tell whether the fingers press on something: stopped before they are closed, and pressing on."""
@@ -118,12 +121,6 @@ class Hands:
         # A wide thing leaves the fingers little way to open.
         spare = self._geometry.max_aperture - self.hold.width
         return empty < state.width < self.hold.width + min(_OPENED, _SPARE * max(spare, 0.0))
-
-
-def _carry(track: Track, pose: Pose) -> None:
-    shift = pose.position - track.thing.pose.position
-    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
-    track.thing = replace(track.thing, pose=pose, fit=moved)
 
 
 def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:

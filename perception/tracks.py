@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from robosandbox.perception.familiar import Known
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.perception.relations import inside
 from robosandbox.perception.scenery import Scenery
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObjectKind, Pose
 
@@ -45,6 +46,7 @@ _AS_MUCH = 0.9
 _ANOTHER_SIZE = 0.3
 _SURELY_ANOTHER_SIZE = 0.15
 _FAR_BETTER = 1.5
+_SLID = 0.0005
 
 
 @dataclass(slots=True, eq=False)
@@ -145,6 +147,7 @@ class Tracker:
         # What nobody has described, and looks like something out of sight, is that.
         hidden = [track for track in left if not any(track is known for known, _ in moved) and track not in gone]
         back = _assign(hidden, new, near=False)
+        drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
         for track, thing in (*pairs, *moved, *back):
             _renew(track, thing)
         seen = {track.id for track, _ in (*moved, *back)}
@@ -157,6 +160,10 @@ class Tracker:
             else:
                 track.hidden = True
                 track.confidence *= _FADING
+        unseen = [track for track in free if track.hidden and track.id in self.tracks]
+        for before, opening in drawers:
+            now = self.tracks[before.id].thing.opening if before.id in self.tracks else None
+            slide_contents(before, (opening if now is None else now) - opening, unseen)
         for name, thing in named:
             known = next(item for item in self.declared if item.id == name)
             self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
@@ -211,6 +218,24 @@ class Tracker:
         sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
         names = names_for([(thing.kind, thing.size, thing.rgb) for thing in sure], self.declared, self.tracks)
         return [(name, thing) for name, thing in zip(names, sure, strict=True) if name is not None]
+
+
+def carry(track: Track, pose: Pose) -> None:
+    """Take a thing to be somewhere else than it was seen."""
+    shift = pose.position - track.thing.pose.position
+    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
+    track.thing = replace(track.thing, pose=pose, fit=moved)
+
+
+def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
+    """Move what lies in a drawer with it, so far farther out, metres."""
+    if abs(out) < _SLID:
+        return
+    box = drawer.detected()
+    for track in tracks:
+        if track.thing.kind != "drawer" and inside(track.detected(), box).holds:
+            pose = track.thing.pose
+            carry(track, Pose.from_matrix(pose.position - out * box.pose.rotation[:, 0], pose.rotation))
 
 
 def _lies_in(place: Array, vessel: Thing) -> bool:

@@ -550,3 +550,13 @@ def test_a_bin_s_floor_is_not_taken_for_the_table_that_tells_the_light():
         session.run("put block 1 in the bin")
         colours = [float(np.abs(thing.rgb - blue[:3]).max()) for thing in eyes.things if thing.kind == "box"]
     assert colours and max(colours) < 0.15
+
+
+@pytest.mark.gl
+def test_what_lies_in_a_drawer_goes_along_when_it_is_pushed_shut():
+    with open_session("put_in_drawer", perception="rgbd", sensor="realsense") as session:
+        episode = session.run()
+        seen, truth = session.observe(), session.sim.truth().objects
+    assert episode.success
+    assert {item.id for item in seen.objects} <= truth.keys(), "the drawer's inside is not taken for another thing"
+    assert np.linalg.norm(seen.find("red_cube").pose.position - truth["red_cube"].pose.position) < 0.02
