@@ -65,6 +65,7 @@ class Chart:
         self.count = len(self.tokens)
         self.id_words: dict[int, str] = {}
         self.texts = [token.text for token in self.tokens]
+        self.raws = [token.raw for token in self.tokens]
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
         for i in range(len(self.tokens)):
             tags: dict[str, list[tuple[int, Any]]] = {}
@@ -78,9 +79,7 @@ class Chart:
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""
         self.steps += 1
-        if self.steps > self.most_steps:
-            raise TooComplicatedError
-        return self.tags[i].get(name, []) if i < self.count else []
+        return self.tags[i].get(name) or [] if i < self.count else []
 
     def spend(self, steps: int) -> None:
         """Count work; a sentence gets a bounded amount of it."""
@@ -94,11 +93,13 @@ class Chart:
 
     def said(self, i: int, j: int) -> str:
         """Return the words from `i` to `j` as said."""
-        return " ".join(token.raw for token in self.tokens[i:j])
+        return " ".join(self.raws[i:j])
 
     def optional(self, i: int, *names: str) -> list[int]:
         """Return where phrases of these tags end, and `i` itself last."""
-        return [*(end for name in names for end, _ in self.tag(i, name)), i]
+        self.steps += len(names)
+        tags = self.tags[i] if i < self.count else {}
+        return [*[end for name in names if name in tags for end, _ in tags[name]], i]
 
 
 def capped(found: Found[T]) -> Found[T]:

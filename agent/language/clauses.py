@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from robosandbox.agent.language.chart import Found, capped, rule
 from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Spot, Table
@@ -19,8 +18,7 @@ _COORDINATE_WORDS = word_set(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Element:
+class Element(NamedTuple):
     """One argument of a verb.
 
     Attributes:

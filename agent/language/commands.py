@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS, WordOrder
@@ -153,7 +151,7 @@ class Commands(WordOrder):
                 for k, number in [hit for m in self.optional(j, "A") for hit in self.tag(m, "NUM")]:
                     for m, (_, phrase, _) in self.tag(k, "NOUN"):
                         which = Ref(
-                            text=self.said(j, m), determiner="a", nouns=(phrase,), count=int(number), plural=True
+                            text=self.said(j, m), determiner="a", nouns=(phrase,), number=int(number), plural=True
                         )
                         if number >= 2:
                             found += [
@@ -259,7 +257,7 @@ class Commands(WordOrder):
         """Two or more adjectives, joined by "on" or commas: each is one of the things named before."""
         refs: list[Ref] = []
         found: Found[tuple[Ref, ...]] = []
-        one = replace(whole, determiner="the", plural=False, count=None)
+        one = replace(whole, determiner="the", plural=False, number=None)
         while i:
             start = self.optional(i, "THE")[0]
             hits = [hit for hit in self._adjectives(start, one, 0) if hit[0] > start]

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
-from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Relation, Table
+from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Relation, Table, replace
 
 
 def stack(frame: Frame) -> list[Command]:

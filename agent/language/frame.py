@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from robosandbox.agent.language.clauses import Element
-from robosandbox.agent.language.intent import Place, Rank, Ref, Relation
+from robosandbox.agent.language.intent import Place, Rank, Ref, Relation, replace
 
 UP = frozenset({"up", "upward", "upwards", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
     "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
@@ -67,8 +66,7 @@ MUTUAL |= frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(NamedTuple):
     """The elements of one clause by kind.
 
     Attributes:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, plainest, rule
 from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
@@ -165,14 +164,14 @@ class Grammar(Commands):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
         counted = [
-            (j, tuple(replace(ref, count=2 if self.text(k) == "both" else None) for ref in last.objects))
+            (j, tuple(replace(ref, number=2 if self.text(k) == "both" else None) for ref in last.objects))
             for j in self.all_of_them(k)
             if self._skip(j) >= n and all(ref.plural and ref.determiner in ("the", "bare") for ref in last.objects)
         ]
         if counted and len(last.objects) == 1:
             # "the dice in the bowl, both of them": the same dice.
             return [(n, (*part[:-1], replace(last, objects=refs))) for _, refs in counted[:1]]
-        said = [ref for ref in parties(last) if ref.determiner in ("a", "all") or ref.count]
+        said = [ref for ref in parties(last) if ref.determiner in ("a", "all") or ref.number]
         if self.text(k) in ("any", "either") and said:
             # "put a bolt in each box, any bolt" says that it does not matter which.
             same = [
@@ -185,11 +184,11 @@ class Grammar(Commands):
                 return [(n, part) for j in same if j >= n][:1]
         if self.text(k - 1) == ":":
             # "put two things in the bin: the can and the ball": the list says which.
-            open_ = len(last.objects) == 1 and (last.objects[0].count or last.objects[0].determiner == "it")
+            open_ = len(last.objects) == 1 and (last.objects[0].number or last.objects[0].determiner == "it")
             return [
                 (n, (*part[:-1], replace(last, objects=refs)))
                 for j, refs in (self.np_list(k) if open_ else ())
-                if self._skip(j) >= n and last.objects[0].count in (None, len(refs))
+                if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
             ]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
@@ -34,6 +32,7 @@ _ALL_OF_THEM = tuple(
         "both",
     )
 )
+_WHOLE = frozenset(words[0] for words in _ALL_OF_THEM)
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
 
@@ -60,7 +59,7 @@ class Modifiers(Positions):
             # "the larger of the two red blocks"
             for j, whole in self.np(i + 1):
                 if whole.plural and not whole.ranks:
-                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
+                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, number=None)
                     found.append((j, merged))
             # "the taller of the can and the cube"
             compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours
@@ -76,7 +75,7 @@ class Modifiers(Positions):
         for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
                 # "the last one on the right" is the rightmost; "the last one from the right" is not.
-                index = {rank.index for rank in ref.ranks if not rank.key}.pop()
+                index = {rank.nth for rank in ref.ranks if not rank.key}.pop()
                 index = 1 if index == -1 and self.text(i) == "on" else index
                 ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
                 found.append((j, replace(ref, ranks=ranks)))
@@ -233,6 +232,8 @@ class Modifiers(Positions):
     def all_of_them(self, i: int) -> list[int]:
         """As in "the cubes, all of them,": nothing new, but for how many there are."""
         start = i + 1 if self.text(i) == "," else i
+        if self.text(start) not in _WHOLE:
+            return []
         ends = [
             start + len(words)
             for words in _ALL_OF_THEM

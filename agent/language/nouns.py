@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.intent import Determiner, Rank, Ref
+from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
@@ -36,29 +35,29 @@ class Nouns(Modifiers):
             for j, _ in self.tag(i, tag):
                 found.append((j, Ref(text=self.text(i), determiner=determiner)))
                 for k, number in self._count(j):
-                    add(k, determiner, count=number, plural=number > 1)
+                    add(k, determiner, number=number, plural=number > 1)
                 for k, _ in self.tag(j, "OTHER") if self.text(i) != "each" else []:
                     add(k, "the" if determiner != "all" else "all", other=True)
                     for m, number in self._count(k):
-                        add(m, "the", other=True, count=number, plural=number > 1)
+                        add(m, "the", other=True, number=number, plural=number > 1)
         for j, _ in self.tag(i, "BOTH"):
-            add(j, "all", count=2, plural=True)
+            add(j, "all", number=2, plural=True)
             for k, _ in self.tag(j, "OTHER"):
-                add(k, "all", count=2, plural=True, other=True)
+                add(k, "all", number=2, plural=True, other=True)
         for j, number in self._count(i):
-            add(j, "bare", count=number, plural=number > 1)
+            add(j, "bare", number=number, plural=number > 1)
             if self.text(j) == "of":
                 # "two of the balls": any two.
                 for k in self.optional(j + 1, "THE"):
                     if k > j + 1:
-                        add(k, "a", count=number, plural=number > 1)
+                        add(k, "a", number=number, plural=number > 1)
                         for m, total in self._count(k):
                             if total > number:
-                                add(m, "a", count=number, plural=True, total=total)
+                                add(m, "a", number=number, plural=True, total=total)
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
-                    add(m, "a", count=1)
+                    add(m, "a", number=1)
         if self.text(i) == "another":
             add(i + 1, "a", other=True)
         if self.text(i) == "half":
@@ -92,10 +91,10 @@ class Nouns(Modifiers):
         for j, ref in self._adjectives(i, base, 0):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
-            ranked = any(rank.key not in PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
+            ranked = any(rank.key not in PLACE_RANKS or rank.nth != 1 for rank in ref.ranks)
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
             bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
-            pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
+            pointed = base.other or base.determiner == "all" or (base.number and base.determiner != "bare")
             if j > i and ref.nouns == ("thing",):
                 found.append((j, ref))
             # "red first" tells an order.
@@ -182,7 +181,7 @@ class Nouns(Modifiers):
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
-            many = (ref.plural or plural) and ref.count != 1
+            many = (ref.plural or plural) and ref.number != 1
             named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=many)
             found += self._suffixed(j, named)
             if self.text(j) in ("or", "and") and plural:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
 from robosandbox.agent.language.nouns import Nouns
 
@@ -22,7 +20,7 @@ class Phrasing(Nouns):
             base = Ref(text=self.said(i, j), determiner="it", plural=them)
             found.append((j, base))
             if self.text(j) in ("all", "both"):
-                found.append((j + 1, replace(base, plural=True, count=2 if self.text(j) == "both" else None)))
+                found.append((j + 1, replace(base, plural=True, number=2 if self.text(j) == "both" else None)))
         found += self._everything(i)
         for j, _ in self.tag(i, "SOMETHING"):
             for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
@@ -177,7 +175,7 @@ class Phrasing(Nouns):
             if not which or self.text(j) not in (",", ".") or not self.tag(j + 1, "THE"):
                 continue
             for k, better in self.np(j + 1):
-                closer = better.one and not (better.nouns or better.plural or better.other or better.count)
+                closer = better.one and not (better.nouns or better.plural or better.other or better.number)
                 if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
                     merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
                     merged = replace(merged, relations=(*ref.relations, *better.relations))
@@ -317,10 +315,10 @@ class Phrasing(Nouns):
             if len(colours) < 2:
                 continue
             for end, ref in self._noun(k, base):
-                shared = replace(ref, count=None)
+                shared = replace(ref, number=None)
                 # "the red and blue cubes": one of each is the plainer reading when there is one of each.
                 refs = tuple(replace(shared, colours=(c,), text=f"{c} {self.said(k, end)}") for c in colours)
-                if base.count in (None, len(colours)):
+                if base.number in (None, len(colours)):
                     found.append((end, refs))
         return found
 
@@ -336,7 +334,7 @@ class Phrasing(Nouns):
                 while m and self._suffix(m) and (noun.names or noun.nouns) and not noun.unknown:
                     name = self._suffix(m)
                     text = self.said(j, k) + " " + self.said(m, m + 1)
-                    refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
+                    refs.append(replace(noun, names=(*noun.names, name), plural=False, number=None, text=text))
                     if self.text(m + 1) in ("to", "through", "thru", "till", "-") and self._suffix(m + 2):
                         # "parcels 1 to 3"
                         last = self._suffix(m + 2)
@@ -346,7 +344,7 @@ class Phrasing(Nouns):
                                 replace(refs[-1], names=(*noun.names, n), text=f"{self.said(j, k)} {n}") for n in named
                             ]
                             m += 2
-                    if len(refs) > 1 and base.count in (None, len(refs)):
+                    if len(refs) > 1 and base.number in (None, len(refs)):
                         found.append((m + 1, tuple(refs)))
                     m = self._joint(m + 1)
         return found

@@ -39,7 +39,7 @@ class Positions(Chart, ABC):
                 for k, refs in self.np_list(j):
                     single = len(refs) == 1
                     if kind == "between":
-                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
+                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].number == 2)):
                             found.append((k, Relation(kind, refs)))
                     elif single and _set_against_others(refs[0]):
                         # "everything in the bin but not the can": it is not the bin that the can is set against.

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 
 Part = Command | tuple[Ref, ...] | str
 
@@ -31,7 +29,7 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
     several = [
         (k, command)
         for k, command in enumerate(sentence.steps)
-        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].count is None
+        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].number is None
     ]
     if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
         return sentence

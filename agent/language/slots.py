@@ -45,7 +45,7 @@ def _known(refs: Sequence[Ref]) -> bool:
 
 
 def _single(ref: Ref) -> bool:
-    return not (ref.plural or ref.unknown or ref.count or ref.determiner in ("all", "it"))
+    return not (ref.plural or ref.unknown or ref.number or ref.determiner in ("all", "it"))
 
 
 def _longest(ends: list[int]) -> list[int]:

@@ -15,13 +15,13 @@ def strain(value: Any) -> float:
     """Return how far-fetched a phrase is: a noun phrase, a list, a place, an argument, a command or a sentence."""
     if isinstance(value, Ref):
         return _of_ref(value)
-    if isinstance(value, tuple):
-        kinds = [kind for kind in (getattr(item, "kind", "") for item in value) if kind in ("objects", "place")]
-        return sum(map(strain, value)) + _AGAIN * (len(kinds) - len({*kinds}))
     if isinstance(value, Command):
         return _of_command(value)
     if isinstance(value, Sentence):
         return sum(map(_of_command, value.steps)) + sum(map(_of_ref, value.avoid))
+    if isinstance(value, tuple) and not hasattr(value, "_fields"):
+        kinds = [kind for kind in (getattr(item, "kind", "") for item in value) if kind in ("objects", "place")]
+        return sum(map(strain, value)) + _AGAIN * (len(kinds) - len({*kinds}))
     # A relation or another place has noun phrases, an argument of a verb has a value.
     inner = getattr(value, "refs", None)
     return strain(getattr(value, "value", ()) if inner is None else inner) if not isinstance(value, (str, int)) else 0.0

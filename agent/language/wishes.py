@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb, replace
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
@@ -240,7 +239,7 @@ class Wishes(Clauses, ABC):
         ]
 
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
-        plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
+        plain = len(refs) == 1 and not (refs[0].plural or refs[0].number or refs[0].unknown or refs[0].other)
         named = refs[0].nouns or (id_parts(refs[0].names[0])[-1:] if refs[0].names else ())
         kind = NOUN_CLASS.get(named[0]) if plain and named else None
         # A box may be a thing to carry: only one that is told by its colour or its name is where others go.

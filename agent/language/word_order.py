@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC
-from dataclasses import replace
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Relation, Verb
+from robosandbox.agent.language.intent import Command, Relation, Verb, replace
 from robosandbox.agent.language.wishes import Wishes, spoken
 
 _YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
@@ -118,7 +117,7 @@ class WordOrder(Wishes, ABC):
                 j += 2
             if self._skip(j) == j and self.text(i - 3) != "if" and self.text(i - 4) != "if":
                 continue
-            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
+            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.number else ref
             for start in self._preambles(self._skip(j), 0):
                 for end, command in (*self._verb_first(start), *self._wish(start)):
                     it = command.objects[0] if command.objects else None
