@@ -75,6 +75,7 @@ class Chart:
                 if len(found) > 1:
                     found.sort(key=lambda item: -item[0])
             self.tags.append(tags)
+        self.present = frozenset(tag for tags in self.tags for tag in tags)
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""

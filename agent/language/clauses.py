@@ -376,8 +376,12 @@ class Clauses(Phrasing):
 
 def _go_together(elements: Elements) -> bool:
     """Say whether one verb can have these: no more than two lists of things, or three places, and not two of both."""
-    lists = sum(element.kind == "objects" for element in elements)
-    places = sum(element.kind == "place" for element in elements)
+    lists = places = 0
+    for element in elements:
+        if element.kind == "objects":
+            lists += 1
+        elif element.kind == "place":
+            places += 1
     return lists <= 2 and places <= 3 and (lists < 2 or places < 2)
 
 

@@ -85,15 +85,10 @@ class Frame(NamedTuple):
     def of(cls, elements: Sequence[Element]) -> Frame:
         """Sort elements by kind."""
         rest: dict[str, list[Any]] = {}
-        for element in elements:
-            if element.kind not in ("objects", "place"):
-                rest.setdefault(element.kind, []).append(element.value)
-        return cls(
-            tuple(e.value for e in elements if e.kind == "objects"),
-            tuple(e.value for e in elements if e.kind == "place"),
-            rest,
-            tuple(e.kind for e in elements),
-        )
+        for kind, value in elements:
+            rest.setdefault(kind, []).append(value)
+        kinds = tuple([kind for kind, _ in elements])
+        return cls(tuple(rest.pop("objects", ())), tuple(rest.pop("place", ())), rest, kinds)
 
     def only(self, *kinds: str) -> bool:
         """Say whether no other kinds are there, and none twice."""
@@ -107,6 +102,10 @@ class Frame(NamedTuple):
     def particle(self) -> str | None:
         """The particle, if there is one."""
         return str(self.one("particle")) if "particle" in self.rest else None
+
+
+ATTACHED = frozenset({"also", "choice", "except", "sequence"})
+"""Kinds of elements that belong to another one said before."""
 
 
 def chosen_by(elements: Sequence[Element]) -> Sequence[Element]:

@@ -170,7 +170,9 @@ class Grounder(Vicinity):
             names = self._related(names, relation, ref)
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
-            counted = excluded.number or (1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None)
+            counted = excluded.number or (
+                1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None
+            )
             if counted is not None and len(gone) > counted:
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))

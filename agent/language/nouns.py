@@ -194,7 +194,7 @@ class Nouns(Modifiers):
         if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
             # "stack B on C"
             found.append((i + 1, replace(ref, names=(token.text,))))
-        for spoken, name in self.words.spoken:
+        for spoken, name in self.words.by_first_word.get(self._part(i), ()):
             end = i + len(spoken)
             if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
                 # Said in full it means that one; other readings of the same words only multiply.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
@@ -10,6 +12,16 @@ from robosandbox.agent.language.nouns import Nouns
 
 class Phrasing(Nouns):
     """The rules for whole noun phrases."""
+
+    @cached_property
+    def second_last_colour(self) -> int:
+        """From where on fewer than two colours are said; -1 where there are not two."""
+        return ([-1, -1, *(k for k in range(self.count) if "COLOUR" in self.tags[k])])[-2]
+
+    @cached_property
+    def second_last_suffix(self) -> int:
+        """From where on fewer than two letters or numbers of ids are said; -1 where there are not two."""
+        return ([-1, -1, *(k for k in range(self.count) if self._suffix(k))])[-2]
 
     @rule
     def np(self, i: int) -> Found[Ref]:
@@ -255,6 +267,8 @@ class Phrasing(Nouns):
 
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
+        if "CORRECTION" not in self.present:
+            return []
         k = j
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
@@ -296,7 +310,7 @@ class Phrasing(Nouns):
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the red and blue cubes": colours that share one noun."""
         found: Found[tuple[Ref, ...]] = []
-        if sum("COLOUR" in tags for tags in self.tags[i:]) < 2:
+        if i > self.second_last_colour:
             return found
         for j, base in self._determiners(i):
             colours: list[str] = []
@@ -325,7 +339,7 @@ class Phrasing(Nouns):
     def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
         found: Found[tuple[Ref, ...]] = []
-        if sum(bool(self._suffix(k)) for k in range(i, self.count)) < 2:
+        if i > self.second_last_suffix:
             return found
         for j, base in self._determiners(i):
             for k, noun in self._noun(j, base):

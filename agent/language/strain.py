@@ -41,9 +41,12 @@ def _of_command(command: Command) -> float:
 
 
 def _of_ref(ref: Ref) -> float:
+    bare = 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    if not (ref.relations or ref.without or ref.options or ref.unknown or ref.ranks):
+        return bare
     # "everything but the trays and the tin" leaves both out.
     inner = sum(map(_of_ref, (*(r for relation in ref.relations for r in relation.refs), *ref.without, *ref.options)))
-    bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    bare -= 0.6 * len(ref.without)
     # "big green at the bottom" is rather a level of a tower than one of several things.
     level = 0.3 if ref.ranks and ref.text.endswith(_LEVELS) else 0.0
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + level + inner

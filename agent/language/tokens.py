@@ -86,6 +86,14 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
     @cached_property
+    def by_first_word(self) -> dict[str, list[tuple[tuple[str, ...], str]]]:
+        """`spoken` by the first word."""
+        table: dict[str, list[tuple[tuple[str, ...], str]]] = {}
+        for parts, name in self.spoken:
+            table.setdefault(parts[0], []).append((parts, name))
+        return table
+
+    @cached_property
     def lasts(self) -> frozenset[str]:
         """The words that ids end with, which name what they are."""
         return frozenset(id_parts(name)[-1] for name in self.ids)

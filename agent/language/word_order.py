@@ -6,7 +6,7 @@ from abc import ABC
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.clauses import Element, Elements
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Relation, Verb, replace
 from robosandbox.agent.language.wishes import Wishes, spoken
@@ -128,6 +128,7 @@ class WordOrder(Wishes, ABC):
     def _telegram(self, i: int) -> Found[Command]:
         """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
+        beside: dict[int, list[tuple[int, str, Elements]]] = {}
         for j, refs in self.np_list(i):
             if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
                 continue
@@ -137,13 +138,11 @@ class WordOrder(Wishes, ABC):
                 both = j + 1
             both += 2 if both > j and self.said(both, both + 2) == "of them" else 0
             starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
-            for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
-                kinds = [element.kind for element in elements]
-                if "place" in kinds or "matching" in kinds:
-                    found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (spoken(refs), *elements))]
-                if sorted(kinds) == ["direction", "distance"]:
-                    # "red cube: 5 cm left"
-                    found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
+            for start in sorted(starts):
+                if start not in beside:
+                    beside[start] = [hit for found_ in self.elements(start) for hit in _implied(*found_)]
+                for end, verb, elements in beside[start]:
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command(verb, (spoken(refs), *elements))]
             if self.text(j) in ("put", "place"):
                 # "small stone put in flower pot"
                 found += [
@@ -182,3 +181,11 @@ class WordOrder(Wishes, ABC):
 
     def _joints_at(self, i: int) -> bool:
         return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+
+
+def _implied(end: int, elements: Elements) -> list[tuple[int, str, Elements]]:
+    """Return the verbs that go without saying beside a thing: to put it where a place is named, to push it a way."""
+    kinds = [element.kind for element in elements]
+    put = [(end, "put", elements)] if "place" in kinds or "matching" in kinds else []
+    # "red cube: 5 cm left"
+    return [*put, (end, "push", elements)] if sorted(kinds) == ["direction", "distance"] else put
