@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
-from robosandbox.agent.language.chart import Found, capped, rule
-from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Spot, Table
+from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.intent import At, Command, Element, Original, Ref, Region, Relation, Spot, Table
 from robosandbox.agent.language.phrases import Phrasing
 from robosandbox.agent.language.wordlist import word_set
 
@@ -16,19 +16,6 @@ _COORDINATE_WORDS = word_set(
     place
     """
 )
-
-
-class Element(NamedTuple):
-    """One argument of a verb.
-
-    Attributes:
-        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
-            contents, in_exchange or person.
-        value: An intent node, number or word.
-    """
-
-    kind: str
-    value: Any = None
 
 
 class Axis(str):
@@ -139,7 +126,7 @@ class Clauses(Phrasing):
     def _rest(self, i: int, depth: int) -> Found[Elements]:
         key = (f"rest{depth}", i)
         if key not in self.memo:
-            self.memo[key] = capped(self._sequences(i, depth))
+            self.memo[key] = self.capped(self._sequences(i, depth))
         return self.memo[key]
 
     def _place(self, i: int) -> Found[Any]:

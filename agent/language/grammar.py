@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, plainest, rule
+from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
@@ -39,7 +39,7 @@ def parse(
             sentence = sentence_of(parts)
             if sentence:
                 found[sentence] = None
-    ranked = sorted(((strain(sentence), sentence) for sentence in found), key=lambda item: item[0])
+    ranked = sorted(((strain(sentence, grammar.strains), sentence) for sentence in found), key=lambda item: item[0])
     return tuple(ranked[:MAX_SENTENCES])
 
 
@@ -108,7 +108,7 @@ class Grammar(Commands):
                     asked = isinstance(second[0], Command) and not second[0].bare
                     if asked and self.text(m) in ("first", "beforehand") and self._skip(m + 1) >= n:
                         found.append((n, (*_in_it(second, part), *part)))
-        return plainest(found, MAX_READINGS)
+        return self.plainest(found, MAX_READINGS)
 
     def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         last = part[-1]

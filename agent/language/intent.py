@@ -214,6 +214,19 @@ class Command(NamedTuple):
     unless: bool = False
 
 
+class Element(NamedTuple):
+    """One argument of a verb.
+
+    Attributes:
+        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
+            contents, in_exchange or person.
+        value: An intent node, number or word.
+    """
+
+    kind: str
+    value: Any = None
+
+
 @dataclass(frozen=True, slots=True)
 class Sentence:
     """What to do, in order, and what to keep away from."""

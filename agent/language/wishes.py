@@ -234,9 +234,15 @@ class Wishes(Clauses, ABC):
         """As in "red cube left bin", "put can bin": the container alone says where."""
         return [
             (j, Command("put", refs, Relation("in", where), bare=0.6))
-            for j, where in self.np_list(i)
-            if self._named_container(where) and not any(ref.unknown for ref in refs)
+            for j, where in (self._containers(i) if not any(ref.unknown for ref in refs) else ())
         ]
+
+    def _containers(self, i: int) -> Found[tuple[Ref, ...]]:
+        """Every way to read the one container that is named at `i`."""
+        key = ("containers", i)
+        if key not in self.memo:
+            self.memo[key] = [(j, where) for j, where in self.np_list(i) if self._named_container(where)]
+        return self.memo[key]
 
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
         plain = len(refs) == 1 and not (refs[0].plural or refs[0].number or refs[0].unknown or refs[0].other)
