@@ -40,6 +40,12 @@ IT = Ref(text="it", determiner="it")
 class Clauses(Phrasing):
     """The rules for what can follow, or precede, a verb."""
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.rests: dict[int, list[tuple[int, int, Found[Elements]]]] = {}
+        self.height = 0
+        """How many elements the longest of the sequences has that are being made."""
+
     @rule
     def element(self, i: int) -> Found[Element]:
         """Anything that can stand beside a verb."""
@@ -84,11 +90,12 @@ class Clauses(Phrasing):
     @rule
     def elements(self, i: int) -> Found[Elements]:
         """Sequences of elements, the longer reach first."""
-        return self._sequences(i, 0)
+        return self._rest(i, 0)
 
     def _sequences(self, i: int, depth: int) -> Found[Elements]:
         found: Found[Elements] = [(i, ())]
         if depth >= MAX_ELEMENTS:
+            self.height = MAX_ELEMENTS if self.element(i) else 0
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) in (",", ":") else j
@@ -124,10 +131,17 @@ class Clauses(Phrasing):
         return found
 
     def _rest(self, i: int, depth: int) -> Found[Elements]:
-        key = (f"rest{depth}", i)
-        if key not in self.memo:
-            self.memo[key] = self.capped(self._sequences(i, depth))
-        return self.memo[key]
+        """Sequences that begin with element `depth` of a clause: the same at every depth where none is cut short."""
+        known = self.rests.setdefault(i, [])
+        hit = next((hit for hit in known if hit[0] == depth or max(hit[0], depth) + hit[1] <= MAX_ELEMENTS), None)
+        if hit is None:
+            above, self.height = self.height, 0
+            found = self.capped(self._sequences(i, depth))
+            hit = depth, self.height, found
+            self.height = above
+            known.append(hit)
+        self.height = max(self.height, hit[1] + 1)
+        return hit[2]
 
     def _place(self, i: int) -> Found[Any]:
         found: Found[Any] = []
