@@ -101,11 +101,6 @@ def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
     return tokens
 
 
-def without_courtesies(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens without the phrases of politeness; a wish about what you would do becomes a request."""
-    return COURTESIES.applied(tokens, words)
-
-
 def is_purpose(tokens: Sequence[Token], words: SceneWords) -> bool:
     """Say whether words tell what a command is good for and bind nothing: "to make room"."""
     return bool(tokens) and not _PURPOSES.applied(tokens, words)

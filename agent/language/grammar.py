@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
@@ -12,35 +10,11 @@ from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, 
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
-from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
+from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
 
 MAX_SENTENCES = 8
-
-
-def parse(
-    tokens: Sequence[Token], words: SceneWords, most_steps: int = MAX_STEPS
-) -> tuple[tuple[float, Sentence], ...]:
-    """Return the readings of a sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
-
-    Args:
-        tokens: What `tokenize` returned.
-        words: The words of the scene's ids.
-        most_steps: How much work it may be.
-
-    Raises:
-        TooComplicatedError: It has more readings than are worth following.
-    """
-    grammar = Grammar(tokens, words, most_steps=most_steps)
-    found: dict[Sentence, None] = {}
-    for end, parts in grammar.parts(0):
-        if end == len(tokens):
-            sentence = sentence_of(parts)
-            if sentence:
-                found[sentence] = None
-    ranked = sorted(((strain(sentence, grammar.strains), sentence) for sentence in found), key=lambda item: item[0])
-    return tuple(ranked[:MAX_SENTENCES])
 
 
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
@@ -58,12 +32,28 @@ class Grammar(Commands):
                 for tag in ("THEN", "FIRST"):
                     tags[tag] = [hit for hit in tags.get(tag, []) if hit[0] > i + 1]
 
-    def parts(self, i: int) -> Found[tuple[Part, ...]]:
-        """Everything from `i` to the end, as parts in the order in which they are done."""
-        return self._parts(i)
+    def sentences(self, most_steps: int = MAX_STEPS) -> tuple[tuple[float, Sentence], ...]:
+        """Return the readings of the sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
+
+        Args:
+            most_steps: How much further work it may be.
+
+        Raises:
+            TooComplicatedError: It has more readings than are worth following.
+        """
+        self.steps, self.most_steps = 0, most_steps
+        found: dict[Sentence, None] = {}
+        for end, parts in self._parts(0):
+            if end == self.count:
+                sentence = sentence_of(parts)
+                if sentence:
+                    found[sentence] = None
+        ranked = sorted(((strain(sentence, self.strains), sentence) for sentence in found), key=lambda item: item[0])
+        return tuple(ranked[:MAX_SENTENCES])
 
     @rule
     def _parts(self, i: int) -> Found[tuple[Part, ...]]:
+        """Everything from `i` to the end, as parts in the order in which they are done."""
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
         follows = i > 0

@@ -27,6 +27,10 @@ class Said:
     def __post_init__(self) -> None:
         self.texts = [token.text for token in self.tokens]
 
+    def now(self, tokens: Sequence[Token]) -> Said:
+        """Return a sentence of these tokens: this one, with the phrases read in it so far, if they are the same."""
+        return self if tuple(tokens) == tuple(self.tokens) else Said(tuple(tokens), self.words)
+
     @cached_property
     def grammar(self) -> Grammar:
         """The chart of the sentence."""

@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
@@ -36,8 +37,7 @@ class TooLongError(ValueError):
     """The prompt is longer than anybody would say."""
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(NamedTuple):
     """One word, number, id or mark.
 
     Attributes:

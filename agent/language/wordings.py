@@ -6,11 +6,9 @@ pattern reads and what it may leave out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from robosandbox.agent.language.idioms import plainly
+from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
-from robosandbox.agent.language.tokens import SceneWords, Token
 
 # fmt: off
 PARTS = {
@@ -101,6 +99,7 @@ OPENED = Constructions(DRAWERS, parts=PARTS)
 WORDINGS = Constructions(SHORTHAND, ORDERS, ENDS, ASIDES, parts=PARTS)
 
 
-def in_plain_words(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens with what has a plainer wording in that wording; the same tokens if there is none."""
-    return WORDINGS.applied(plainly(OPENED.applied(tokens, words)), words)
+def in_plain_words(said: Said) -> Said:
+    """Return a sentence with what has a plainer wording in that wording; the same sentence if there is none."""
+    said = OPENED.reworded(said)
+    return WORDINGS.reworded(said.now(plainly(said.tokens)))
