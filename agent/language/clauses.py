@@ -25,6 +25,7 @@ class Axis(str):
 Elements = tuple[Element, ...]
 _INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "stick", "pop"})
 _SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "position", "location"))
+_LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -50,6 +51,8 @@ class Clauses(Phrasing):
     def element(self, i: int) -> Found[Element]:
         """Anything that can stand beside a verb."""
         found: Found[Element] = []
+        if i >= self.count:
+            return found
         found += [(j, Element("objects", refs)) for j, refs in self.np_list(i)]
         found += [(j, Element("place", place)) for j, place in self._place(i)]
         found += [(j, Element("direction", value)) for j, value in self._direction(i)]
@@ -241,6 +244,8 @@ class Clauses(Phrasing):
     def distance(self, i: int) -> Found[float]:
         """As in "by about 10 cm", "two inches", "half a metre", "a bit"."""
         found: Found[float] = []
+        if i >= self.count:
+            return found
         start = i + 1 if self.text(i) == "by" else i
         if self.text(start) in ("the", "that") and self.said(start + 1, start + 3) in _SAME_AGAIN:
             # "left by 50 mm, then forward by the same amount"
@@ -313,6 +318,8 @@ class Clauses(Phrasing):
     def _order_end(self, i: int) -> Found[tuple[str, Ref]]:
         """As in "with the red one on top", "red at the bottom"."""
         found: Found[tuple[str, Ref]] = []
+        if _LEVELS.isdisjoint(self.present):
+            return found
         start = i + 1 if self.text(i) in ("with", "having", "keeping", "leaving") else i
         for j, ref in self.np(start):
             k = j + 1 if self.text(j) in ("being", "goes", "going", "is", "as") else j

@@ -26,6 +26,7 @@ class Grammar(Commands):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        self.joints: dict[int, list[int]] = {}
         for i, tags in enumerate(self.tags[:-1]):
             if self.texts[i] in ORDINALS and "SUPER" in self.tags[i + 1]:
                 # "..., second biggest in the bowl" counts, and opens no new step.
@@ -217,6 +218,11 @@ class Grammar(Commands):
 
     def _joints(self, j: int) -> list[int]:
         """Return where the next part can start after one that ended at `j`."""
+        if j not in self.joints:
+            self.joints[j] = self._joints_after(j)
+        return self.joints[j]
+
+    def _joints_after(self, j: int) -> list[int]:
         starts = []
         k = self._skip(j)
         if k > j:

@@ -49,6 +49,8 @@ class Modifiers(Positions):
 
     def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
+        if i >= self.count:
+            return found
         start = i + 1 if self.text(i) == "," else i
         found += self._filled_with(i, ref)
         for j, _ in self.tag(i, "OF_THEM"):

@@ -120,6 +120,29 @@ class Nouns(Modifiers):
         if self.text(start) in ("coloured", "colored", "colourful", "colorful"):
             # "the three coloured cubes": whatever is not black, white or grey.
             step.append((start + 1, replace(ref, not_colours=(*ref.not_colours, *_COLOURLESS))))
+        if start < self.count and not _ADJECTIVES.isdisjoint(self.tags[start]):
+            step += self._adjective(start, ref)
+        if self.text(start) in STATES:
+            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
+        word = self.text(start)
+        if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
+            step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
+        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
+            step.append((start + 1, ref))
+        if word in DISTINCT:
+            step.append((start + 1, replace(ref, distinct=True)))
+        verbal = word in UNSUPPORTED_VERBS or "VERB" in (self.tags[start] if start < len(self.tokens) else {})
+        if word in CLAIMS and word not in self.words.parts and not (verbal and ref.determiner == "bare"):
+            step.append((start + 1, replace(ref, claims=(*ref.claims, word))))
+        elif start < len(self.tokens) and self._is_strange(start):
+            step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
+        for j, nexts in step:
+            found += self._adjectives(j, nexts, depth + 1)
+        return found
+
+    def _adjective(self, start: int, ref: Ref) -> Found[Ref]:
+        """One adjective of size, shade or order, or "non-"."""
+        step: Found[Ref] = []
         for j, shade in self.tag(start, "SHADE"):
             step.append((j, replace(ref, shades=(*ref.shades, shade))))
         for j, size in self.tag(start, "SIZE"):
@@ -144,23 +167,7 @@ class Nouns(Modifiers):
                     step.append((k, replace(ref, nouns=("thing",), plural=True, without=(*ref.without, kind))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
-        if self.text(start) in STATES:
-            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
-        word = self.text(start)
-        if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
-            step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
-        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
-            step.append((start + 1, ref))
-        if word in DISTINCT:
-            step.append((start + 1, replace(ref, distinct=True)))
-        verbal = word in UNSUPPORTED_VERBS or "VERB" in (self.tags[start] if start < len(self.tokens) else {})
-        if word in CLAIMS and word not in self.words.parts and not (verbal and ref.determiner == "bare"):
-            step.append((start + 1, replace(ref, claims=(*ref.claims, word))))
-        elif start < len(self.tokens) and self._is_strange(start):
-            step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
-        for j, nexts in step:
-            found += self._adjectives(j, nexts, depth + 1)
-        return found
+        return step
 
     def _noun(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
@@ -285,6 +292,7 @@ class Nouns(Modifiers):
         return found
 
 
+_ADJECTIVES = frozenset({"SHADE", "SIZE", "SUPER", "POS", "ORDINAL", "NON", "OTHER"})
 _PACKED = word_set(
     "jar pot packet pack tub shaker mill tube stick bar carton bag sachet roll reel spool holder stand dispenser piece pen"
 )

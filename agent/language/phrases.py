@@ -27,6 +27,8 @@ class Phrasing(Nouns):
     def np(self, i: int) -> Found[Ref]:
         """One noun phrase, with and without what follows the noun."""
         found: Found[Ref] = []
+        if i >= self.count:
+            return found
         for j, which in self.tag(i, "PRON"):
             them = which == "them"
             base = Ref(text=self.said(i, j), determiner="it", plural=them)
@@ -198,6 +200,8 @@ class Phrasing(Nouns):
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"."""
         found: Found[tuple[Ref, ...]] = []
+        if i >= self.count:
+            return found
         found += self._shared_noun(i)
         found += self._numbered(i)
         if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from functools import cached_property
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Verb, replace
 from robosandbox.agent.language.match import NOUN_CLASS
-from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.tokens import MARKS, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
@@ -32,10 +33,17 @@ class Wishes(Clauses, ABC):
     def _verb_first(self, i: int) -> Found[Command]:
         """A command that begins with its verb; `Commands` knows how."""
 
+    @cached_property
+    def skips(self) -> list[int]:
+        """The next token that is no mark, by position."""
+        ends = [self.count]
+        for text in reversed(self.texts):
+            k = self.count - len(ends)
+            ends.append(ends[-1] if text in MARKS else k)
+        return ends[::-1]
+
     def _skip(self, i: int) -> int:
-        while self.text(i) in (",", ".", ";", "!", "?", ":"):
-            i += 1
-        return i
+        return self.skips[i] if i < self.count else i
 
     def _asks(self, i: int) -> bool:
         """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
