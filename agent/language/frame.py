@@ -92,7 +92,7 @@ class Frame(NamedTuple):
 
     def only(self, *kinds: str) -> bool:
         """Say whether no other kinds are there, and none twice."""
-        return all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
+        return not self.rest or all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
 
     def one(self, kind: str) -> Any:
         """Return the value of a kind that occurs once, or None."""

@@ -16,7 +16,7 @@ def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
     builder = _FRAMES.get(verb)
     if builder is None:
         return []
-    if any(element.kind in ATTACHED for element in elements):
+    if not ATTACHED.isdisjoint([kind for kind, _ in elements]):
         elements = chosen_by(excepted(joined(elements)))
         # A tower has an order of its own.
         elements = elements if verb in ("stack", "build") else in_sequence(elements)

@@ -45,6 +45,13 @@ def volume(item: DetectedObject) -> float:
 
 
 @lru_cache(maxsize=8)
+def _in_reach(base_xy: tuple[float, float], near: float, far: float) -> NDArray[np.bool_]:
+    """Say of the points of the grid which an arm there reaches easily."""
+    reach = np.hypot(*(_GRID - base_xy).T)
+    return np.asarray((near <= reach) & (reach <= far))
+
+
+@lru_cache(maxsize=8)
 def _seen(scene: ObservedScene) -> tuple[dict[str, tuple[float, float, float]], dict[str, Parent]]:
     """Return the half-extents of all that is seen and what each is on or in: the same for every reading of a sentence."""
     extents = {item.id: half_extents(item) for item in scene.objects}
@@ -228,8 +235,7 @@ class World:
         self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()
     ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, the nearest to `near` first."""
-        distance = np.round(np.hypot(*(_GRID - near).T), 6)
-        reach = np.hypot(*(_GRID - self.base_xy).T)
-        usable = (self._near <= reach) & (reach <= self._far) & self._free(radius, ignore)
-        order = np.lexsort((_GRID[:, 1], _GRID[:, 0], distance))
-        return [(float(x), float(y)) for x, y in _GRID[order[usable[order]]][:4]]
+        spots = _GRID[_in_reach(self.base_xy, self._near, self._far) & self._free(radius, ignore)]
+        distance = np.round(np.hypot(*(spots - near).T), 6)
+        order = np.lexsort((spots[:, 1], spots[:, 0], distance))
+        return [(float(x), float(y)) for x, y in spots[order[:4]]]
