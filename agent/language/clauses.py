@@ -183,6 +183,11 @@ class Clauses(Phrasing):
         where = i + 1 if self.text(i) == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
         if self.text(i) in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
             where = i + 4
+        if self.text(i) in ("in", "on", "to", "at", "into", "onto"):
+            # "on the place of the ginger"
+            for k in self.optional(i + 1, "THE"):
+                if self.text(k) in ("place", "spot", "position") and self.text(k + 1) == "of" and k > i + 1:
+                    found += [(j, Spot((ref,))) for j, ref in self.np(k + 2) if not (ref.plural or ref.unknown)]
         for j, ref in self.np(where) if where > i and not self.tag(where, "PRON") else ():
             # "to where the wrench is now"
             if self.text(j) in _STANDS and not (ref.plural or ref.unknown):
@@ -334,9 +339,10 @@ class Clauses(Phrasing):
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
         found: Found[str] = []
         for start in self.optional(i + 2 if opened else i, "THE"):
-            for j, key in self.tag(start, "SUPER"):
+            small = self.tag(start, "SIZE") if self.text(start - 1) == "the" else []
+            for j, key in (*self.tag(start, "SUPER"), *small):
                 k = j + 1 if self.text(j) in ("one", "ones") else j
-                if self.text(k) == "first" or opened:
+                if self.text(k) == "first" or (opened and not (small and k == j)):
                     found.append((k + 1 if self.text(k) == "first" else k, key))
         return found
 

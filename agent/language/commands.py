@@ -12,7 +12,7 @@ from robosandbox.agent.language.word_order import ORDERS, WordOrder
 from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
-_TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_TOPS = frozenset({"lid", "top", "surface", "cap", "rim", "head", "tip"})
 _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 
@@ -34,6 +34,7 @@ class Commands(WordOrder):
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
+        found += self._verb_last(i)
         for j, key in self.tag(i, "FROM"):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):
@@ -87,7 +88,10 @@ class Commands(WordOrder):
                 return found
             for j, ref in self.np(k):
                 if ref.relations and not ref.unknown and self._skip(j) > j:
-                    found.append((j, None, replace(ref, determiner="a", plural=False)))
+                    # "if there is a lemon on the table, put it in the bowl": the lemon.
+                    single = self.text(i) == "if" and (ref.nouns or ref.names) and not (ref.plural or ref.number)
+                    it = replace(ref, determiner="the") if single and ref.nouns != ("thing",) else None
+                    found.append((j, it, replace(ref, determiner="a", plural=False)))
             return found
         for j, ref in self.np(i + 1):
             if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
@@ -120,9 +124,9 @@ class Commands(WordOrder):
                     if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
                         # "arrange the cubes": by what, or into what?
                         continue
-                    found += [
-                        (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
-                    ]
+                    made = frame_command(verb, elements)
+                    found += [(k, replace(c, bare=c.bare + strain) if strain else c) for c in made]
+                    found += [(m, c) for m in (self._tapped(k) if verb == "tap" else ()) for c in made]
             if verb == "tap":
                 # "tap the lid of the can": a tap lands on top.
                 for k in [
@@ -187,6 +191,14 @@ class Commands(WordOrder):
                         found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
+                # "give the can in the bin", as a German has it
+                found += [
+                    (k, replace(c, bare=0.3))
+                    for k, elements in self.elements(j)
+                    if {e.kind for e in elements} == {"objects", "place"}
+                    for c in frame_command("put", elements)
+                    if isinstance(c.place, Relation) and c.place.kind in ("in", "on")
+                ]
             if verb in ("build", "pick") and self.text(i) in ("make", "let", "get"):
                 # "make the car go forward"
                 found += [
@@ -282,8 +294,23 @@ class Commands(WordOrder):
                 for m in self.optional(k, "LIGHT_ADJECTIVE"):
                     for n, verb in self.tag(m, "LIGHT_NOUN"):
                         for end, elements in self.elements(n):
-                            found += [(end, c) for c in frame_command(verb, (spoken(refs), *elements))]
+                            made = frame_command(verb, (spoken(refs), *elements))
+                            ends = [end, *(self._tapped(end) if verb == "tap" else ())]
+                            found += [(k, c) for k in ends for c in made]
         return found
+
+    def _tapped(self, i: int) -> list[int]:
+        """As in "tap the can on the lid", "tap the can, just a little", "touch it from above": a tap lands gently on top."""
+        ends = []
+        if self.text(i) in ("on", "at"):
+            for k in self.optional(i + 1, "THE"):
+                ends += [k + 1] if self.text(k) in _TOPS else []
+        ends += [i + 2] if self.said(i, i + 2) == "from above" else []
+        comma = i + 1 if self.text(i) == "," else i
+        ends += [j for j, _ in self.tag(comma, "AMOUNT")]
+        return [end for end in ends if self._skip(end) > end or end >= self.count or self.tag(end, "TIMES")] + [
+            end for k in ends for end, _ in self.tag(k, "TIMES")
+        ]
 
     def _arm(self, i: int) -> list[int]:
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]

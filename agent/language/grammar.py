@@ -18,6 +18,8 @@ MAX_SENTENCES = 8
 
 
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
+_THAT = frozenset({"this", "that"})
+"""After which a thing without a verb is a step: "and after this the cube into the bowl"."""
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
@@ -204,6 +206,13 @@ class Grammar(Commands):
                     command = replace(command, direction=last.direction)
                 if command.direction is None:
                     continue
+                told = any(e.kind == "objects" for e in elements)
+                if self.text(k - 1) == "," and not told and command.direction == last.direction:
+                    # "10 cm backwards, towards the base", "a bit closer, 5 cm towards you": the same push, more exactly.
+                    better = None if command.distance and last.distance else command.distance or last.distance
+                    if better and self._skip(j) >= n:
+                        found.append((n, (*part[:-1], replace(last, distance=better))))
+                        continue
                 again = (
                     replace(command, objects=last.objects)
                     if not any(e.kind == "objects" for e in elements)
@@ -237,7 +246,7 @@ class Grammar(Commands):
                 continue
             starts.append(self._skip(end))
             starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
-        if self.tag(k, "AVOID") or self.tag(k, "NEGATION") or self.tag(k, "STILL"):
+        if any(self.tag(k, tag) for tag in ("AVOID", "NEGATION", "STILL", "SAME")):
             starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
@@ -264,6 +273,7 @@ class Grammar(Commands):
                         (end, _inside_it(second, command))
                         for k, _ in self.tag(comma, tag)
                         for end, second in self.clause(k)
+                        if not (second.bare and self.text(k) in _THAT)
                     ]
                     done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
                     for end, second in second_at + (done if tag == "AFTER" else []):

@@ -7,9 +7,10 @@ from typing import Any
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
-from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
+from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
@@ -99,6 +100,10 @@ class Nouns(Modifiers):
                 found.append((j, ref))
             # "red first" tells an order.
             named = not (base.determiner == "bare" and j > i + 1 and self.tag(j - 1, "ORDINAL"))
+            # "a little" is how much; "the lemon" is a lemon and nothing yellow.
+            little = base.determiner == "a" and self.text(j - 1) == "little" and not ref.colours
+            thing = ref.colours and self.text(j - 1) in _NAMES_OF_THINGS
+            named = named and not (little or thing)
             if (j > i and bare and named) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
@@ -292,6 +297,8 @@ class Nouns(Modifiers):
         return found
 
 
+_NAMES_OF_THINGS = (ABSENT_NOUNS & {*CANONICAL_COLOUR}) - {*COLOURS}
+"""Colours that are called after a thing."""
 _ADJECTIVES = frozenset({"SHADE", "SIZE", "SUPER", "POS", "ORDINAL", "NON", "OTHER"})
 _PACKED = word_set(
     "jar pot packet pack tub shaker mill tube stick bar carton bag sachet roll reel spool holder stand dispenser piece pen"

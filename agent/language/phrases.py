@@ -88,7 +88,8 @@ class Phrasing(Nouns):
                         # "not the red cup, the blue one"
                         kind = first.names if len(first.names) == 1 and first.names[0].isalpha() else ()
                         found.append((end, replace(ref, nouns=first.nouns, names=kind, one=not (first.nouns or kind))))
-                    elif self.text(k - 1) == "but":
+                    elif self.text(k - 1) == "but" or (single(first) and single(ref) and first.nouns == ref.nouns):
+                        # "not the red cube, the yellow cube"
                         found.append((end, ref))
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
@@ -105,6 +106,17 @@ class Phrasing(Nouns):
                         # "the pink ball, not the green one, goes in the bowl"
                         found.append((end + 1, full))
         found += self._apposed(found)
+        if self.text(i) in ("whichever", "whatever"):
+            # "whichever die is farther from you"
+            for j, ref in self._head(i + 1, Ref(text="")):
+                whose = ref.nouns and not (ref.ranks or ref.unknown) and self.text(j) == "is"
+                for end, better in self._modifier(j + 1, ref) if whose else ():
+                    found.append((end, replace(better, text=self.said(i, end))))
+                for start in self.optional(j + 1, "THE") if whose else ():
+                    for end, key in self.tag(start, "SUPER"):
+                        which = replace(ref, ranks=(Rank(key),), text=self.said(i, end))
+                        found += [(m, replace(r, text=self.said(i, m))) for m, r in self._anchored(end, which)]
+                        found.append((end, which))
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
 
@@ -184,6 +196,15 @@ class Phrasing(Nouns):
                 # "a pen, any pen"
                 apposed += [
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
+                ]
+            if ref.one and not ref.nouns and ref.ranks and not ref.plural and self.text(j) == ",":
+                # "the smallest one, the dice"
+                apposed += [
+                    (k + (self.text(k) == ","), replace(named, text=ref.text))
+                    for k, named in (self.np(j + 1) if self.tag(j + 1, "THE") else ())
+                    if (named.nouns or named.names)
+                    and not (named.plural or named.ranks or named.options)
+                    and self.text(k) not in ("and", "or")
                 ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
             if not which or self.text(j) not in (",", ".") or not self.tag(j + 1, "THE"):
@@ -376,6 +397,11 @@ class Phrasing(Nouns):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+def single(ref: Ref) -> bool:
+    """Say whether a description is of one definite thing."""
+    return ref.determiner == "the" and not (ref.plural or ref.unknown or ref.options or ref.other)
 
 
 def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:

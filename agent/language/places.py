@@ -229,11 +229,11 @@ ORIGINAL = "".join(
     for back in ("", "back ")
     for to in ("in", "to", "into", "on", "onto", "at")
     for its in ("its", "their", "his", "her", "the")
-    for old in ("old", "original", "previous", "former", "earlier", "initial", "starting", "prior", "usual")
+    for old in ("same", "old", "original", "previous", "former", "earlier", "initial", "starting", "prior", "usual")
     for place in ("place", "spot", "position", "location", "home")
 )
 ORIGINAL += (
-    "where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
+    "same place, same spot, same position, again same place, again in the same place, again at the same place, where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
     "back in its place, back in place, back to its place, where it came from, back where it came from, "
     "back to its original position, back to its original place, to its original position, "
     "to its original place, in its original position, in its original place, to where it was, "

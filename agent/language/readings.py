@@ -66,9 +66,16 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
             again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
             there = over.refs if onwards.refs == (IT,) or again else onwards.refs
             made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
+        elif last and last.verb in ("aside", "unstack") and _one_thing(last) and onwards is not None:
+            # "get the can out of the way, put it behind the cup": that is out of the way.
+            made[-1] = replace(step, objects=last.objects)
         else:
             made.append(step)
     return tuple(made)
+
+
+def _one_thing(command: Command) -> bool:
+    return len(command.objects) == 1 and not (command.objects[0].plural or command.objects[0].determiner == "all")
 
 
 def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:

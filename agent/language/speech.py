@@ -10,6 +10,8 @@ from robosandbox.agent.language.wordlist import word_set
 FILLERS = (
     "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, "
     "okey, okie, hey, hi, hello, yo, "
+    "centre to centre, center to center, measured centre to centre, measured center to center, "
+    "pretty pretty please, pretty please, vroom, beep, beep beep, whoops, whoopsie, oopsie, wow, yay, hooray, hurray, woohoo, yippee, boom, wheee, "
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
     "hurry up and, hurry up, hurry, get a move on and, get a move on, and make it snappy, make it snappy, and make it quick, make it quick, chop chop, on the double, pronto, step on it, be quick about it, and be quick about it, and be quick, be quick, "
@@ -200,7 +202,7 @@ NOT_IS = (
 EXCEPT = (
     "except, except for, but, but not, other than, apart from, besides, excluding, save for, aside from, "
     "with the exception of, minus, not counting, barring, and not, but skip, but leave out, bar, "
-    "not including, without"
+    "not including, without, but without"
 )
 AVOID = (
     "keep, spare, without touching, without bumping, without bumping into, "

@@ -34,6 +34,8 @@ _CONTRACTIONS = [
         (r"\bontop\b", "on top"),
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
+        (r"\b(\w+)'s (?=(?:on the wrong|gone|not|out of|in the wrong)\b)", r"\1 is "),
+        (r"\b(you|they)re\b", r"\1 are"),
         (r"\b(\w+)'s (?=(?:empty|full|broken|dirty|done|finished|dead|old|rotten|mine|yours)\b)", r"\1 is "),
         (r"\bsh(?:u|ou)d\b", "should"),
         (r"\bc(?:u|ou)d\b", "could"),

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC
-from typing import Literal
+from functools import cached_property
+from typing import Any, Literal
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Element, Elements
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Relation, Verb, replace
+from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import Wishes, spoken
 
 _YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
@@ -73,6 +75,11 @@ class WordOrder(Wishes, ABC):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
+            if element.kind == "objects" and self._skip(j) == j and "VERB" in self._tags_at(j) and self._asks(j):
+                # "the can pick it up", as it is dictated
+                for k, command in self._verb_first(j):
+                    if command.objects and command.objects[0].determiner == "it":
+                        found.append((k, replace(command, objects=element.value, bare=command.bare + 0.6)))
             if element.kind == "objects" and (self._skip(j) > j or self.said(j, j + 2) in _YOU_MUST):
                 # "the can, put it in the bin", "the can you must put it in the bin"
                 for start in self._preambles(self._skip(j), 0):
@@ -143,11 +150,11 @@ class WordOrder(Wishes, ABC):
                     beside[start] = [hit for found_ in self.elements(start) for hit in _implied(*found_)]
                 for end, verb, elements in beside[start]:
                     found += [(end, replace(c, bare=0.3)) for c in frame_command(verb, (spoken(refs), *elements))]
-            if self.text(j) in ("put", "place"):
-                # "small stone put in flower pot"
+            if self.text(both) in ("put", "place"):
+                # "small stone put in flower pot", "ruler and crayon all put into pencil case"
                 found += [
                     (end, replace(c, bare=0.6))
-                    for end, elements in self.elements(j + 1)
+                    for end, elements in self.elements(both + 1)
                     if [element.kind for element in elements] == ["place"]
                     for c in frame_command("put", (spoken(refs), *elements))
                 ]
@@ -178,6 +185,33 @@ class WordOrder(Wishes, ABC):
                 put = Relation("in", refs)
                 found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found
+
+    def _verb_last(self, i: int) -> Found[Command]:
+        """As in "the lemon in the bowl put", "the blue spool take up": as those say it whose verbs come last."""
+        found: Found[Command] = []
+        for j, elements in self.elements(i) if i < max(self.last_verbs, default=0) else ():
+            kinds = [element.kind for element in elements]
+            if j in self.last_verbs and kinds in (["objects"], ["objects", "place"], ["place", "objects"]):
+                for end, verb, last in self.last_verbs[j]:
+                    if not (self.tag(j, "NOUN") and len(kinds) == 1):
+                        commands = frame_command(verb, (*elements, *last))
+                        found += [(end, replace(c, bare=c.bare + 0.9)) for c in commands]
+        return found
+
+    @cached_property
+    def last_verbs(self) -> dict[int, list[tuple[int, str, Elements]]]:
+        """Verbs that end a clause, alone or with a particle, by where they start: their end, what they are, the particle."""
+        found: dict[int, list[tuple[int, str, Elements]]] = {}
+        for j in range(1, self.count):
+            for k, verb in self.tag(j, "VERB") if self.texts[j] in BASE_FORMS else ():
+                particles = [(end, (Element("particle", particle),)) for end, particle in self.tag(k, "PART")]
+                for end, last in (*particles, (k, ())):
+                    if end >= self.count or self._joints_at(end):
+                        found.setdefault(j, []).append((end, verb, last))
+        return found
+
+    def _tags_at(self, i: int) -> dict[str, list[tuple[int, Any]]]:
+        return self.tags[i] if i < self.count else {}
 
     def _joints_at(self, i: int) -> bool:
         return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
