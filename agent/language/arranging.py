@@ -57,8 +57,11 @@ class Arranging(Placing):
         ):
             # "unstack the cube and put it on the table": it lies there already.
             return
-        if len(names) == 1 and targets and names[0] in self.put_down and self._is_there(names[0], place, targets):
-            # "carry it to the bin and drop it in": done already.
+        there = bool(names and targets) and all(
+            name in self.put_down and self._is_there(name, place, targets) for name in names
+        )
+        if there and (len(names) == 1 or all(ref.determiner == "the" for ref in command.objects)):
+            # "carry it to the bin and drop it in", "all the yellow ones, so the lemon and the can": done already.
             return
         again = [name for name in names if name in self.put_down] if several else []
         if again and not any(ref.determiner == "it" for ref in command.objects):

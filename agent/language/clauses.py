@@ -112,7 +112,8 @@ class Clauses(Phrasing):
                     start += 1
             if first.kind == "objects" and self.text(start) in ("and", "then"):
                 # "... then the green one, and the red one on top"
-                for end, rest in self._rest(start + 1, depth + 1):
+                level = start + 2 if self.said(start, start + 2) == "and then" else start + 1
+                for end, rest in self._rest(level, depth + 1):
                     if rest and rest[0].kind == "order_end":
                         found.append((end, (first, *rest)))
             if self.text(start) == "and" and _leaves(first):

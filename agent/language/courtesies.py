@@ -31,6 +31,7 @@ REQUESTS = {
     "[is there|there is] (any|a|some) (chance|way|possibility) [that|of] you [<might>]": "could you",
     "would you be {_praise} (as to|and|to)": "could you",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
+    "<we> (want|need|would like|wish|prefer) that you [to]": "could you",
     "<we> (beg|implore|urge|ask) [of] you to": "",
 }
 OPENINGS = {
@@ -42,7 +43,7 @@ OPENINGS = {
     "<start> (i|we) (was|were) (going to say|about to say|thinking of|going to ask for|going for) {_thing} [,] but [no!|actually] [,]": "",
     "<start> (mr|mrs|ms|miss|dr) {_name} (order|prescription|request) (:|,)": "",
     "<start> (order|prescription|request) for {_name} [{_name2}] (:|,)": "",
-    "<start> {_name} is not! (here|there) [,] (but|so)": "",
+    "<start> {_words} is not! (here|there) [,] (but|so)": "",
     "<start> i do not! like {_COLOUR} (,|.|!|;)": "",
     "<edge> [you|we] (might|may) as well": "",
     "let us get (going|started|cracking|moving|to work)": "",

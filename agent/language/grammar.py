@@ -117,6 +117,21 @@ class Grammar(Commands):
             # "the salt and the pepper on the plate... nah, only the salt"
             return narrowed[:1]
         places = last.place.refs if isinstance(last.place, Relation) else ()
+        denied = self._denied(k)
+        if denied is not None:
+            # "sorry, not the butter, the lemon": what stands in for the butter, wherever it was.
+            for j, refs in self.np_list(k):
+                if self._skip(j) >= len(self.tokens) and len(refs) == 1:
+                    objects, there = (
+                        [refs[0] if _naming(ref) == denied else ref for ref in old] for old in (last.objects, places)
+                    )
+                    place = replace(last.place, refs=tuple(there)) if isinstance(last.place, Relation) else last.place
+                    if (tuple(objects), place) != (last.objects, last.place):
+                        found.append(
+                            (j, (*part[:-1], replace(last, objects=tuple(objects), place=place, bare=last.bare - 0.6)))
+                        )
+            if found:
+                return found[:1]
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
             if refs[0].one and refs[0].colours and not refs[0].nouns:
@@ -145,6 +160,14 @@ class Grammar(Commands):
                 for m in self._joints(j):
                     found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
         return found
+
+    def _denied(self, k: int) -> tuple[tuple[str, ...], ...] | None:
+        """Return what was said to be wrong just before `k`: "not the butter, ..."."""
+        before = k - 1 if self.text(k - 1) in (",", "but") else k
+        for m in range(max(0, k - 8), k):
+            if self.text(m) == "not":
+                return next((_naming(ref) for end, ref in self.np(m + 1) if end == before), None)
+        return None
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""

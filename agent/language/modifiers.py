@@ -139,7 +139,7 @@ class Modifiers(Positions):
             for m in self.optional(k, "THE"):
                 if k > i and self.text(m) in STATES:
                     found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
-                if k > i and self.text(m) in SHAPED and ref.nouns == ("thing",):
+                if k > i and self.text(m) in SHAPED and ref.nouns in ((), ("thing",)) and not ref.names:
                     found.append((m + 1, replace(ref, nouns=(SHAPED[self.text(m)],))))
                 for j, key in self.tag(m, "SUPER"):
                     superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))

@@ -320,7 +320,7 @@ _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 def _singular(word: str, parts: frozenset[str]) -> str:
     if word in parts:
         return word
-    for ending, with_ in (("ies", "y"), ("es", ""), ("s", "")):
+    for ending, with_ in (("ies", "y"), ("es", ""), ("s", ""), ("ing", ""), ("ing", "e")):
         if word.endswith(ending) and word[: -len(ending)] + with_ in parts:
             return word[: -len(ending)] + with_
     return word

@@ -200,10 +200,10 @@ class Phrasing(Nouns):
             if ref.one and not ref.nouns and ref.ranks and not ref.plural and self.text(j) == ",":
                 # "the smallest one, the dice"
                 apposed += [
-                    (k + (self.text(k) == ","), replace(named, text=ref.text))
+                    (k + (self.text(k) == ","), replace(named, text=ref.text, plural=False))
                     for k, named in (self.np(j + 1) if self.tag(j + 1, "THE") else ())
                     if (named.nouns or named.names)
-                    and not (named.plural or named.ranks or named.options)
+                    and not (named.ranks or named.options or named.number)
                     and self.text(k) not in ("and", "or")
                 ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)

@@ -85,14 +85,14 @@ RELATIONS: dict[str, str] = {
     "in": "in, inside, inside of, within, down in, inside the",
     "left": (
         "left of, to the left of, on the left of, on the left side of, to the left side of, at the left of, "
-        "at left of, at the left of, at left side of, on left side of, in the left of, on left of, to left of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
+        "at left of, at the left of, at left side of, on left side of, in the left of, on left of, to left of, to left side of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
         "just to the left of, immediately left of, immediately to the left of, "
         "on the lefthand side of, to the left from, directly left of, directly to the left of, "
         "over to the left of, off to the left of, left from"
     ),
     "right": (
         "right of, to the right of, on the right of, on the right side of, to the right side of, at the right of, "
-        "at right of, at the right of, at right side of, on right side of, in the right of, on right of, to right of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
+        "at right of, at the right of, at right side of, on right side of, in the right of, on right of, to right of, to right side of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
         "just to the right of, immediately right of, immediately to the right of, "
         "on the righthand side of, to the right from, directly right of, directly to the right of, "
         "over to the right of, off to the right of, right from"
@@ -218,7 +218,7 @@ HOMES = (
     "original position, initial configuration, base position, idle position, parking position, "
     "beginning, starting point, starting place, home base, park position, neutral, home state, initial state, "
     "home location, base, safe position, zero position, zero pose, standby, starting configuration, "
-    "default configuration, resting pose, start point"
+    "default configuration, resting pose, start point, place, spot, corner"
 )
 ARM = (
     "arm, robot, gripper, hand, robot arm, manipulator, yourself, robotic arm, claw, end effector, effector, "

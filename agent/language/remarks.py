@@ -45,7 +45,7 @@ _SPEAKERS = word_set(
 )
 _WHOSE = frozenset({"my", "our", "his", "her", "their"})
 _STATES = word_set(
-    "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being"
+    "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being came"
 )
 _HARMLESS = (
     CLAIMS
@@ -60,7 +60,7 @@ _HARMLESS = (
         right over side corner yours mine place spot position
         open opened closed shut unlocked went turned gone
         empty room space full enough needed necessary required useful important wanted good great ready done finished
-        dinner lunch breakfast
+        dinner lunch breakfast came back arrived returned day morning week ages hours night
         """
     )
 )

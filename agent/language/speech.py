@@ -33,7 +33,7 @@ FILLERS = (
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
     "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
-    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, say, "
+    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, "
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
@@ -376,7 +376,7 @@ ASIDE_FILLERS = (
     "cheers, wow, hang on, hold on"
 )
 EDGE_FILLERS = (
-    "all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
+    "say, might as well, may as well, you might as well, you may as well, we might as well, all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
     "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
     "dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, boss, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
     "panda, franka, robo, hal, robby"

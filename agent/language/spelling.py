@@ -63,6 +63,9 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
     """
     made: list[str] = []
     for i, word in enumerate(words):
+        if word.removesuffix("s") in parts:
+            made.append(word)
+            continue
         opens = i == 0 or words[i - 1] in _BEFORE_COMMANDS
         better = None
         if (

@@ -280,7 +280,7 @@ AMOUNTS: dict[str, float] = {
     "a finger width": 0.02, "a thumb width": 0.02, "a hand width": 0.10, "a palm width": 0.08, "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
 }  # fmt: skip
 ABOUT = (
-    "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
+    "say, by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
     "by around, by roughly, by approximately, by exactly, for, some, maybe, a distance of, by a distance of, "
     "at least, up to, by another, at most, no more than, not more than, by no more than, by at most, by at least, a full, by a full, something like, by something like"
 )

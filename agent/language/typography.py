@@ -18,6 +18,7 @@ _CONTRACTIONS = [
             r"\b(tap|touch|pat|poke|press|boop|bop)( on)? ([a-z_ ]{3,30}?)'s? (?:top|head|lid|cap|nose|surface|upper side)\b",
             r"\1 \3",
         ),
+        (r"\b(must|should|shall) to\b", r"\1"),
         (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
         (
             r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",
