@@ -45,7 +45,6 @@ OPENINGS = {
     "<start> (order|prescription|request) for {_name} [{_name2}] (:|,)": "",
     "<start> {_words} is not! (here|there) [,] (but|so)": "",
     "<start> i do not! like {_COLOUR} (,|.|!|;)": "",
-    "<edge> [you|we] (might|may) as well": "",
     "let us get (going|started|cracking|moving|to work)": "",
     "(can|could|would|will) you do (this|something|that|one thing) [for me|for us] (:|,|?|.)": "",
     "do (this|the following|as follows|something) [for me|for us] (:|,)": "",

@@ -43,9 +43,7 @@ SHORTHAND = {
     "(on|onto|on to) {one} above <edge>": "on {one}",
     "used to (be|stand|sit|lie)": "was",
     "the {adjective} one {NOUN}": "the {adjective} {NOUN}",
-    "{modal:must|can|should|will|could|shall} to (go|be|come)": "{modal} go",
     "(everything|all|all things|things) what is": "everything that is",
-    "(of|off) the {adjective} (colour|color)": "{adjective}",
 }
 DRAWERS = {
     "<verb> (yank|crack|pop|jerk|ease|fling|tug|pull|draw|slide|pry|swing|throw|wrench|get|roll) {drawer} (open|out|ajar)": "open {drawer}",
@@ -61,7 +59,7 @@ ORDERS = {
     # As those say it who have it from another language.
     "<verb> {VERB} you {thing}": "{VERB} {thing}",
     "<start> [please] you [to] {VERB} {thing}": "{VERB} {thing}",
-    "<edge> {thing} you (put|place) {place}": "put {thing} {place}",
+    "<edge> {thing} you (put|place) {place} <end>": "put {thing} {place}",
     "{place} you {VERB} <edge>": "{VERB} {place}",
     "<edge> {thing} , {place} {VERB} {_PRON} <edge>": "{VERB} {thing} {place}",
     "<start> which (one|thing) is {adjective} [,] {VERB}": "{VERB} the {adjective} one",
@@ -104,15 +102,14 @@ ENDS = {
 }
 ASIDES = {
     "<edge> {thing} (is|are) (on|in|at) the wrong (side|place|spot|end|position) (,|.|;|:)": "{thing} ,",
-    "<edge> {thing} (should|must|do|does|can) not! (be|go|belong|stand|sit|lie) (with|among|near|by|there|here) [{_thing}] (,|.|;|:)": "{thing} ,",
+    "<edge> {thing} (should|must|can) not! (be|go|stand|sit|lie) (with|among|near|by|there|here) [{_thing}] (,|.|;|:)": "{thing} ,",
     "<edge> {thing} (has to|have to|needs to|need to|must|should) (stay|remain|keep|be kept) {_word} (,|.|;|:)": "{thing} ,",
     "<edge> (someone|somebody|who|i|we|they|you|my {_person}) [has|have] (left|put|forgot|dropped) {that} {_place} (,|.|;|:)": "{that} ,",
     "<start> {one} {_name} (!|.|,|;) [!] [!] {VERB} it": "{one} , {VERB} it",
     "(everything|anything|all|those|things) {_words} , so {thing} ,": "{thing}",
     "(a bit|a little|a little bit|slightly) {way} [,] [like|about] {distance}": "{distance} {way}",
     ", where (it|they) (belongs|belong|lives|live|goes|go|[always] (is|are|was|were)|(has|have) always (gone|been|lived)|should be|should have been) <end>": "",
-    "(as|in|on|into|onto|under|behind|beside|at|to|next! to|to the) , (no!|oh|er) [,] {_CORRECTION} [,] {place}": "{place}",
-    "(on|in|into|onto|under|behind|beside|at|to|next! to|to the) , {_CORRECTION} [,] {place}": "{place}",
+    "(on|in|into|onto|under|behind|beside|at|to|next! to|to the) , (no! [,] [wait|sorry|hang on|hold on|actually]|wait|sorry|hang on|hold on|actually) [,] {place}": "{place}",
     "<start> (as for|regarding|concerning|with regard to|what about|how about) {thing} (,|:)": "{thing} ,",
     "<edge> {thing} (is|are) not! where (it|they) (should be|ought to be|belong|belongs|goes|go) (,|.)": "{thing} ,",
     "<edge> {thing} (does|do) not! belong (here|there|on the <room>) (,|.) [but] (it|they)": "{thing}",
