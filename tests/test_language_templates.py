@@ -179,6 +179,7 @@ _EXAMPLES = """
     put the can where the ball used to be -> put the can where the ball was
     push the big one cube to the left -> push the big cube to the left
     all what is red in the bin -> everything that is red in the bin
+    return to your place -> go home
     push you the can to the left -> push the can to the left
     please you to tap the can -> tap the can
     the can you put in the bin -> put the can in the bin

@@ -218,7 +218,7 @@ HOMES = (
     "original position, initial configuration, base position, idle position, parking position, "
     "beginning, starting point, starting place, home base, park position, neutral, home state, initial state, "
     "home location, base, safe position, zero position, zero pose, standby, starting configuration, "
-    "default configuration, resting pose, start point, place, spot, corner"
+    "default configuration, resting pose, start point"
 )
 ARM = (
     "arm, robot, gripper, hand, robot arm, manipulator, yourself, robotic arm, claw, end effector, effector, "

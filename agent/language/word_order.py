@@ -75,7 +75,7 @@ class WordOrder(Wishes, ABC):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
-            if element.kind == "objects" and self._skip(j) == j and "VERB" in self._tags_at(j) and self._asks(j):
+            if element.kind == "objects" and self.text(j) in BASE_FORMS and "VERB" in self.tags[j]:
                 # "the can pick it up", as it is dictated
                 for k, command in self._verb_first(j):
                     if command.objects and command.objects[0].determiner == "it":

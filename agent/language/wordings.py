@@ -56,6 +56,7 @@ ORDERS = {
     "<verb> (give|do|have|take|make|perform|i want|i need|i would like) [me|us] {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} (of|to|on|for|at) {thing}": "{LIGHT_NOUN} {thing}",
     "<verb> (have|take|try) a (go|try|shot|stab|crack) at {doing}": "start {doing}",
     "<edge> {thing} (needs|need|wants|want|requires|require|deserves) {doing}": "start {doing} {thing}",
+    "<verb> (go|return|come|get|move) [back] to (your|its) (place|spot|corner|post) <edge>": "go home",
     # As those say it who have it from another language.
     "<verb> {VERB} you {thing}": "{VERB} {thing}",
     "<start> [please] you [to] {VERB} {thing}": "{VERB} {thing}",
@@ -104,7 +105,7 @@ ASIDES = {
     "<edge> {thing} (is|are) (on|in|at) the wrong (side|place|spot|end|position) (,|.|;|:)": "{thing} ,",
     "<edge> {thing} (should|must|can) not! (be|go|stand|sit|lie) (with|among|near|by|there|here) [{_thing}] (,|.|;|:)": "{thing} ,",
     "<edge> {thing} (has to|have to|needs to|need to|must|should) (stay|remain|keep|be kept) {_word} (,|.|;|:)": "{thing} ,",
-    "<edge> (someone|somebody|who|i|we|they|you|my {_person}) [has|have] (left|put|forgot|dropped) {that} {_place} (,|.|;|:)": "{that} ,",
+    "<edge> (someone|somebody|i|my {_person}) [has|have] (left|forgot|dropped) {that} {_place} (,|.|;|:)": "{that} ,",
     "<start> {one} {_name} (!|.|,|;) [!] [!] {VERB} it": "{one} , {VERB} it",
     "(everything|anything|all|those|things) {_words} , so {thing} ,": "{thing}",
     "(a bit|a little|a little bit|slightly) {way} [,] [like|about] {distance}": "{distance} {way}",
