@@ -215,6 +215,7 @@ _EXAMPLES = """
     mrs bennett order : the can in the bin -> the can in the bin
     order for bennett : the can in the bin -> the can in the bin
     teddy is not here but tap the can -> tap the can
+    where did i , oh never mind , tap the can -> tap the can
     i do not like pink . tap the can -> tap the can
     tap the can and then stop -> tap the can
     tap the can , tidy up time -> tap the can

@@ -333,12 +333,15 @@ class Clauses(Phrasing):
                 found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
         return found
 
-    def _sequence(self, i: int) -> Found[str]:
+    def _sequence(self, i: int) -> Found[str | Ref]:
         """As in "smallest first", "starting with the biggest": in which order, by what."""
         if self.said(i, i + 4) == "in order of size":
             i += 5 if self.text(i + 4) == "," else 4
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
-        found: Found[str] = []
+        found: Found[str | Ref] = []
+        if opened and self.tag(i + 2, "THE"):
+            # "starting with the blank": that one, then the others.
+            found += [(j, ref) for j, ref in self.np(i + 2) if not (ref.plural or ref.unknown or ref.options)]
         for start in self.optional(i + 2 if opened else i, "THE"):
             small = self.tag(start, "SIZE") if self.text(start - 1) == "the" else []
             for j, key in (*self.tag(start, "SUPER"), *small):

@@ -222,6 +222,15 @@ class Commands(WordOrder):
                 for k in self._arm(j):
                     for end in self._home(k):
                         found.append((end, Command("home")))
+        if self.text(i) == "keep":
+            # "keep the ginger in the tin", where it is not: put it there.
+            found += [
+                (end, replace(c, bare=1.6))
+                for end, elements in self.elements(i + 1)
+                if [e.kind for e in elements] == ["objects", "place"]
+                for c in frame_command("put", elements)
+                if isinstance(c.place, Relation) and c.place.kind in ("in", "on") and c.place.refs
+            ]
         for j, where in self._container_verb(i):
             # "crate the cube", "rack all vials"
             found += [

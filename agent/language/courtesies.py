@@ -45,6 +45,7 @@ OPENINGS = {
     "<start> (order|prescription|request) for {_name} [{_name2}] (:|,)": "",
     "<start> {_words} is not! (here|there) [,] (but|so)": "",
     "<start> i do not! like {_COLOUR} (,|.|!|;)": "",
+    "<start> {_words} , [oh|no!|ah] never! mind [that] [,]": "",
     "let us get (going|started|cracking|moving|to work)": "",
     "(can|could|would|will) you do (this|something|that|one thing) [for me|for us] (:|,|?|.)": "",
     "do (this|the following|as follows|something) [for me|for us] (:|,)": "",

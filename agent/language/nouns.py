@@ -282,10 +282,11 @@ class Nouns(Modifiers):
         if self.text(j) in _THINGS:
             # "the hammer thing"
             found.append((j + 1, ref))
-        filling = _singular(self.text(j + 1), self.words.parts) if self.text(j) == "of" else ""
+        of = j + 2 if self.said(j, j + 2) == "of the" else j + 1
+        filling = _singular(self.text(of), self.words.parts) if self.text(j) == "of" else ""
         if filling in self.words.parts and ref.nouns and not ref.plural:
-            # "the bottle of water", "the can of beans"
-            found.append((j + 2, replace(ref, names=(*ref.names, filling))))
+            # "the bottle of water", "the can of beans", "the drawer of the tools"
+            found.append((of + 1, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
