@@ -193,9 +193,8 @@ class WordOrder(Wishes, ABC):
             kinds = [element.kind for element in elements]
             if j in self.last_verbs and kinds in (["objects"], ["objects", "place"], ["place", "objects"]):
                 for end, verb, last in self.last_verbs[j]:
-                    if not (self.tag(j, "NOUN") and len(kinds) == 1):
-                        commands = frame_command(verb, (*elements, *last))
-                        found += [(end, replace(c, bare=c.bare + 0.9)) for c in commands]
+                    commands = frame_command(verb, (*elements, *last))
+                    found += [(end, replace(c, bare=c.bare + 0.9)) for c in commands]
         return found
 
     @cached_property
@@ -203,7 +202,9 @@ class WordOrder(Wishes, ABC):
         """Verbs that end a clause, alone or with a particle, by where they start: their end, what they are, the particle."""
         found: dict[int, list[tuple[int, str, Elements]]] = {}
         for j in range(1, self.count):
-            for k, verb in self.tag(j, "VERB") if self.texts[j] in BASE_FORMS else ():
+            # "in the parts bin" ends with no verb.
+            asks = self.texts[j] in BASE_FORMS and "NOUN" not in self.tags[j] and self.texts[j] not in self.words.parts
+            for k, verb in self.tag(j, "VERB") if asks else ():
                 particles = [(end, (Element("particle", particle),)) for end, particle in self.tag(k, "PART")]
                 for end, last in (*particles, (k, ())):
                     if end >= self.count or self._joints_at(end):
