@@ -220,6 +220,17 @@ _EXAMPLES = """
     tap the can and then stop -> tap the can
     tap the can , tidy up time -> tap the can
     tap the can , i want to hear if it is empty -> tap the can
+    make that the can is in the bin -> i want the can in the bin
+    would you be able putting the can in the bin -> start putting the can in the bin
+    pick and place : the can in the bin -> put the can in the bin
+    the can goes first in the bin , and only then the ball -> put the can in the bin , then put the ball in the bin
+    grab the can but do not put it anywhere yet -> grab the can
+    i like to have the can in the bin -> i want the can in the bin
+    the can , i want it in the bin -> i want the can in the bin
+    the both balls in the bin -> both balls in the bin
+    that can there , tap it -> that can , tap it
+    i can not reach the can , tap it -> the can , tap it
+    it is necessary to tap the can -> tap the can
     i was wondering if you could tap the can -> could you tap the can
     i hope you will tap the can -> could you tap the can
     i do not suppose you could tap the can -> could you tap the can
@@ -299,7 +310,7 @@ _PHRASES = {
     "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
     "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
     "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
-    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=put": "put", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
+    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip
 
 

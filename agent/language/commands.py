@@ -13,6 +13,7 @@ from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
 _TOPS = frozenset({"lid", "top", "surface", "cap", "rim", "head", "tip"})
+_TAKES = frozenset({"take", "grab", "get", "fetch"})
 _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 
@@ -124,6 +125,10 @@ class Commands(WordOrder):
                     if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
                         # "arrange the cubes": by what, or into what?
                         continue
+                    if self.text(i) in _TAKES and self.text(k - 1) == "right" and self.text(k) in ("and", "then"):
+                        # "take the ball right and put it in the bin": a way of speaking, and no way to go.
+                        elements = tuple(e for e in elements if (e.kind, e.value) != ("direction", "right"))
+                        verb = "pick"
                     made = frame_command(verb, elements)
                     found += [(k, replace(c, bare=c.bare + strain) if strain else c) for c in made]
                     found += [(m, c) for m in (self._tapped(k) if verb == "tap" else ()) for c in made]

@@ -30,6 +30,7 @@ REQUESTS = {
     "(do|would|did) you <think> [that|maybe|perhaps] you [<might>]": "could you",
     "[is there|there is] (any|a|some) (chance|way|possibility) [that|of] you [<might>]": "could you",
     "would you be {_praise} (as to|and|to)": "could you",
+    "it is (necessary|needed|required|important) (to|that you|for you to)": "",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
     "<we> (want|need|would like|wish|prefer) that you [to]": "could you",
     "<we> (beg|implore|urge|ask) [of] you to": "",

@@ -170,7 +170,7 @@ def _run_of(words: frozenset[str]) -> Callable[[Said, int], list[int]]:
 _PRAISE = word_set(
     """
     be been really so very ever much just mean a lot make me us my day help it do like love appreciate great good nice lovely kind
-    super helpful handy happy glad grateful thankful delighted awfully terribly most extremely of you fantastic wonderful
+    super helpful handy happy glad grateful thankful delighted obliged indebted pleased thrilled awfully terribly most extremely of you fantastic wonderful
     brilliant big huge world the to sweet enough as and
     """
 )

@@ -24,7 +24,7 @@ from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
-from robosandbox.agent.language.typography import plain_text
+from robosandbox.agent.language.typography import in_sentences, plain_text
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wordlist import phrase_list
 
@@ -115,6 +115,7 @@ _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phras
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 _WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
+_STUTTERED = frozenset({"i", "want", "can", "could", "we", "please", "need"})
 _HUES = _COLOUR_WORDS - {*COLOURS, "gray"}
 _IN_NAMES = frozenset({"in", "out", "on", "off"})
 _TABLES = frozenset(phrase_list(TABLE))
@@ -164,7 +165,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
-    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", prompt)
+    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", in_sentences(prompt))
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
@@ -181,6 +182,12 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     """Return the tokens with "lunch box" as the scene's "lunchbox", and a word said twice over ("tap tap it") once."""
     made: list[Token] = []
     for token in tokens:
+        for n in (2, 3):
+            # "i want, i want the ball", "put the put the ball"
+            said = [word.text for word in made[-n:]]
+            again = len(made) >= 2 * n and said == [word.text for word in made[-2 * n : -n]]
+            if again and all(word in GRAMMAR_WORDS or word in BASE_FORMS or word in _STUTTERED for word in said):
+                del made[-n:]
         last = made[-1] if made and made[-1].kind == token.kind == "word" else None
         if last and last.text == token.text and (token.text in BASE_FORMS or token.text in GRAMMAR_WORDS):
             continue

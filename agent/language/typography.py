@@ -97,7 +97,6 @@ def plain_text(text: str) -> str:
         text = pattern.sub(replacement, text)
     text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
-    text = _numbered_steps(text)
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
     text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
@@ -107,13 +106,18 @@ def plain_text(text: str) -> str:
     return text
 
 
-def _numbered_steps(text: str) -> str:
-    """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+def in_sentences(text: str) -> str:
+    """Replace "1. ... 2. ...", "step 1: ... step 2: ...", "... stop ... stop" by sentences."""
+    if len(re.findall(r"(?i)\bstop\b", text)) > 1 and re.search(r"(?i)\bstop\W*$", text):
+        # As in a telegram.
+        text = re.sub(r"(?i)\bstop\b", " . ", text)
     if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
         # "a) ... b) ..."
         text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
     start, number = 0, 1
-    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
+    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])", re.IGNORECASE).search(
+        text, start
+    ):
         if number == 1 and text[: match.start()].strip(" ,"):
             break
         text = f"{text[: match.start()]} . {text[match.end() :]}"
