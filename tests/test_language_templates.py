@@ -207,6 +207,7 @@ _EXAMPLES = """
     put the can on , no , in the bin -> put the can in the bin
     no not the can , the ball ! tap the ball -> tap the ball
     two things for the bin : first the can , then the ball -> put the can in the bin , then put the ball in the bin
+    two things for the bin : the can and the ball -> put the can and the ball in the bin
     hold the can up a moment -> hold the can up
     i need that you tap the can -> could you tap the can
     sort : the can in the bin -> the can in the bin

@@ -131,7 +131,7 @@ class Commands(WordOrder):
                         verb = "pick"
                     made = frame_command(verb, elements)
                     found += [(k, replace(c, bare=c.bare + strain) if strain else c) for c in made]
-                    found += [(m, c) for m in (self._tapped(k) if verb == "tap" else ()) for c in made]
+                    found += self._tapped(k, made) if verb == "tap" else []
             if verb == "tap":
                 # "tap the lid of the can": a tap lands on top.
                 for k in [
@@ -309,22 +309,19 @@ class Commands(WordOrder):
                     for n, verb in self.tag(m, "LIGHT_NOUN"):
                         for end, elements in self.elements(n):
                             made = frame_command(verb, (spoken(refs), *elements))
-                            ends = [end, *(self._tapped(end) if verb == "tap" else ())]
-                            found += [(k, c) for k in ends for c in made]
+                            found += [(end, c) for c in made]
+                            found += self._tapped(end, made) if verb == "tap" else []
         return found
 
-    def _tapped(self, i: int) -> list[int]:
+    def _tapped(self, i: int, commands: list[Command]) -> Found[Command]:
         """As in "tap the can on the lid", "tap the can, just a little", "touch it from above": a tap lands gently on top."""
-        ends = []
+        ends = [i + 2] if self.said(i, i + 2) == "from above" else []
         if self.text(i) in ("on", "at"):
-            for k in self.optional(i + 1, "THE"):
-                ends += [k + 1] if self.text(k) in _TOPS else []
-        ends += [i + 2] if self.said(i, i + 2) == "from above" else []
-        comma = i + 1 if self.text(i) == "," else i
-        ends += [j for j, _ in self.tag(comma, "AMOUNT")]
-        return [end for end in ends if self._skip(end) > end or end >= self.count or self.tag(end, "TIMES")] + [
-            end for k in ends for end, _ in self.tag(k, "TIMES")
-        ]
+            ends += [k + 1 for k in self.optional(i + 1, "THE") if self.text(k) in _TOPS]
+        ends += [j for j, _ in self.tag(i + 1 if self.text(i) == "," else i, "AMOUNT")]
+        often = [(end, replace(c, times=n)) for k in ends for end, n in self.tag(k, "TIMES") for c in commands]
+        found = [*((end, c) for end in ends for c in commands), *((end, c) for end, c in often)]
+        return [(j, c) for j, c in found if j >= self.count or self._joints_at(j)]
 
     def _arm(self, i: int) -> list[int]:
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]

@@ -7,7 +7,8 @@ from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
-from robosandbox.agent.language.readings import Part, sentence_of
+from robosandbox.agent.language.phrases import single
+from robosandbox.agent.language.readings import Part, part_of, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
 from robosandbox.agent.language.tokens import id_parts
@@ -18,6 +19,7 @@ MAX_SENTENCES = 8
 
 
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
+_WAYS = frozenset({"towards", "toward", "away", "closer", "nearer"})
 _THAT = frozenset({"this", "that"})
 """After which a thing without a verb is a step: "and after this the cube into the bowl"."""
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
@@ -70,7 +72,12 @@ class Grammar(Commands):
                 found.append((n, part))
                 continue
             for k in self._joints(j):
-                found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
+                set_apart = self.text(k - 1) == "but"
+                found += [
+                    (end, (*(_without(part, rest[0]) if set_apart else part), *rest))
+                    for end, rest in self._parts(k)
+                    if rest
+                ]
             after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
@@ -123,15 +130,14 @@ class Grammar(Commands):
             for j, refs in self.np_list(k):
                 if self._skip(j) >= len(self.tokens) and len(refs) == 1:
                     objects, there = (
-                        [refs[0] if _naming(ref) == denied else ref for ref in old] for old in (last.objects, places)
+                        [refs[0] if _means(denied, ref) else ref for ref in old] for old in (last.objects, places)
                     )
                     place = replace(last.place, refs=tuple(there)) if isinstance(last.place, Relation) else last.place
                     if (tuple(objects), place) != (last.objects, last.place):
                         found.append(
                             (j, (*part[:-1], replace(last, objects=tuple(objects), place=place, bare=last.bare - 0.6)))
                         )
-            if found:
-                return found[:1]
+            return found[:1]
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
             if refs[0].one and refs[0].colours and not refs[0].nouns:
@@ -161,12 +167,12 @@ class Grammar(Commands):
                     found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
         return found
 
-    def _denied(self, k: int) -> tuple[tuple[str, ...], ...] | None:
+    def _denied(self, k: int) -> Ref | None:
         """Return what was said to be wrong just before `k`: "not the butter, ..."."""
         before = k - 1 if self.text(k - 1) in (",", "but") else k
         for m in range(max(0, k - 8), k):
             if self.text(m) == "not":
-                return next((_naming(ref) for end, ref in self.np(m + 1) if end == before), None)
+                return next((ref for end, ref in self.np(m + 1) if end == before), None)
         return None
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
@@ -230,6 +236,14 @@ class Grammar(Commands):
                 if command.direction is None:
                     continue
                 told = any(e.kind == "objects" for e in elements)
+                if (
+                    self.text(k - 1) == ","
+                    and not told
+                    and self.text(k) in _WAYS
+                    and command.direction != last.direction
+                ):
+                    # "back, away from you" contradicts itself.
+                    continue
                 if self.text(k - 1) == "," and not told and command.direction == last.direction:
                     # "10 cm backwards, towards the base", "a bit closer, 5 cm towards you": the same push, more exactly.
                     better = None if command.distance and last.distance else command.distance or last.distance
@@ -418,6 +432,31 @@ def _kind(ref: Ref) -> tuple[str, ...]:
 
 def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
     return ref.nouns, ref.names, ref.colours
+
+
+def _means(denied: Ref, ref: Ref) -> bool:
+    """Say whether "the ball" takes up "the red ball"."""
+    kinds = denied.nouns == ref.nouns and denied.names == ref.names
+    return kinds and {*denied.colours} <= {*ref.colours}
+
+
+def _without(parts: tuple[Part, ...], then: Part) -> tuple[Part, ...]:
+    """As in "the cans in the left bin, but the blue one in the right bin": the blue one is none of them."""
+    last = parts[-1]
+    if (
+        not (isinstance(last, Command) and isinstance(then, Command))
+        or len(last.objects) != 1
+        or len(then.objects) != 1
+    ):
+        return parts
+    whole, apart = last.objects[0], then.objects[0]
+    several = (whole.plural or whole.determiner == "all") and whole.number is None and whole.determiner != "it"
+    if last.verb == then.verb == "put" and several and single(apart) and part_of(apart, whole):
+        less = replace(
+            whole, without=(*whole.without, apart if apart.nouns else replace(apart, nouns=whole.nouns, one=False))
+        )
+        return (*parts[:-1], replace(last, objects=(less,)))
+    return parts
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

@@ -35,7 +35,7 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
         return sentence
     k, command = several[0]
     whole = command.objects[0]
-    own = [ref for ref in after if ref.determiner != "it" and _part_of(ref, whole)]
+    own = [ref for ref in after if ref.determiner != "it" and part_of(ref, whole)]
     if not own:
         return sentence
     left = replace(
@@ -46,7 +46,7 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
     return Sentence(steps, tuple(ref for ref in sentence.avoid if ref not in own))
 
 
-def _part_of(ref: Ref, whole: Ref) -> bool:
+def part_of(ref: Ref, whole: Ref) -> bool:
     """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
         return False

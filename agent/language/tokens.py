@@ -19,6 +19,7 @@ from robosandbox.agent.language.lexicon import (
     REAL_WORDS,
     START_FILLERS,
     WORDS,
+    words_plural,
 )
 from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
@@ -84,6 +85,11 @@ class SceneWords:
     parts: frozenset[str]
     pattern: re.Pattern[str] | None
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
+
+    @cached_property
+    def forms(self) -> frozenset[str]:
+        """The words of ids, and their plurals."""
+        return self.parts | {words_plural(part) for part in self.parts if part.isalpha() and len(part) > 2}
 
     @cached_property
     def by_first_word(self) -> dict[str, list[tuple[tuple[str, ...], str]]]:
@@ -243,7 +249,7 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
         if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
-    return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
+    return (Token(nearest_word(raw, words.forms) or raw, raw, "word"),)
 
 
 def _says_nothing(tokens: Sequence[Token], i: int) -> bool:

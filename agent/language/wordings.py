@@ -113,7 +113,7 @@ ENDS = {
 ASIDES = {
     "<edge> {thing} (is|are) (on|in|at) the wrong (side|place|spot|end|position) (,|.|;|:)": "{thing} ,",
     "<edge> {thing} (should|must|can) not! (be|go|stand|sit|lie) (with|among|near|by|there|here) [{_thing}] (,|.|;|:)": "{thing} ,",
-    "<edge> {thing} (has to|have to|needs to|need to|must|should) (stay|remain|keep|be kept) {_word} (,|.|;|:)": "{thing} ,",
+    "<edge> {thing} (has to|have to|needs to|need to|must|should) (stay|remain|keep|be kept) (cold|warm|dry|clean|safe|cool|fresh|upright|{_name}) (,|.|;|:)": "{thing} ,",
     "<edge> (i|we|he|she|my {_person}) (can|could) not! (reach|get|get at|get to|grab|see|lift|move|pick up|hold) {thing} (,|.|;)": "{thing} ,",
     "<edge> (someone|somebody|i|my {_person}) [has|have] (left|forgot|dropped) {that} {_place} (,|.|;|:)": "{that} ,",
     "<start> {one} {_name} (!|.|,|;) [!] [!] {VERB} it": "{one} , {VERB} it",
@@ -137,6 +137,7 @@ ASIDES = {
     "<start> not! {_one} , [but] {one}": "{one}",
     "<start> [no!] not! {_one} , [but] {_one2} (!|.|;) {VERB} {that}": "{VERB} {that}",
     "(two!|three!|these|some) (things|items|objects) for {container} : [first!] {thing} , [and] [then] {thing2} <end>": "put {thing} in {container} , then put {thing2} in {container}",
+    "(two!|three!|these|some) (things|items|objects) for {container} : {thing} <end>": "put {thing} in {container}",
     "(no|wait|oh) [,] [actually] (leave|forget|skip|drop) (it|that) [there|alone] (,|.|and)": "no ,",
     "(everything|anything|all|those|things) {_words} , <namely> {thing} ,": "{thing}",
     "{_many} , <namely> {thing} ,": "{thing}",
