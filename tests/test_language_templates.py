@@ -232,6 +232,18 @@ _EXAMPLES = """
     that can there , tap it -> that can , tap it
     i can not reach the can , tap it -> the can , tap it
     it is necessary to tap the can -> tap the can
+    you shall tap the can -> tap the can
+    lift the can and to tap the ball -> lift the can and tap the ball
+    let fall the can in the bin -> drop the can in the bin
+    grab the can and do not let it go -> grab the can
+    the can i need in the bin -> i want the can in the bin
+    it would be good to have the can in the bin -> i want the can in the bin
+    i wish you tap the can -> could you tap the can
+    is it possible that you tap the can -> could you tap the can
+    now what i want you to do is tap the can -> tap the can
+    what you do is you tap the can -> tap the can
+    goal : the can in the bin -> the can in the bin
+    new task tap the can -> tap the can
     i was wondering if you could tap the can -> could you tap the can
     i hope you will tap the can -> could you tap the can
     i do not suppose you could tap the can -> could you tap the can

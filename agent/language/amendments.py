@@ -9,7 +9,7 @@ from robosandbox.agent.language.clauses import IT, Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
-from robosandbox.agent.language.phrases import single
+from robosandbox.agent.language.phrases import means, of_its_kind, single
 from robosandbox.agent.language.readings import Part, part_of
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.tokens import id_parts
@@ -50,13 +50,13 @@ class Amendments(Commands, ABC):
             for j, refs in self.np_list(k):
                 if self._skip(j) >= len(self.tokens) and len(refs) == 1:
                     objects, there = (
-                        [refs[0] if _means(denied, ref) else ref for ref in old] for old in (last.objects, places)
+                        [of_its_kind(refs[0], ref) if means(denied, ref) else ref for ref in old]
+                        for old in (last.objects, places)
                     )
                     place = replace(last.place, refs=tuple(there)) if isinstance(last.place, Relation) else last.place
                     if (tuple(objects), place) != (last.objects, last.place):
-                        found.append(
-                            (j, (*part[:-1], replace(last, objects=tuple(objects), place=place, bare=last.bare - 0.6)))
-                        )
+                        better = replace(last, objects=tuple(objects), place=place, bare=last.bare - 0.6)
+                        found.append((len(self.tokens), (*part[:-1], better)))
             return found[:1]
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
@@ -86,14 +86,6 @@ class Amendments(Commands, ABC):
                 for m in self._joints(j):
                     found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
         return found
-
-    def _denied(self, k: int) -> Ref | None:
-        """Return what was said to be wrong just before `k`: "not the butter, ..."."""
-        before = k - 1 if self.text(k - 1) in (",", "but") else k
-        for m in range(max(0, k - 8), k):
-            if self.text(m) == "not":
-                return next((ref for end, ref in self.np(m + 1) if end == before), None)
-        return None
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
@@ -231,12 +223,6 @@ def _kind(ref: Ref) -> tuple[str, ...]:
 
 def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
     return ref.nouns, ref.names, ref.colours
-
-
-def _means(denied: Ref, ref: Ref) -> bool:
-    """Say whether "the ball" takes up "the red ball"."""
-    kinds = denied.nouns == ref.nouns and denied.names == ref.names
-    return kinds and {*denied.colours} <= {*ref.colours}
 
 
 def without(parts: tuple[Part, ...], then: Part) -> tuple[Part, ...]:

@@ -288,6 +288,7 @@ class Clauses(Phrasing):
                         found += [(end, value) for end, value in self.distance(m) if self._is_number(m)]
                     found.append((k, number * unit))
                     found += [(k + 1, number * unit)] if self.text(k) in _MORE else []
+                    found += [(k + 2, number * unit)] if self.said(k, k + 2) == "or so" else []
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found

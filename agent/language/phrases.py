@@ -8,6 +8,7 @@ from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.choices import Choices
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
+from robosandbox.agent.language.tokens import id_parts
 
 
 class Phrasing(Choices):
@@ -205,6 +206,10 @@ class Phrasing(Choices):
         ]
         for j, refs in list(found):
             for k in self._corrected(j):
+                denied = self._denied(k)
+                if denied is not None and not means(denied, refs[-1]):
+                    # "..., no, not the yellow block, the orange one": it is another one that was wrong.
+                    continue
                 for end, better in self.np_list(k):
                     if better[0].one and not better[0].nouns:
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
@@ -234,7 +239,16 @@ class Phrasing(Choices):
             if not further:
                 break
             ends += further
-        return list(dict.fromkeys(ends))
+        # What "not" denies is no better than what was said.
+        return [m for m in dict.fromkeys(ends) if not (self.text(m) == "not" and self.np(m + 1))]
+
+    def _denied(self, k: int) -> Ref | None:
+        """Return what was said to be wrong just before `k`: "not the butter, ..."."""
+        before = k - 1 if self.text(k - 1) in (",", "but") else k
+        for m in range(max(0, k - 8), k):
+            if self.text(m) == "not":
+                return next((ref for end, ref in self.np(m + 1) if end == before), None)
+        return None
 
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
@@ -318,6 +332,24 @@ class Phrasing(Choices):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+def means(denied: Ref, ref: Ref) -> bool:
+    """Say whether "the ball", or "the red one", takes up "the red ball"."""
+    own = {part for name in ref.names for part in id_parts(name)}
+    keys = {rank.key for rank in denied.ranks}
+    told = {*denied.colours} <= {*ref.colours, *own} and keys <= {*(rank.key for rank in ref.ranks), *own}
+    if denied.one and not (denied.nouns or denied.names):
+        return told and bool(denied.colours or keys)
+    return told and denied.nouns == ref.nouns and denied.names == ref.names
+
+
+def of_its_kind(ref: Ref, other: Ref) -> Ref:
+    """Return a description with "one" standing for what another names: "the right one" of "the left bin"."""
+    if not ref.one or ref.nouns or ref.names:
+        return ref
+    names = id_parts(other.names[-1])[-1:] if other.names and not other.nouns else ()
+    return replace(ref, nouns=other.nouns, names=names, one=False)
 
 
 def single(ref: Ref) -> bool:

@@ -79,7 +79,7 @@ PARTICLES = (
 )
 RELATIONS: dict[str, str] = {
     "on": (
-        "on, on top of, atop, upon, on the top of, over, above, on top, overtop, over the top of, "
+        "at the top of, at top of, on, on top of, atop, upon, on the top of, over, above, on top, overtop, over the top of, "
         "on the surface of, up on"
     ),
     "in": "in, inside, inside of, within, down in, inside the",

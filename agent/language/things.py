@@ -204,8 +204,8 @@ SUPERLATIVES: dict[str, str] = {
         "farthest from the arm, furthest from the arm, furthest from the base, farthest from the base, "
         "farthest from yourself, furthest from yourself, hindmost"
     ),
-    "big": "most big, most large, biggest, largest, hugest, bigger, larger, greatest, chunkiest, bulkiest, fattest",
-    "small": "most small, most little, smallest, littlest, tiniest, smaller, tinier",
+    "big": "most big, most large, more big, biggest, largest, hugest, bigger, larger, greatest, chunkiest, bulkiest, fattest",
+    "small": "most small, most little, more small, smallest, littlest, tiniest, smaller, tinier",
     "tall": "most tall, most high, tallest, taller, longest, longer",
     "short": "shortest, shorter",
     "wide": "widest, wider, broadest, thickest, thicker, broader",

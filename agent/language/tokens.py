@@ -58,7 +58,7 @@ class Token(NamedTuple):
 
 
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
-_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z]+)\((\w+)\)")
+_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z_]+)\((\w+)\)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -171,7 +171,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
-    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", in_sentences(prompt))
+    prompt = _CALLED_LIKE_A_FUNCTION.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", in_sentences(prompt))
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
@@ -308,6 +308,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             # "to the right now" and "an inch right now" name a direction.
             length = 0
         listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
+        if tokens[i].text == "right" and [t.text in UNITS for t in kept[-2:-1]] == [True] and kept[-1].text == ",":
+            # "the block, 3 cm, right"; but "..., right?"
+            listed = i + 1 >= len(tokens) or tokens[i + 1].text != "?"
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
             length = max(

@@ -108,6 +108,9 @@ def plain_text(text: str) -> str:
 
 def in_sentences(text: str) -> str:
     """Replace "1. ... 2. ...", "step 1: ... step 2: ...", "... stop ... stop" by sentences."""
+    if re.search(r"(?i)\b(period|full stop)\W*$", text):
+        # As it is dictated.
+        text = re.sub(r"(?i)\bcomma\b", ",", re.sub(r"(?i)\b(period|full stop)\b", " . ", text))
     if len(re.findall(r"(?i)\bstop\b", text)) > 1 and re.search(r"(?i)\bstop\W*$", text):
         # As in a telegram.
         text = re.sub(r"(?i)\bstop\b", " . ", text)
