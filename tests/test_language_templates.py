@@ -167,6 +167,83 @@ _EXAMPLES = """
     everything that rolls , meaning the ball , in the bin -> the ball in the bin
     put the can in the drawer , you have to open it first -> put the can in the drawer
     lift the can a moment and tap the ball -> lift the can and tap the ball
+    grab the thing round like a ball -> grab the thing round
+    push the can at the left -> push the can to the left
+    move the can 5 cm at the left of the box -> move the can 5.0 cm to the left of the box
+    put the can on the back side of the box -> put the can behind the box
+    put the can back side of the box -> put the can behind the box
+    put the can at the front side of the box -> put the can in front of the box
+    put the can in front of the box , on the side that faces you -> put the can in front of the box
+    put the can onto the centre of the box -> put the can on the box
+    put the can on the box above -> put the can on the box
+    put the can where the ball used to be -> put the can where the ball was
+    push the big one cube to the left -> push the big cube to the left
+    all what is red in the bin -> everything that is red in the bin
+    return to your place -> go home
+    push you the can to the left -> push the can to the left
+    please you to tap the can -> tap the can
+    the can you put in the bin -> put the can in the bin
+    in the bin you put -> put in the bin
+    the can , in the bin put it -> put the can in the bin
+    which one is red , put in the bin -> put the red one in the bin
+    use your hand to lift the can -> lift the can
+    ring the can by touching it from above -> tap the can
+    lena and i want the can in the bin -> i want the can in the bin
+    lena wants the can in the bin -> i want the can in the bin
+    i need that the can goes in the bin -> i want the can in the bin
+    i want the can comes in the bin -> i want the can in the bin
+    i do not want the can in the box , i want it in the bin -> i want the can in the bin
+    the can lives in the bin , put it there -> put the can in the bin
+    the can in the bin , the ball in the box , no , the other way round -> the can in the box , the ball in the bin
+    the can goes in the bin ; the ball does not -> the can goes in the bin . leave the ball
+    the can is on the wrong side , tap it -> the can , tap it
+    the can should not be with the balls , tap it -> the can , tap it
+    the can has to stay cold , put it in the drawer -> the can , put it in the drawer
+    someone left the can on the tray , tap it -> the can , tap it
+    the can captured ! tap it -> the can , tap it
+    everything that rolls , so the ball , goes in the bin -> the ball goes in the bin
+    push it a bit to the left , 5 cm -> push it 5.0 cm to the left
+    put the can in the bin , where it belongs -> put the can in the bin
+    put the can on , no , in the bin -> put the can in the bin
+    no not the can , the ball ! tap the ball -> tap the ball
+    two things for the bin : first the can , then the ball -> put the can in the bin , then put the ball in the bin
+    two things for the bin : the can and the ball -> put the can and the ball in the bin
+    hold the can up a moment -> hold the can up
+    i need that you tap the can -> could you tap the can
+    sort : the can in the bin -> the can in the bin
+    teacher says tap the can -> tap the can
+    i was going to say the can , but no , tap the ball -> tap the ball
+    mrs bennett order : the can in the bin -> the can in the bin
+    order for bennett : the can in the bin -> the can in the bin
+    teddy is not here but tap the can -> tap the can
+    where did i , oh never mind , tap the can -> tap the can
+    i do not like pink . tap the can -> tap the can
+    tap the can and then stop -> tap the can
+    tap the can , tidy up time -> tap the can
+    tap the can , i want to hear if it is empty -> tap the can
+    make that the can is in the bin -> i want the can in the bin
+    would you be able putting the can in the bin -> start putting the can in the bin
+    pick and place : the can in the bin -> put the can in the bin
+    the can goes first in the bin , and only then the ball -> put the can in the bin , then put the ball in the bin
+    grab the can but do not put it anywhere yet -> grab the can
+    i like to have the can in the bin -> i want the can in the bin
+    the can , i want it in the bin -> i want the can in the bin
+    the both balls in the bin -> both balls in the bin
+    that can there , tap it -> that can , tap it
+    i can not reach the can , tap it -> the can , tap it
+    it is necessary to tap the can -> tap the can
+    you shall tap the can -> tap the can
+    lift the can and to tap the ball -> lift the can and tap the ball
+    let fall the can in the bin -> drop the can in the bin
+    grab the can and do not let it go -> grab the can
+    the can i need in the bin -> i want the can in the bin
+    it would be good to have the can in the bin -> i want the can in the bin
+    i wish you tap the can -> could you tap the can
+    is it possible that you tap the can -> could you tap the can
+    now what i want you to do is tap the can -> tap the can
+    what you do is you tap the can -> tap the can
+    goal : the can in the bin -> the can in the bin
+    new task tap the can -> tap the can
     i was wondering if you could tap the can -> could you tap the can
     i hope you will tap the can -> could you tap the can
     i do not suppose you could tap the can -> could you tap the can
@@ -246,7 +323,7 @@ _PHRASES = {
     "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
     "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
     "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
-    "SUPER": "smallest", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
+    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
@@ -16,6 +15,7 @@ from robosandbox.agent.language.intent import (
     Ref,
     Relation,
     Table,
+    replace,
 )
 from robosandbox.agent.language.placing import Placing
 from robosandbox.types import RefusalCode, Side
@@ -57,8 +57,11 @@ class Arranging(Placing):
         ):
             # "unstack the cube and put it on the table": it lies there already.
             return
-        if len(names) == 1 and targets and names[0] in self.put_down and self._is_there(names[0], place, targets):
-            # "carry it to the bin and drop it in": done already.
+        there = bool(names and targets) and all(
+            name in self.put_down and self._is_there(name, place, targets) for name in names
+        )
+        if there and (len(names) == 1 or all(ref.determiner == "the" for ref in command.objects)):
+            # "carry it to the bin and drop it in", "all the yellow ones, so the lemon and the can": done already.
             return
         again = [name for name in names if name in self.put_down] if several else []
         if again and not any(ref.determiner == "it" for ref in command.objects):
@@ -100,13 +103,13 @@ class Arranging(Placing):
         if every and not where.distinct:
             each = command.objects[0]
             counted = each.determiner in ("a", "bare") and not each.total and not each.share and not each.options
-            if len(command.objects) != 1 or not counted or (each.plural and not each.count):
+            if len(command.objects) != 1 or not counted or (each.plural and not each.number):
                 raise RefusedError(
                     RefusalCode.AMBIGUOUS, f"Which of them goes where: {listed(targets)}?", targets, about=where.text
                 )
-            names = self._some(each, (each.count or 1) * len(targets), targets)
+            names = self._some(each, (each.number or 1) * len(targets), targets)
         else:
-            if where.count and where.count != len(targets):
+            if where.number and where.number != len(targets):
                 return False
             names, _ = self._objects(command, targets)
             if len(names) > len(targets) or len(names) < 2:
@@ -122,7 +125,7 @@ class Arranging(Placing):
 
     def _some(self, ref: Ref, count: int, barred: Sequence[str]) -> tuple[str, ...]:
         """Return that many of what fits; those that will do best."""
-        found = self.ground.many(replace(ref, determiner="a", count=count, plural=True), self.world.movable, barred)
+        found = self.ground.many(replace(ref, determiner="a", number=count, plural=True), self.world.movable, barred)
         return found.ids
 
     def _is_there(self, name: str, place: Place | None, targets: Sequence[str]) -> bool:
@@ -216,12 +219,12 @@ class Arranging(Placing):
     def _unstack(self, command: Command) -> None:
         ref = command.objects[0]
         names, _ = self._objects(command)
-        group = set(names)
+        group = list(names)
         if ref.nouns == ("tower",) or ref.nouns == ("stack",) or len(names) == 1:
             below = names[0]
             while below in self.world.parent and self.world.parent[below][0] == "on":
                 below = self.world.parent[below][1]
-                group.add(below)
+                group += [below] if below not in group else []
         high = sorted((name for name in group if self.world.level(name)), key=self.world.level, reverse=True)
         if not high:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{listed(names)}: nothing there is stacked.", names)

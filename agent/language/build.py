@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.arranging import Arranging
@@ -15,6 +14,7 @@ from robosandbox.agent.language.intent import (
     Relation,
     Sentence,
     Spot,
+    replace,
 )
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, ObservedScene, RefusalCode, SkillCall
@@ -377,7 +377,7 @@ def _lifts_both(before: Command, command: Command) -> bool:
     both = command.objects[0] if len(command.objects) == 1 else None
     plain = (
         both is not None
-        and (both.count == 2 or (both.determiner == "it" and both.plural))
+        and (both.number == 2 or (both.determiner == "it" and both.plural))
         and not (both.nouns or both.colours or both.names or both.other)
     )
     return (

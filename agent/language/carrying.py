@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.clauses import IT, Axis
 from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
@@ -16,6 +14,7 @@ from robosandbox.agent.language.intent import (
     Ref,
     Relation,
     Table,
+    replace,
 )
 
 _AIMED = tuple(

@@ -8,7 +8,7 @@ from functools import wraps
 from typing import Any, TypeVar
 
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.strain import strain
+from robosandbox.agent.language.strain import Known, strain
 from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
@@ -36,7 +36,7 @@ def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]
             self.memo[key] = []  # Left recursion finds nothing.
             found = function(self, i)
             self.spend(len(found))
-            found = capped(found)
+            found = self.capped(found)
             self.memo[key] = found
         return found
 
@@ -65,6 +65,8 @@ class Chart:
         self.count = len(self.tokens)
         self.id_words: dict[int, str] = {}
         self.texts = [token.text for token in self.tokens]
+        self.raws = [token.raw for token in self.tokens]
+        self.strains: Known = {}
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
         for i in range(len(self.tokens)):
             tags: dict[str, list[tuple[int, Any]]] = {}
@@ -74,13 +76,12 @@ class Chart:
                 if len(found) > 1:
                     found.sort(key=lambda item: -item[0])
             self.tags.append(tags)
+        self.present = frozenset(tag for tags in self.tags for tag in tags)
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""
         self.steps += 1
-        if self.steps > self.most_steps:
-            raise TooComplicatedError
-        return self.tags[i].get(name, []) if i < self.count else []
+        return self.tags[i].get(name) or [] if i < self.count else []
 
     def spend(self, steps: int) -> None:
         """Count work; a sentence gets a bounded amount of it."""
@@ -94,34 +95,36 @@ class Chart:
 
     def said(self, i: int, j: int) -> str:
         """Return the words from `i` to `j` as said."""
-        return " ".join(token.raw for token in self.tokens[i:j])
+        return " ".join(self.raws[i:j])
 
     def optional(self, i: int, *names: str) -> list[int]:
         """Return where phrases of these tags end, and `i` itself last."""
-        return [*(end for name in names for end, _ in self.tag(i, name)), i]
+        self.steps += len(names)
+        tags = self.tags[i] if i < self.count else {}
+        return [*[end for name in names if name in tags for end, _ in tags[name]], i]
 
+    def capped(self, found: Found[T]) -> Found[T]:
+        """Keep the first and the plainest readings of each length."""
+        if len(found) <= MAX_READINGS:
+            return found
+        by_end: dict[int, Found[T]] = {}
+        found = distinct(found)
+        for reading in found:
+            by_end.setdefault(reading[0], []).append(reading)
+        if all(len(readings) <= MAX_READINGS for readings in by_end.values()):
+            return found
+        kept = {id(reading) for readings in by_end.values() for reading in self.plainest(readings, MAX_READINGS)}
+        return [reading for reading in found if id(reading) in kept]
 
-def capped(found: Found[T]) -> Found[T]:
-    """Keep the first and the plainest readings of each length."""
-    if len(found) <= MAX_READINGS:
-        return found
-    by_end: dict[int, Found[T]] = {}
-    found = distinct(found)
-    for reading in found:
-        by_end.setdefault(reading[0], []).append(reading)
-    kept = {id(reading) for readings in by_end.values() for reading in plainest(readings, MAX_READINGS)}
-    return [reading for reading in found if id(reading) in kept]
-
-
-def plainest(found: Found[T], count: int) -> Found[T]:
-    """Keep `count` readings, in their order: half of them the first, half the least far-fetched of the others."""
-    if len(found) <= count:
-        return found
-    first = count // 2
-    strains = [strain(value) for _, value in found[first:]]
-    limit = sorted(strains)[count - first - 1]
-    plain = [reading for reading, strained in zip(found[first:], strains, strict=True) if strained <= limit]
-    return [*found[:first], *plain[: count - first]]
+    def plainest(self, found: Found[T], count: int) -> Found[T]:
+        """Keep `count` readings, in their order: half of them the first, half the least far-fetched of the others."""
+        if len(found) <= count:
+            return found
+        first = count // 2
+        strains = [strain(value, self.strains) for _, value in found[first:]]
+        limit = sorted(strains)[count - first - 1]
+        plain = [reading for reading, strained in zip(found[first:], strains, strict=True) if strained <= limit]
+        return [*found[:first], *plain[: count - first]]
 
 
 def distinct(found: Found[T]) -> Found[T]:

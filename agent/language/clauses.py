@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
-from robosandbox.agent.language.chart import Found, capped, rule
-from robosandbox.agent.language.intent import At, Command, Original, Ref, Region, Relation, Spot, Table
+from robosandbox.agent.language.chart import Found, rule
+from robosandbox.agent.language.intent import At, Command, Element, Original, Ref, Region, Relation, Spot, Table
 from robosandbox.agent.language.phrases import Phrasing
 from robosandbox.agent.language.wordlist import word_set
 
@@ -19,20 +18,6 @@ _COORDINATE_WORDS = word_set(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Element:
-    """One argument of a verb.
-
-    Attributes:
-        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
-            contents, in_exchange or person.
-        value: An intent node, number or word.
-    """
-
-    kind: str
-    value: Any = None
-
-
 class Axis(str):
     """A direction named by its axis: a negative distance along it is one the other way."""
 
@@ -40,6 +25,7 @@ class Axis(str):
 Elements = tuple[Element, ...]
 _INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "stick", "pop"})
 _SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "position", "location"))
+_LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
@@ -55,10 +41,18 @@ IT = Ref(text="it", determiner="it")
 class Clauses(Phrasing):
     """The rules for what can follow, or precede, a verb."""
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.rests: dict[int, list[tuple[int, int, Found[Elements]]]] = {}
+        self.height = 0
+        """How many elements the longest of the sequences has that are being made."""
+
     @rule
     def element(self, i: int) -> Found[Element]:
         """Anything that can stand beside a verb."""
         found: Found[Element] = []
+        if i >= self.count:
+            return found
         found += [(j, Element("objects", refs)) for j, refs in self.np_list(i)]
         found += [(j, Element("place", place)) for j, place in self._place(i)]
         found += [(j, Element("direction", value)) for j, value in self._direction(i)]
@@ -99,11 +93,12 @@ class Clauses(Phrasing):
     @rule
     def elements(self, i: int) -> Found[Elements]:
         """Sequences of elements, the longer reach first."""
-        return self._sequences(i, 0)
+        return self._rest(i, 0)
 
     def _sequences(self, i: int, depth: int) -> Found[Elements]:
         found: Found[Elements] = [(i, ())]
         if depth >= MAX_ELEMENTS:
+            self.height = MAX_ELEMENTS if self.element(i) else 0
             return found
         for j, first in self.element(i):
             start = j + 1 if self.text(j) in (",", ":") else j
@@ -117,7 +112,8 @@ class Clauses(Phrasing):
                     start += 1
             if first.kind == "objects" and self.text(start) in ("and", "then"):
                 # "... then the green one, and the red one on top"
-                for end, rest in self._rest(start + 1, depth + 1):
+                level = start + 2 if self.said(start, start + 2) == "and then" else start + 1
+                for end, rest in self._rest(level, depth + 1):
                     if rest and rest[0].kind == "order_end":
                         found.append((end, (first, *rest)))
             if self.text(start) == "and" and _leaves(first):
@@ -139,10 +135,17 @@ class Clauses(Phrasing):
         return found
 
     def _rest(self, i: int, depth: int) -> Found[Elements]:
-        key = (f"rest{depth}", i)
-        if key not in self.memo:
-            self.memo[key] = capped(self._sequences(i, depth))
-        return self.memo[key]
+        """Sequences that begin with element `depth` of a clause: the same at every depth where none is cut short."""
+        known = self.rests.setdefault(i, [])
+        hit = next((hit for hit in known if hit[0] == depth or max(hit[0], depth) + hit[1] <= MAX_ELEMENTS), None)
+        if hit is None:
+            above, self.height = self.height, 0
+            found = self.capped(self._sequences(i, depth))
+            hit = depth, self.height, found
+            self.height = above
+            known.append(hit)
+        self.height = max(self.height, hit[1] + 1)
+        return hit[2]
 
     def _place(self, i: int) -> Found[Any]:
         found: Found[Any] = []
@@ -181,6 +184,11 @@ class Clauses(Phrasing):
         where = i + 1 if self.text(i) == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
         if self.text(i) in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
             where = i + 4
+        if self.text(i) in ("in", "on", "to", "at", "into", "onto"):
+            # "on the place of the ginger"
+            for k in self.optional(i + 1, "THE"):
+                if self.text(k) in ("place", "spot", "position") and self.text(k + 1) == "of" and k > i + 1:
+                    found += [(j, Spot((ref,))) for j, ref in self.np(k + 2) if not (ref.plural or ref.unknown)]
         for j, ref in self.np(where) if where > i and not self.tag(where, "PRON") else ():
             # "to where the wrench is now"
             if self.text(j) in _STANDS and not (ref.plural or ref.unknown):
@@ -242,6 +250,8 @@ class Clauses(Phrasing):
     def distance(self, i: int) -> Found[float]:
         """As in "by about 10 cm", "two inches", "half a metre", "a bit"."""
         found: Found[float] = []
+        if i >= self.count:
+            return found
         start = i + 1 if self.text(i) == "by" else i
         if self.text(start) in ("the", "that") and self.said(start + 1, start + 3) in _SAME_AGAIN:
             # "left by 50 mm, then forward by the same amount"
@@ -278,6 +288,7 @@ class Clauses(Phrasing):
                         found += [(end, value) for end, value in self.distance(m) if self._is_number(m)]
                     found.append((k, number * unit))
                     found += [(k + 1, number * unit)] if self.text(k) in _MORE else []
+                    found += [(k + 2, number * unit)] if self.said(k, k + 2) == "or so" else []
                     if self.text(k) == "and":
                         found += [(k + 3, (number + 0.5) * unit)] if self.said(k, k + 3) == "and a half" else []
         return found
@@ -314,6 +325,8 @@ class Clauses(Phrasing):
     def _order_end(self, i: int) -> Found[tuple[str, Ref]]:
         """As in "with the red one on top", "red at the bottom"."""
         found: Found[tuple[str, Ref]] = []
+        if _LEVELS.isdisjoint(self.present):
+            return found
         start = i + 1 if self.text(i) in ("with", "having", "keeping", "leaving") else i
         for j, ref in self.np(start):
             k = j + 1 if self.text(j) in ("being", "goes", "going", "is", "as") else j
@@ -321,16 +334,20 @@ class Clauses(Phrasing):
                 found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
         return found
 
-    def _sequence(self, i: int) -> Found[str]:
+    def _sequence(self, i: int) -> Found[str | Ref]:
         """As in "smallest first", "starting with the biggest": in which order, by what."""
         if self.said(i, i + 4) == "in order of size":
             i += 5 if self.text(i + 4) == "," else 4
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
-        found: Found[str] = []
+        found: Found[str | Ref] = []
+        if opened and self.tag(i + 2, "THE"):
+            # "starting with the blank": that one, then the others.
+            found += [(j, ref) for j, ref in self.np(i + 2) if not (ref.plural or ref.unknown or ref.options)]
         for start in self.optional(i + 2 if opened else i, "THE"):
-            for j, key in self.tag(start, "SUPER"):
+            small = self.tag(start, "SIZE") if self.text(start - 1) == "the" else []
+            for j, key in (*self.tag(start, "SUPER"), *small):
                 k = j + 1 if self.text(j) in ("one", "ones") else j
-                if self.text(k) == "first" or opened:
+                if self.text(k) == "first" or (opened and not (small and k == j)):
                     found.append((k + 1 if self.text(k) == "first" else k, key))
         return found
 
@@ -378,8 +395,12 @@ class Clauses(Phrasing):
 
 def _go_together(elements: Elements) -> bool:
     """Say whether one verb can have these: no more than two lists of things, or three places, and not two of both."""
-    lists = sum(element.kind == "objects" for element in elements)
-    places = sum(element.kind == "place" for element in elements)
+    lists = places = 0
+    for element in elements:
+        if element.kind == "objects":
+            lists += 1
+        elif element.kind == "place":
+            places += 1
     return lists <= 2 and places <= 3 and (lists < 2 or places < 2)
 
 

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS, WordOrder
 from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
-_TOPS = frozenset({"lid", "top", "surface", "cap", "rim"})
+_TOPS = frozenset({"lid", "top", "surface", "cap", "rim", "head", "tip"})
+_TAKES = frozenset({"take", "grab", "get", "fetch"})
 _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 
@@ -36,6 +35,7 @@ class Commands(WordOrder):
         found += self._fronted(i)
         found += self._partitive(i)
         found += self._telegram(i)
+        found += self._verb_last(i)
         for j, key in self.tag(i, "FROM"):
             # "counting from the left, pick the fourth"
             for end, command in self._verb_first(self._skip(j)):
@@ -89,7 +89,10 @@ class Commands(WordOrder):
                 return found
             for j, ref in self.np(k):
                 if ref.relations and not ref.unknown and self._skip(j) > j:
-                    found.append((j, None, replace(ref, determiner="a", plural=False)))
+                    # "if there is a lemon on the table, put it in the bowl": the lemon.
+                    single = self.text(i) == "if" and (ref.nouns or ref.names) and not (ref.plural or ref.number)
+                    it = replace(ref, determiner="the") if single and ref.nouns != ("thing",) else None
+                    found.append((j, it, replace(ref, determiner="a", plural=False)))
             return found
         for j, ref in self.np(i + 1):
             if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
@@ -122,9 +125,13 @@ class Commands(WordOrder):
                     if self.text(i).startswith("arrang") and len(elements) == 1 and verb in ("sort", "line_up"):
                         # "arrange the cubes": by what, or into what?
                         continue
-                    found += [
-                        (k, replace(c, bare=c.bare + strain) if strain else c) for c in frame_command(verb, elements)
-                    ]
+                    if self.text(i) in _TAKES and self.text(k - 1) == "right" and self.text(k) in ("and", "then"):
+                        # "take the ball right and put it in the bin": a way of speaking, and no way to go.
+                        elements = tuple(e for e in elements if (e.kind, e.value) != ("direction", "right"))
+                        verb = "pick"
+                    made = frame_command(verb, elements)
+                    found += [(k, replace(c, bare=c.bare + strain) if strain else c) for c in made]
+                    found += self._tapped(k, made) if verb == "tap" else []
             if verb == "tap":
                 # "tap the lid of the can": a tap lands on top.
                 for k in [
@@ -153,7 +160,7 @@ class Commands(WordOrder):
                 for k, number in [hit for m in self.optional(j, "A") for hit in self.tag(m, "NUM")]:
                     for m, (_, phrase, _) in self.tag(k, "NOUN"):
                         which = Ref(
-                            text=self.said(j, m), determiner="a", nouns=(phrase,), count=int(number), plural=True
+                            text=self.said(j, m), determiner="a", nouns=(phrase,), number=int(number), plural=True
                         )
                         if number >= 2:
                             found += [
@@ -189,6 +196,14 @@ class Commands(WordOrder):
                         found.append((k, Command("put", (IT,), Relation("in", refs), bare=0.9)))
             if verb == "give":
                 found += self._light(j)
+                # "give the can in the bin", as a German has it
+                found += [
+                    (k, replace(c, bare=0.3))
+                    for k, elements in self.elements(j)
+                    if {e.kind for e in elements} == {"objects", "place"}
+                    for c in frame_command("put", elements)
+                    if isinstance(c.place, Relation) and c.place.kind in ("in", "on")
+                ]
             if verb in ("build", "pick") and self.text(i) in ("make", "let", "get"):
                 # "make the car go forward"
                 found += [
@@ -212,6 +227,15 @@ class Commands(WordOrder):
                 for k in self._arm(j):
                     for end in self._home(k):
                         found.append((end, Command("home")))
+        if self.text(i) == "keep":
+            # "keep the ginger in the tin", where it is not: put it there.
+            found += [
+                (end, replace(c, bare=1.6))
+                for end, elements in self.elements(i + 1)
+                if [e.kind for e in elements] == ["objects", "place"]
+                for c in frame_command("put", elements)
+                if isinstance(c.place, Relation) and c.place.kind in ("in", "on") and c.place.refs
+            ]
         for j, where in self._container_verb(i):
             # "crate the cube", "rack all vials"
             found += [
@@ -259,7 +283,7 @@ class Commands(WordOrder):
         """Two or more adjectives, joined by "on" or commas: each is one of the things named before."""
         refs: list[Ref] = []
         found: Found[tuple[Ref, ...]] = []
-        one = replace(whole, determiner="the", plural=False, count=None)
+        one = replace(whole, determiner="the", plural=False, number=None)
         while i:
             start = self.optional(i, "THE")[0]
             hits = [hit for hit in self._adjectives(start, one, 0) if hit[0] > start]
@@ -284,8 +308,20 @@ class Commands(WordOrder):
                 for m in self.optional(k, "LIGHT_ADJECTIVE"):
                     for n, verb in self.tag(m, "LIGHT_NOUN"):
                         for end, elements in self.elements(n):
-                            found += [(end, c) for c in frame_command(verb, (spoken(refs), *elements))]
+                            made = frame_command(verb, (spoken(refs), *elements))
+                            found += [(end, c) for c in made]
+                            found += self._tapped(end, made) if verb == "tap" else []
         return found
+
+    def _tapped(self, i: int, commands: list[Command]) -> Found[Command]:
+        """As in "tap the can on the lid", "tap the can, just a little", "touch it from above": a tap lands gently on top."""
+        ends = [i + 2] if self.said(i, i + 2) == "from above" else []
+        if self.text(i) in ("on", "at"):
+            ends += [k + 1 for k in self.optional(i + 1, "THE") if self.text(k) in _TOPS]
+        ends += [j for j, _ in self.tag(i + 1 if self.text(i) == "," else i, "AMOUNT")]
+        often = [(end, replace(c, times=n)) for k in ends for end, n in self.tag(k, "TIMES") for c in commands]
+        found = [*((end, c) for end in ends for c in commands), *((end, c) for end, c in often)]
+        return [(j, c) for j, c in found if j >= self.count or self._joints_at(j)]
 
     def _arm(self, i: int) -> list[int]:
         return [end for start in self.optional(i, "THE") for end, _ in self.tag(start, "ARM")]

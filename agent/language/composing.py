@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
-from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Relation, Table
+from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Relation, Table, replace
 
 
 def stack(frame: Frame) -> list[Command]:
@@ -50,12 +49,14 @@ def _in_turn(frame: Frame) -> list[Command]:
         return []
     if len(ends) != 1 or frame.kinds.index("order_end") > frame.kinds.index("objects", 1) or ends[0][0] == "middle":
         return []
-    listed = tuple(
-        replace(ref, nouns=whole.nouns, one=False) if ref.one and not ref.nouns else ref
-        for ref in (ends[0][1], *frame.objects[1])
-    )
+    listed = tuple(_of(whole, ref) for ref in (ends[0][1], *frame.objects[1]))
     upwards = listed if ends[0][0] == "bottom" else listed[::-1]
     return stack(replace(frame, objects=(upwards,), rest={"order": ["up"]}))
+
+
+def _of(whole: Ref, ref: Ref) -> Ref:
+    """As in "the blue one" of the blocks."""
+    return replace(ref, nouns=whole.nouns, one=False) if ref.one and not ref.nouns else ref
 
 
 def _order(frame: Frame, objects: tuple[Ref, ...]) -> Any:
@@ -70,6 +71,13 @@ def build(frame: Frame) -> list[Command]:
     if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) != 1:
         return []
     ends = [end for end in frame.rest.get("order_end", ())]
+    material: tuple[Ref, ...] = frame.one("material") or ()
+    if len(material) == 1 and material[0].plural and len(frame.objects) == 2 and ends and not material[0].relations:
+        # "a tower with all the blocks, blue at the bottom, then red, and green on top"
+        ends = [(level, _of(material[0], ref)) for level, ref in ends]
+        among = tuple(_of(material[0], ref) for ref in frame.objects[1])
+        rest = {"order_end": ends}
+        return build(replace(frame, objects=(frame.objects[0], among), rest=rest))
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
     where = frame.places[0] if len(frame.places) == 1 else None
     tower_ref = frame.objects[0][0]

@@ -30,13 +30,29 @@ REQUESTS = {
     "(do|would|did) you <think> [that|maybe|perhaps] you [<might>]": "could you",
     "[is there|there is] (any|a|some) (chance|way|possibility) [that|of] you [<might>]": "could you",
     "would you be {_praise} (as to|and|to)": "could you",
+    "<we> wish [that] you [<might>]": "could you",
+    "is it possible [for you] (that you|to|for you to)": "could you",
+    "it is (necessary|needed|required|important) (to|that you|for you to)": "",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
+    "<we> (want|need|would like|wish|prefer) that you [to]": "could you",
     "<we> (beg|implore|urge|ask) [of] you to": "",
 }
 OPENINGS = {
     "(<start>|i am sorry|sorry) (to <bother>|for the (bother|trouble))": "",
     "i (hate|do not! (want|like)) to <bother>": "",
     "i know (you are|it is|this is) {_words} but": "",
+    "<start> (sort|separate|divide|split|organise|organize|arrange|distribute|tidy|tidy up|clean up) [them|things|everything|it|the rest] [up|out] :": "",
+    "<start> [my|the|our] ({_person}|{_name}) (say|says|said|asks|asked) [me|you|us|that] [to|:|,]": "",
+    "<start> (i|we) (was|were) (going to say|about to say|thinking of|going to ask for|going for) {_thing} [,] but [no!|actually] [,]": "",
+    "<start> (mr|mrs|ms|miss|dr) {_name} (order|prescription|request) (:|,)": "",
+    "<start> (order|prescription|request) for {_name} [{_name2}] (:|,)": "",
+    "<start> {_words} is not! (here|there) [,] (but|so)": "",
+    "<start> i do not! like {_COLOUR} (,|.|!|;)": "",
+    "<start> {_words} , [oh|no!|ah] never! mind [that] [,]": "",
+    "[now] what <we> (would like|want|need) you to do [now|next!|first!] is [to|:|,]": "",
+    "what you do is [you|to]": "",
+    "<start> (goal|aim|target|action|request|command|job|task|exec|cmd|run) :": "",
+    "<start> new (task|job|order|command|instruction)": "",
     "let us get (going|started|cracking|moving|to work)": "",
     "(can|could|would|will) you do (this|something|that|one thing) [for me|for us] (:|,|?|.)": "",
     "do (this|the following|as follows|something) [for me|for us] (:|,)": "",
@@ -55,6 +71,9 @@ OPENINGS = {
 }
 ASIDES = {
     "for <end>": "",
+    "(and|then) [then] [you] (stop|finish|quit|are done|are finished|can stop|that is all|done) <end>": "",
+    "[,] [it is] (tidy up|tidying|tidying up|clean up|cleanup|bed|lunch|dinner|play|party|home|snack) time <end>": "",
+    ", (i|we) want to (see|hear|know|check|find out|test) (if!|whether!|how|what) {_words} <end>": "",
     "(i am|we are) (in a (hurry|rush)|hungry|starving|late|tired|bored|busy|waiting) <edge>": "",
     "<start> out of (my|the) way ,": "",
     "and <end>": "",
@@ -83,6 +102,7 @@ PURPOSES = {
     "<start> <to> (make|clear|free) [the|some|a] way [for {_word}] <end>": "",
     "<start> <to> (get|keep|move) (it|this|that|them|things) out of (the|my|our) way <end>": "",
     "<start> <to> keep (it|this|them|things|everything|the (table|place|desk)) (safe|tidy|clean|neat|out of the way|organised|organized|nice) <end>": "",
+    "<start> <to> (see|check|test|find out|hear|know) (if!|whether!) {_words} <end>": "",
     "<start> <to> be (safe|helpful|nice|sure|on the safe side|tidy) <end>": "",
     "<start> <to> (help|please|impress|assist) (me|us|my {_word}|them|him|her) [out] <end>": "",
     "<start> <to> (tidy|clean) [things] up [a bit|a little] <end>": "",
@@ -99,11 +119,6 @@ def restarted(tokens: Sequence[Token]) -> Sequence[Token]:
         if tokens[i].text in ("forget", "scratch", "strike", "ignore") and tokens[i + 1].text in ("that", "it", "this"):
             return tokens[i + 2 :] if tokens[i + 2].text in MARKS else tokens
     return tokens
-
-
-def without_courtesies(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens without the phrases of politeness; a wish about what you would do becomes a request."""
-    return COURTESIES.applied(tokens, words)
 
 
 def is_purpose(tokens: Sequence[Token], words: SceneWords) -> bool:

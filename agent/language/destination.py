@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.intent import At, Command, Place, Ref, Region, Relation, Table, Verb
+from robosandbox.agent.language.intent import At, Command, Place, Ref, Region, Relation, Table, Verb, replace
 
 
 def placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> list[Command]:

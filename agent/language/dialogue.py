@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
-from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import Discourse, RefusedError
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.interpret import choose, interpret
 from robosandbox.agent.language.tokens import TooLongError, scene_words, tokenize
 from robosandbox.agent.language.world import World
@@ -68,7 +68,7 @@ class Dialogue:
     def _among(self, ref: Ref, candidates: Iterable[str], scene: ObservedScene) -> str | None:
         """Return the one candidate that an answer describes."""
         left = {*candidates}
-        among = replace(scene, objects=tuple(item for item in scene.objects if item.id in left))
+        among = dataclasses.replace(scene, objects=tuple(item for item in scene.objects if item.id in left))
         try:
             return Grounder(World(among), Discourse()).one(ref, lambda name: True).ids[0]
         except RefusedError:
@@ -139,7 +139,7 @@ class Dialogue:
 
     def _without_held(self, scene: ObservedScene, ref: Ref) -> ObservedScene:
         """Return the scene as if what is held were on the table again: a correction undoes the grasp."""
-        return replace(scene, held=None)
+        return dataclasses.replace(scene, held=None)
 
     def _put_down_first(self, draft: Draft, scene: ObservedScene) -> Draft:
         held = scene.held

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 from robosandbox.agent.language.clauses import Element
-from robosandbox.agent.language.intent import Place, Rank, Ref, Relation
+from robosandbox.agent.language.intent import Place, Rank, Ref, Relation, replace
 
 UP = frozenset({"up", "upward", "upwards", "off", "out", "in the air", "into the air", "up in the air", "up into the air", "off the table", "up off the table",
     "up from the table", "off of the table", "off the ground", "from the ground", "off the desk", "off the surface", "into your gripper",
@@ -67,8 +66,7 @@ MUTUAL |= frozenset(
 )
 
 
-@dataclass(frozen=True, slots=True)
-class Frame:
+class Frame(NamedTuple):
     """The elements of one clause by kind.
 
     Attributes:
@@ -87,19 +85,14 @@ class Frame:
     def of(cls, elements: Sequence[Element]) -> Frame:
         """Sort elements by kind."""
         rest: dict[str, list[Any]] = {}
-        for element in elements:
-            if element.kind not in ("objects", "place"):
-                rest.setdefault(element.kind, []).append(element.value)
-        return cls(
-            tuple(e.value for e in elements if e.kind == "objects"),
-            tuple(e.value for e in elements if e.kind == "place"),
-            rest,
-            tuple(e.kind for e in elements),
-        )
+        for kind, value in elements:
+            rest.setdefault(kind, []).append(value)
+        kinds = tuple([kind for kind, _ in elements])
+        return cls(tuple(rest.pop("objects", ())), tuple(rest.pop("place", ())), rest, kinds)
 
     def only(self, *kinds: str) -> bool:
         """Say whether no other kinds are there, and none twice."""
-        return all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
+        return not self.rest or all(kind in kinds and len(values) == 1 for kind, values in self.rest.items())
 
     def one(self, kind: str) -> Any:
         """Return the value of a kind that occurs once, or None."""
@@ -109,6 +102,10 @@ class Frame:
     def particle(self) -> str | None:
         """The particle, if there is one."""
         return str(self.one("particle")) if "particle" in self.rest else None
+
+
+ATTACHED = frozenset({"also", "choice", "except", "sequence"})
+"""Kinds of elements that belong to another one said before."""
 
 
 def chosen_by(elements: Sequence[Element]) -> Sequence[Element]:
@@ -149,7 +146,13 @@ def in_sequence(elements: Sequence[Element]) -> Sequence[Element]:
     refs: tuple[Ref, ...] = elements[first].value if first is not None else ()
     if len(keys) != 1 or len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all") or refs[0].ranks:
         return elements
-    ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))
+    if isinstance(keys[0], Ref):
+        # "all the vials, starting with the blank"
+        lead = replace(keys[0], nouns=refs[0].nouns, one=False) if keys[0].one and not keys[0].nouns else keys[0]
+        others = replace(refs[0], number=None, without=(*refs[0].without, lead))
+        ordered = Element("objects", (lead, others))
+    else:
+        ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))
     return [ordered if k == first else e for k, e in enumerate(elements) if e.kind != "sequence"]
 
 

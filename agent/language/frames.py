@@ -7,18 +7,21 @@ from collections.abc import Callable, Sequence
 from robosandbox.agent.language.carrying import aside, go, move, pick, pull, push, put, release, relocate, throw
 from robosandbox.agent.language.clauses import IT, Element
 from robosandbox.agent.language.composing import build, discard, line_up, load, sort, stack, swap, tidy, unstack
-from robosandbox.agent.language.frame import Frame, chosen_by, excepted, in_sequence, joined
+from robosandbox.agent.language.frame import ATTACHED, Frame, chosen_by, excepted, in_sequence, joined
 from robosandbox.agent.language.intent import Command, Relation, Verb
 
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
     """Return the commands that a verb makes of its elements, the likeliest first."""
-    elements = chosen_by(excepted(joined(elements)))
-    # A tower has an order of its own.
-    elements = elements if verb in ("stack", "build") else in_sequence(elements)
-    frame = Frame.of(elements)
     builder = _FRAMES.get(verb)
-    if builder is None or len(frame.objects) > 2 or len(frame.places) > 3:
+    if builder is None:
+        return []
+    if not ATTACHED.isdisjoint([kind for kind, _ in elements]):
+        elements = chosen_by(excepted(joined(elements)))
+        # A tower has an order of its own.
+        elements = elements if verb in ("stack", "build") else in_sequence(elements)
+    frame = Frame.of(elements)
+    if len(frame.objects) > 2 or len(frame.places) > 3:
         return []
     return builder(frame)
 

@@ -2,53 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-
-from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, plainest, rule
-from robosandbox.agent.language.clauses import IT, Elements
-from robosandbox.agent.language.commands import Commands
+from robosandbox.agent.language.amendments import Amendments, without
+from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
+from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.readings import Part, sentence_of
-from robosandbox.agent.language.strain import parties, strain
+from robosandbox.agent.language.strain import strain
 from robosandbox.agent.language.things import ORDINALS
-from robosandbox.agent.language.tokens import SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
 
 MAX_SENTENCES = 8
 
 
-def parse(
-    tokens: Sequence[Token], words: SceneWords, most_steps: int = MAX_STEPS
-) -> tuple[tuple[float, Sentence], ...]:
-    """Return the readings of a sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
-
-    Args:
-        tokens: What `tokenize` returned.
-        words: The words of the scene's ids.
-        most_steps: How much work it may be.
-
-    Raises:
-        TooComplicatedError: It has more readings than are worth following.
-    """
-    grammar = Grammar(tokens, words, most_steps=most_steps)
-    found: dict[Sentence, None] = {}
-    for end, parts in grammar.parts(0):
-        if end == len(tokens):
-            sentence = sentence_of(parts)
-            if sentence:
-                found[sentence] = None
-    ranked = sorted(((strain(sentence), sentence) for sentence in found), key=lambda item: item[0])
-    return tuple(ranked[:MAX_SENTENCES])
-
-
-_LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
+_THAT = frozenset({"this", "that"})
+"""After which a thing without a verb is a step: "and after this the cube into the bowl"."""
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
-class Grammar(Commands):
+class Grammar(Amendments):
     """The rules for sentences."""
 
     def __post_init__(self) -> None:
@@ -59,12 +32,28 @@ class Grammar(Commands):
                 for tag in ("THEN", "FIRST"):
                     tags[tag] = [hit for hit in tags.get(tag, []) if hit[0] > i + 1]
 
-    def parts(self, i: int) -> Found[tuple[Part, ...]]:
-        """Everything from `i` to the end, as parts in the order in which they are done."""
-        return self._parts(i)
+    def sentences(self, most_steps: int = MAX_STEPS) -> tuple[tuple[float, Sentence], ...]:
+        """Return the readings of the sentence and how far-fetched each is, the plainest first; none if a part of it is not understood.
+
+        Args:
+            most_steps: How much further work it may be.
+
+        Raises:
+            TooComplicatedError: It has more readings than are worth following.
+        """
+        self.steps, self.most_steps = 0, most_steps
+        found: dict[Sentence, None] = {}
+        for end, parts in self._parts(0):
+            if end == self.count:
+                sentence = sentence_of(parts)
+                if sentence:
+                    found[sentence] = None
+        ranked = sorted(((strain(sentence, self.strains), sentence) for sentence in found), key=lambda item: item[0])
+        return tuple(ranked[:MAX_SENTENCES])
 
     @rule
     def _parts(self, i: int) -> Found[tuple[Part, ...]]:
+        """Everything from `i` to the end, as parts in the order in which they are done."""
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
         follows = i > 0
@@ -78,7 +67,12 @@ class Grammar(Commands):
                 found.append((n, part))
                 continue
             for k in self._joints(j):
-                found += [(end, (*part, *rest)) for end, rest in self._parts(k) if rest]
+                set_apart = self.text(k - 1) == "but"
+                found += [
+                    (end, (*(without(part, rest[0]) if set_apart else part), *rest))
+                    for end, rest in self._parts(k)
+                    if rest
+                ]
             after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
@@ -109,148 +103,7 @@ class Grammar(Commands):
                     asked = isinstance(second[0], Command) and not second[0].bare
                     if asked and self.text(m) in ("first", "beforehand") and self._skip(m + 1) >= n:
                         found.append((n, (*_in_it(second, part), *part)))
-        return plainest(found, MAX_READINGS)
-
-    def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
-        last = part[-1]
-        if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
-            return []
-        found: Found[tuple[Part, ...]] = []
-        narrowed = [
-            (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
-            for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
-            if self._skip(j) >= len(self.tokens) and {*map(_naming, refs)} < {*map(_naming, last.objects)}
-        ]
-        if narrowed:
-            # "the salt and the pepper on the plate... nah, only the salt"
-            return narrowed[:1]
-        places = last.place.refs if isinstance(last.place, Relation) else ()
-        for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
-            same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
-            if refs[0].one and refs[0].colours and not refs[0].nouns:
-                # "put the red cup on the tray, no, the white one": colours stand against each other.
-                same = [bool(ref.colours) for ref in (*last.objects, *places)]
-                refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)
-            if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
-                # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
-                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
-            elif self._skip(j) >= len(self.tokens) and not any(same[1:]) and refs[0].names:
-                # "put red_1 in the bucket, make that blue_2": what makes sense decides.
-                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare + 0.3))))
-        better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
-        if better_distance and self._skip(k + 1) >= len(self.tokens):
-            # "5 cm to the left, no, make it 10"
-            found.append((len(self.tokens), (*part[:-1], replace(last, distance=better_distance))))
-        for j, elements in self.elements(k):
-            if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
-                continue
-            for command in frame_command(last.verb, (spoken(last.objects), *_beside_it(elements, places))):
-                better = replace(command, distance=command.distance or last.distance, times=last.times)
-                if command.verb == "push" and not command.direction and not command.place:
-                    better = replace(better, direction=last.direction, place=last.place)
-                if self._skip(j) >= len(self.tokens):
-                    found.append((len(self.tokens), (*part[:-1], better)))
-                for m in self._joints(j):
-                    found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
-        return found
-
-    def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
-        """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
-        last = part[-1]
-        if not isinstance(last, Command) or last.verb not in ("push", "pick", "tap", "put", "stack") or last.tower:
-            return []
-        found: Found[tuple[Part, ...]] = []
-        n = len(self.tokens)
-        if self.text(k) in ("whichever", "whatever"):
-            # "the left bin or the right bin, whichever is nearer" is no further thing.
-            return []
-        counted = [
-            (j, tuple(replace(ref, count=2 if self.text(k) == "both" else None) for ref in last.objects))
-            for j in self.all_of_them(k)
-            if self._skip(j) >= n and all(ref.plural and ref.determiner in ("the", "bare") for ref in last.objects)
-        ]
-        if counted and len(last.objects) == 1:
-            # "the dice in the bowl, both of them": the same dice.
-            return [(n, (*part[:-1], replace(last, objects=refs))) for _, refs in counted[:1]]
-        said = [ref for ref in parties(last) if ref.determiner in ("a", "all") or ref.count]
-        if self.text(k) in ("any", "either") and said:
-            # "put a bolt in each box, any bolt" says that it does not matter which.
-            same = [
-                self._skip(j)
-                for j, ref in self.np(k)
-                if not (ref.unknown or ref.relations)
-                and any((ref.nouns, ref.names) == (known.nouns, known.names) or ref.one for known in said)
-            ]
-            if same:
-                return [(n, part) for j in same if j >= n][:1]
-        if self.text(k - 1) == ":":
-            # "put two things in the bin: the can and the ball": the list says which.
-            open_ = len(last.objects) == 1 and (last.objects[0].count or last.objects[0].determiner == "it")
-            return [
-                (n, (*part[:-1], replace(last, objects=refs)))
-                for j, refs in (self.np_list(k) if open_ else ())
-                if self._skip(j) >= n and last.objects[0].count in (None, len(refs))
-            ]
-        for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
-            # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
-            again = replace(last, objects=refs, bare=0.9)
-            j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
-            for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
-                # "tap the can once, then the ball twice"
-                j, again = end, replace(again, times=times)
-            if self._skip(j) >= n:
-                found.append((n, (*part, again)))
-            for m in self._joints(j):
-                found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
-                found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
-        if last.verb != "push":
-            return found
-        for j, elements in self.elements(k):
-            if not any(e.kind in ("direction", "distance") for e in elements):
-                continue
-            for command in frame_command("push", elements):
-                if command.direction is None and command.place is None:
-                    # "left, then 5 cm more"
-                    command = replace(command, direction=last.direction)
-                if command.direction is None:
-                    continue
-                again = (
-                    replace(command, objects=last.objects)
-                    if not any(e.kind == "objects" for e in elements)
-                    else command
-                )
-                if self._skip(j) >= n:
-                    found.append((n, (*part, again)))
-                for m in self._joints(j):
-                    found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
-                    found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
-        return found
-
-    def _joints(self, j: int) -> list[int]:
-        """Return where the next part can start after one that ended at `j`."""
-        starts = []
-        k = self._skip(j)
-        if k > j:
-            starts.append(k)
-        for end, _ in self.tag(k, "THEN"):
-            if (
-                k == j
-                and self.text(k) in _LAST
-                and (self.text(end) == ":" or (self.tokens[end:] and self.tokens[end].kind == "mark"))
-            ):
-                # "tap the can last, first the ball": it tells what comes last first.
-                continue
-            starts.append(self._skip(end))
-            starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
-        if self.tag(k, "AVOID") or self.tag(k, "NEGATION") or self.tag(k, "STILL"):
-            starts.append(k)
-        if self.text(k) == "but":
-            starts.append(k + 1)
-        if k == j and any(
-            verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")
-        ):
-            starts.append(k)
-        return list(dict.fromkeys(starts))
+        return self.plainest(found, MAX_READINGS)
 
     @rule
     def part(self, i: int) -> Found[tuple[Part, ...]]:
@@ -269,6 +122,7 @@ class Grammar(Commands):
                         (end, _inside_it(second, command))
                         for k, _ in self.tag(comma, tag)
                         for end, second in self.clause(k)
+                        if not (second.bare and self.text(k) in _THAT)
                     ]
                     done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
                     for end, second in second_at + (done if tag == "AFTER" else []):
@@ -365,31 +219,12 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     return (first, *parts[1:])
 
 
-def _beside_it(elements: Elements, places: tuple[Ref, ...]) -> Elements:
-    """As in "on top of the tape, no, next to it": next to the tape."""
-    return tuple(
-        replace(e, value=replace(e.value, refs=places))
-        if isinstance(e.value, Relation) and e.value.refs == (IT,) and places
-        else e
-        for e in elements
-    )
-
-
 def _inside_it(second: Command, first: Command) -> Command:
     """As in "close the drawer once the apple is inside"."""
     into = second.place
     if isinstance(into, Relation) and into.refs == (IT,) and first.objects and first.objects[0].determiner != "it":
         return replace(second, place=replace(into, refs=first.objects))
     return second
-
-
-def _kind(ref: Ref) -> tuple[str, ...]:
-    """Return what sort of thing a description names, by its noun or by the first word of its id."""
-    return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
-
-
-def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
-    return ref.nouns, ref.names, ref.colours
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

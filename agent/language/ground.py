@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
 from robosandbox.agent.language.orders import Fits, Meaning
 from robosandbox.agent.language.spelling import suggestions
@@ -112,7 +111,7 @@ class Grounder(Vicinity):
             left = tuple(name for name in ids if name not in barred and (fits is None or fits(name)))
             if ref.plural:
                 left = left if len(ids) > 1 else ()
-                if ref.count and len(left) != ref.count:
+                if ref.number and len(left) != ref.number:
                     continue
             elif len(left) != 1:
                 continue
@@ -127,7 +126,7 @@ class Grounder(Vicinity):
                     if name not in barred and (fits is None or fits(name))
                 )
             )
-            if len(together) > 1 and (ref.count is None or ref.count == len(together)):
+            if len(together) > 1 and (ref.number is None or ref.number == len(together)):
                 return Meaning(together, several=True)
         movable = [
             name
@@ -171,7 +170,9 @@ class Grounder(Vicinity):
             names = self._related(names, relation, ref)
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
-            counted = excluded.count or (1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None)
+            counted = excluded.number or (
+                1 if excluded.text.split(" ")[0] in ("one", "some", "any", "either") else None
+            )
             if counted is not None and len(gone) > counted:
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))
@@ -213,7 +214,7 @@ class Grounder(Vicinity):
                 found = preferred or found
             before = found
             found = match.with_noun(
-                found, ref.nouns, several=several, count=ref.count, kinds=several or bool(ref.ranks)
+                found, ref.nouns, several=several, count=ref.number, kinds=several or bool(ref.ranks)
             )
             if len(ref.nouns) > 1:
                 # "cans and cubes": the cans first.
@@ -360,8 +361,8 @@ class Grounder(Vicinity):
                 )
             chosen = sorted(names, key=self._handiness)
             return Meaning(tuple(chosen[:count]), tuple(chosen[count:]), several=True)
-        if (ref.count and ref.count > 1) or (ref.count and ref.determiner == "all"):
-            count = ref.count or 1
+        if (ref.number and ref.number > 1) or (ref.number and ref.determiner == "all"):
+            count = ref.number or 1
             if len(names) < count:
                 raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
             if len(names) > count:
@@ -372,10 +373,10 @@ class Grounder(Vicinity):
             return Meaning(tuple(names), several=True)
         if ref.determiner == "all" or (ref.plural and ref.determiner in ("the", "bare")):
             return Meaning(tuple(names), several=True)
-        if ref.plural and ref.text.startswith("any ") and not ref.count:
+        if ref.plural and ref.text.startswith("any ") and not ref.number:
             # "any red or green cubes": as many as there are.
             return Meaning(tuple(names), several=True)
-        if ref.plural and not (ref.count == 1 and ref.determiner == "a"):
+        if ref.plural and not (ref.number == 1 and ref.determiner == "a"):
             raise RefusedError(
                 RefusalCode.AMBIGUOUS, f"“{ref.text}”: how many, and which? I see {listed(names)}.", names
             )

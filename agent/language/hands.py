@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
@@ -11,6 +10,7 @@ from robosandbox.agent.language.draft import Step
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
+    replace,
 )
 from robosandbox.agent.language.world import World
 from robosandbox.types import ObservedScene, RefusalCode, SkillCall
@@ -98,7 +98,7 @@ class Hands:
                 ref = replace(ref, nouns=self.called)
             self.called = ref.nouns or self.called
             barred = (*exclude, *names) if ref.determiner != "the" else (*exclude,)
-            if ref.determiner == "a" or (ref.determiner == "bare" and ref.count):
+            if ref.determiner == "a" or (ref.determiner == "bare" and ref.number):
                 # "two bricks in the box, the yellow one stays": any two of the others.
                 barred = (*barred, *self.spared)
             meaning = self.ground.many(ref, fits or self.world.movable, barred)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, NamedTuple, TypeVar
 
+N = TypeVar("N", bound=NamedTuple)
 Determiner = Literal["the", "a", "all", "it", "bare"]
 Verb = Literal[
     "pick",
@@ -28,26 +29,24 @@ Verb = Literal[
 ]
 
 
-@dataclass(frozen=True, slots=True)
-class Rank:
+class Rank(NamedTuple):
     """A place in an order: the leftmost, the second biggest, the one nearest to the bin.
 
     Attributes:
         key: What is ordered: left, right, near, far, middle, big, small, tall, short, wide, narrow, top, bottom or
             "" where an order was not named ("the second cube").
-        index: 1 is the first.
+        nth: 1 is the first.
         anchor: For near and far: from what; None is the robot.
         strict: A superlative; a plain adjective ("the big cube") need not single anything out.
     """
 
     key: str
-    index: int = 1
+    nth: int = 1
     anchor: Ref | None = None
     strict: bool = True
 
 
-@dataclass(frozen=True, slots=True)
-class Relation:
+class Relation(NamedTuple):
     """A position relative to things: a modifier of a noun or the place where something goes.
 
     Attributes:
@@ -132,8 +131,7 @@ class Matching:
 Place = Relation | Region | At | Offset | Original | Spot | Table | Matching
 
 
-@dataclass(frozen=True, slots=True)
-class Ref:
+class Ref(NamedTuple):
     """A description of one or several objects.
 
     Attributes:
@@ -141,7 +139,7 @@ class Ref:
         determiner: the (exactly one fits), a (any will do), all, it (a pronoun) or bare.
         nouns: What it is called; several are alternatives ("cubes or balls"); none is any thing.
         plural: More than one is meant.
-        count: How many.
+        number: How many.
         colours: Any of these.
         shades: dark or light.
         not_colours: None of these.
@@ -164,7 +162,7 @@ class Ref:
     determiner: Determiner = "the"
     nouns: tuple[str, ...] = ()
     plural: bool = False
-    count: int | None = None
+    number: int | None = None
     colours: tuple[str, ...] = ()
     shades: tuple[str, ...] = ()
     not_colours: tuple[str, ...] = ()
@@ -183,8 +181,7 @@ class Ref:
     distinct: bool = False
 
 
-@dataclass(frozen=True, slots=True)
-class Command:
+class Command(NamedTuple):
     """One thing to do.
 
     Attributes:
@@ -217,9 +214,37 @@ class Command:
     unless: bool = False
 
 
+class Element(NamedTuple):
+    """One argument of a verb.
+
+    Attributes:
+        kind: objects, place, direction, distance, particle, times, order, sequence, floor, home, colour, other_sort, robot,
+            contents, in_exchange or person.
+        value: An intent node, number or word.
+    """
+
+    kind: str
+    value: Any = None
+
+
 @dataclass(frozen=True, slots=True)
 class Sentence:
     """What to do, in order, and what to keep away from."""
 
     steps: tuple[Command, ...]
     avoid: tuple[Ref, ...] = ()
+
+
+def replace(node: N, /, **changes: Any) -> N:
+    """Return a node with some of its fields changed.
+
+    A parse makes thousands of nodes and compares them: what there are many of are named tuples, made, hashed and
+    compared an order faster than frozen dataclasses.
+
+    Raises:
+        TypeError: It has no such field.
+    """
+    made = node._make(map(changes.pop, node._fields, node))
+    if changes:
+        raise TypeError(f"{type(node).__name__} has no {', '.join(changes)}")
+    return made

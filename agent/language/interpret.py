@@ -10,10 +10,11 @@ from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.grammar import Grammar, parse
+from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.remarks import without_remarks
+from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
@@ -66,12 +67,13 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
     known = scene_words(ids)
     try:
         tokens = tokenize(prompt, known)
-        readings = parse(tokens, known)
+        said = Said(tokens, known)
+        readings = said.grammar.sentences()
         if not readings or readings[0][0] >= STRANGE:
-            plain = without_remarks(in_plain_words(_respelled(tokens, known), known), known)
-            better = parse(plain, known, _STEPS_AGAIN) if plain and plain != tokens else ()
+            plain = without_remarks(in_plain_words(said.now(_respelled(tokens, known))))
+            better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
-        return readings or _not_understood(tokens, known, skills)
+        return readings or _not_understood(said, skills)
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
@@ -155,8 +157,9 @@ def _unrecognized(message: str, words: Sequence[str] = ()) -> Refusal:
     return Refusal(code=RefusalCode.UNRECOGNIZED, message=message, candidates=tuple(words))
 
 
-def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence[str]) -> Refusal:
+def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     """Say which part was not understood."""
+    tokens, known = said.tokens, said.words
     if not tokens:
         return _unrecognized("Tell me what to do, for example: pick up the red cube.")
     words = [token.text for token in tokens]
@@ -166,7 +169,7 @@ def _not_understood(tokens: Sequence[Token], known: SceneWords, skills: Sequence
             message="I act and do not answer questions; tell me what to do.",
             candidates=tuple(skills),
         )
-    bare = _only_a_thing(tokens, known)
+    bare = _only_a_thing(said.grammar)
     if bare:
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"What should I do with “{bare}”?", candidates=tuple(skills))
     for i, token in enumerate(tokens):
@@ -226,11 +229,10 @@ def _unmovable(tokens: Sequence[Token]) -> Refusal | None:
     return None
 
 
-def _only_a_thing(tokens: Sequence[Token], known: SceneWords) -> str | None:
+def _only_a_thing(grammar: Grammar) -> str | None:
     """Return the words if they name things and no action: "the red cube, please"."""
-    grammar = Grammar(tokens, known)
-    end = len(tokens)
-    while end and tokens[end - 1].kind == "mark":
+    end = grammar.count
+    while end and grammar.tokens[end - 1].kind == "mark":
         end -= 1
     for start in grammar.optional(0, "DESIRE"):
         for stop, refs in grammar.np_list(start):

@@ -29,20 +29,28 @@ __all__ = [
 ]
 
 
-class Phrases:
-    """Phrases by their first two words."""
+class _Node:
+    """What is said by the words up to here, and the words that may follow."""
+
+    __slots__ = ("hits", "next")
 
     def __init__(self) -> None:
-        self._words: dict[str, list[tuple[str, Any]]] = {}
-        self._phrases: dict[tuple[str, str], list[tuple[tuple[str, ...], str, Any]]] = {}
+        self.hits: list[tuple[str, Any]] = []
+        self.next: dict[str, _Node] = {}
+
+
+class Phrases:
+    """Phrases as a tree of their words."""
+
+    def __init__(self) -> None:
+        self._root = _Node()
 
     def add(self, phrase: str, tag: str, value: Any = None) -> None:
         """Add one phrase with its tag and value."""
-        parts = tuple(phrase.split())
-        if len(parts) == 1:
-            self._words.setdefault(parts[0], []).append((tag, value))
-        else:
-            self._phrases.setdefault((parts[0], parts[1]), []).append((parts, tag, value))
+        node = self._root
+        for word in phrase.split():
+            node = node.next.setdefault(word, _Node())
+        node.hits.append((tag, value))
 
     def add_all(self, phrases: str | Iterable[str], tag: str, value: Any = None) -> None:
         """Add phrases, given as a list or separated by commas."""
@@ -50,26 +58,36 @@ class Phrases:
             self.add(phrase, tag, value)
 
     def at(self, tokens: Sequence[Token], i: int) -> list[tuple[int, str, Any]]:
-        """Return (end, tag, value) of every phrase that starts at token `i`."""
-        token = tokens[i]
-        if token.kind != "word":
-            return []
-        found: list[tuple[int, str, Any]] = [(i + 1, tag, value) for tag, value in self._words.get(token.text, ())]
-        second = tokens[i + 1].text if i + 1 < len(tokens) else ""
-        for parts, tag, value in self._phrases.get((token.text, second), ()):
-            end = i + len(parts)
-            if end <= len(tokens) and all(tokens[i + k].text == parts[k] for k in range(2, len(parts))):
-                found.append((end, tag, value))
+        """Return (end, tag, value) of every phrase that starts at token `i`, the shorter first."""
+        found: list[tuple[int, str, Any]] = []
+        node = self._root.next.get(tokens[i].text) if tokens[i].kind == "word" else None
+        count = len(tokens)
+        while node is not None:
+            i += 1
+            for tag, value in node.hits:
+                found.append((i, tag, value))
+            node = node.next.get(tokens[i].text) if i < count else None
         return found
 
     def match(self, tokens: Sequence[Token], i: int) -> int:
         """Return the length of the longest phrase at token `i`, 0 for none."""
-        return max((end - i for end, _, _ in self.at(tokens, i)), default=0)
+        node = self._root.next.get(tokens[i].text) if tokens[i].kind == "word" else None
+        start, longest, count = i, 0, len(tokens)
+        while node is not None:
+            i += 1
+            longest = i - start if node.hits else longest
+            node = node.next.get(tokens[i].text) if i < count else None
+        return longest
 
     def words(self) -> set[str]:
         """Return every word that occurs."""
-        longer = {word for entries in self._phrases.values() for parts, _, _ in entries for word in parts}
-        return longer | set(self._words)
+        found: set[str] = set()
+        nodes = [self._root]
+        while nodes:
+            for word, node in nodes.pop().next.items():
+                found.add(word)
+                nodes.append(node)
+        return found
 
 
 def _plural(noun: str) -> str:

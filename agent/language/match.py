@@ -115,12 +115,13 @@ def _head(parts: Sequence[str]) -> str:
     return next((part for part in reversed(parts) if part.isalpha() and part not in CANONICAL_COLOUR), "")
 
 
-def _is_for(noun: str, item: DetectedObject) -> bool:
+@lru_cache(maxsize=4096)
+def _is_for(noun: str, name: str, kind: str) -> bool:
     """Say whether a container is only named after what goes in it: no dice bowl is one of the dice."""
-    parts = id_parts(item.id)
+    parts = id_parts(name)
     head, noun_class = NOUN_CLASS.get(_head(parts)), NOUN_CLASS.get(noun, noun)
     contents = noun_class not in (*STANDING, "box") and noun in parts and noun != _head(parts)
-    return contents and item.kind in CONTAINERS and head in (*STANDING, "box") and head != noun_class
+    return contents and kind in CONTAINERS and head in (*STANDING, "box") and head != noun_class
 
 
 def _is_cubic(item: DetectedObject) -> bool:
@@ -159,7 +160,7 @@ def with_noun(
         kinds: What is a kind of it counts as well, although it has a name of its own: marbles among all balls.
     """
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
-    named = [(item, fit) for item, fit in fits if not all(_is_for(noun, item) for noun in nouns)]
+    named = [(item, fit) for item, fit in fits if not all(_is_for(noun, item.id, item.kind) for noun in nouns)]
     fits = named if any(fit >= SHAPE for _, fit in named) else fits
     best = max((fit for _, fit in fits), default=0)
     if best == 0:

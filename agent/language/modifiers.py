@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
@@ -34,6 +32,7 @@ _ALL_OF_THEM = tuple(
         "both",
     )
 )
+_WHOLE = frozenset(words[0] for words in _ALL_OF_THEM)
 PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
 
 
@@ -50,6 +49,8 @@ class Modifiers(Positions):
 
     def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
+        if i >= self.count:
+            return found
         start = i + 1 if self.text(i) == "," else i
         found += self._filled_with(i, ref)
         for j, _ in self.tag(i, "OF_THEM"):
@@ -60,7 +61,7 @@ class Modifiers(Positions):
             # "the larger of the two red blocks"
             for j, whole in self.np(i + 1):
                 if whole.plural and not whole.ranks:
-                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, count=None)
+                    merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, number=None)
                     found.append((j, merged))
             # "the taller of the can and the cube"
             compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours
@@ -76,7 +77,7 @@ class Modifiers(Positions):
         for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
                 # "the last one on the right" is the rightmost; "the last one from the right" is not.
-                index = {rank.index for rank in ref.ranks if not rank.key}.pop()
+                index = {rank.nth for rank in ref.ranks if not rank.key}.pop()
                 index = 1 if index == -1 and self.text(i) == "on" else index
                 ranks = tuple(Rank(key, index) if not rank.key else rank for rank in ref.ranks)
                 found.append((j, replace(ref, ranks=ranks)))
@@ -138,7 +139,7 @@ class Modifiers(Positions):
             for m in self.optional(k, "THE"):
                 if k > i and self.text(m) in STATES:
                     found.append((m + 1, replace(ref, relations=(*ref.relations, STATES[self.text(m)]))))
-                if k > i and self.text(m) in SHAPED and ref.nouns == ("thing",):
+                if k > i and self.text(m) in SHAPED and ref.nouns in ((), ("thing",)) and not ref.names:
                     found.append((m + 1, replace(ref, nouns=(SHAPED[self.text(m)],))))
                 for j, key in self.tag(m, "SUPER"):
                     superlative = replace(ref, ranks=(*ref.ranks, Rank(key)))
@@ -233,6 +234,8 @@ class Modifiers(Positions):
     def all_of_them(self, i: int) -> list[int]:
         """As in "the cubes, all of them,": nothing new, but for how many there are."""
         start = i + 1 if self.text(i) == "," else i
+        if self.text(start) not in _WHOLE:
+            return []
         ends = [
             start + len(words)
             for words in _ALL_OF_THEM

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, MEASURES, SHAPES, TINTS
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.intent import Determiner, Rank, Ref
-from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
+from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
+from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
@@ -36,29 +36,29 @@ class Nouns(Modifiers):
             for j, _ in self.tag(i, tag):
                 found.append((j, Ref(text=self.text(i), determiner=determiner)))
                 for k, number in self._count(j):
-                    add(k, determiner, count=number, plural=number > 1)
+                    add(k, determiner, number=number, plural=number > 1)
                 for k, _ in self.tag(j, "OTHER") if self.text(i) != "each" else []:
                     add(k, "the" if determiner != "all" else "all", other=True)
                     for m, number in self._count(k):
-                        add(m, "the", other=True, count=number, plural=number > 1)
+                        add(m, "the", other=True, number=number, plural=number > 1)
         for j, _ in self.tag(i, "BOTH"):
-            add(j, "all", count=2, plural=True)
+            add(j, "all", number=2, plural=True)
             for k, _ in self.tag(j, "OTHER"):
-                add(k, "all", count=2, plural=True, other=True)
+                add(k, "all", number=2, plural=True, other=True)
         for j, number in self._count(i):
-            add(j, "bare", count=number, plural=number > 1)
+            add(j, "bare", number=number, plural=number > 1)
             if self.text(j) == "of":
                 # "two of the balls": any two.
                 for k in self.optional(j + 1, "THE"):
                     if k > j + 1:
-                        add(k, "a", count=number, plural=number > 1)
+                        add(k, "a", number=number, plural=number > 1)
                         for m, total in self._count(k):
                             if total > number:
-                                add(m, "a", count=number, plural=True, total=total)
+                                add(m, "a", number=number, plural=True, total=total)
         for j, _ in self.tag(i, "ONE_OF"):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
-                    add(m, "a", count=1)
+                    add(m, "a", number=1)
         if self.text(i) == "another":
             add(i + 1, "a", other=True)
         if self.text(i) == "half":
@@ -92,14 +92,18 @@ class Nouns(Modifiers):
         for j, ref in self._adjectives(i, base, 0):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
-            ranked = any(rank.key not in PLACE_RANKS or rank.index != 1 for rank in ref.ranks)
+            ranked = any(rank.key not in PLACE_RANKS or rank.nth != 1 for rank in ref.ranks)
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
             bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
-            pointed = base.other or base.determiner == "all" or (base.count and base.determiner != "bare")
+            pointed = base.other or base.determiner == "all" or (base.number and base.determiner != "bare")
             if j > i and ref.nouns == ("thing",):
                 found.append((j, ref))
             # "red first" tells an order.
             named = not (base.determiner == "bare" and j > i + 1 and self.tag(j - 1, "ORDINAL"))
+            # "a little" is how much; "the lemon" is a lemon and nothing yellow.
+            little = base.determiner == "a" and self.text(j - 1) == "little" and not ref.colours
+            thing = ref.colours and self.text(j - 1) in _NAMES_OF_THINGS
+            named = named and not (little or thing)
             if (j > i and bare and named) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
         return found
@@ -121,6 +125,29 @@ class Nouns(Modifiers):
         if self.text(start) in ("coloured", "colored", "colourful", "colorful"):
             # "the three coloured cubes": whatever is not black, white or grey.
             step.append((start + 1, replace(ref, not_colours=(*ref.not_colours, *_COLOURLESS))))
+        if start < self.count and not _ADJECTIVES.isdisjoint(self.tags[start]):
+            step += self._adjective(start, ref)
+        if self.text(start) in STATES:
+            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
+        word = self.text(start)
+        if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
+            step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
+        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
+            step.append((start + 1, ref))
+        if word in DISTINCT:
+            step.append((start + 1, replace(ref, distinct=True)))
+        verbal = word in UNSUPPORTED_VERBS or "VERB" in (self.tags[start] if start < len(self.tokens) else {})
+        if word in CLAIMS and word not in self.words.parts and not (verbal and ref.determiner == "bare"):
+            step.append((start + 1, replace(ref, claims=(*ref.claims, word))))
+        elif start < len(self.tokens) and self._is_strange(start):
+            step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
+        for j, nexts in step:
+            found += self._adjectives(j, nexts, depth + 1)
+        return found
+
+    def _adjective(self, start: int, ref: Ref) -> Found[Ref]:
+        """One adjective of size, shade or order, or "non-"."""
+        step: Found[Ref] = []
         for j, shade in self.tag(start, "SHADE"):
             step.append((j, replace(ref, shades=(*ref.shades, shade))))
         for j, size in self.tag(start, "SIZE"):
@@ -145,23 +172,7 @@ class Nouns(Modifiers):
                     step.append((k, replace(ref, nouns=("thing",), plural=True, without=(*ref.without, kind))))
         for j, _ in self.tag(start, "OTHER"):
             step.append((j, replace(ref, other=True)))
-        if self.text(start) in STATES:
-            step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
-        word = self.text(start)
-        if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
-            step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))
-        if word in FEELINGS or (word in TINTS and self.tag(start + 1, "COLOUR")):
-            step.append((start + 1, ref))
-        if word in DISTINCT:
-            step.append((start + 1, replace(ref, distinct=True)))
-        verbal = word in UNSUPPORTED_VERBS or "VERB" in (self.tags[start] if start < len(self.tokens) else {})
-        if word in CLAIMS and word not in self.words.parts and not (verbal and ref.determiner == "bare"):
-            step.append((start + 1, replace(ref, claims=(*ref.claims, word))))
-        elif start < len(self.tokens) and self._is_strange(start):
-            step.append((start + 1, replace(ref, unknown=(*ref.unknown, self.tokens[start].raw))))
-        for j, nexts in step:
-            found += self._adjectives(j, nexts, depth + 1)
-        return found
+        return step
 
     def _noun(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
@@ -182,7 +193,7 @@ class Nouns(Modifiers):
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
-            many = (ref.plural or plural) and ref.count != 1
+            many = (ref.plural or plural) and ref.number != 1
             named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=many)
             found += self._suffixed(j, named)
             if self.text(j) in ("or", "and") and plural:
@@ -195,7 +206,7 @@ class Nouns(Modifiers):
         if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
             # "stack B on C"
             found.append((i + 1, replace(ref, names=(token.text,))))
-        for spoken, name in self.words.spoken:
+        for spoken, name in self.words.by_first_word.get(self._part(i), ()):
             end = i + len(spoken)
             if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
                 # Said in full it means that one; other readings of the same words only multiply.
@@ -271,10 +282,11 @@ class Nouns(Modifiers):
         if self.text(j) in _THINGS:
             # "the hammer thing"
             found.append((j + 1, ref))
-        filling = _singular(self.text(j + 1), self.words.parts) if self.text(j) == "of" else ""
+        of = j + 2 if self.said(j, j + 2) == "of the" else j + 1
+        filling = _singular(self.text(of), self.words.parts) if self.text(j) == "of" else ""
         if filling in self.words.parts and ref.nouns and not ref.plural:
-            # "the bottle of water", "the can of beans"
-            found.append((j + 2, replace(ref, names=(*ref.names, filling))))
+            # "the bottle of water", "the can of beans", "the drawer of the tools"
+            found.append((of + 1, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
@@ -286,6 +298,9 @@ class Nouns(Modifiers):
         return found
 
 
+_NAMES_OF_THINGS = (ABSENT_NOUNS & {*CANONICAL_COLOUR}) - {*COLOURS}
+"""Colours that are called after a thing."""
+_ADJECTIVES = frozenset({"SHADE", "SIZE", "SUPER", "POS", "ORDINAL", "NON", "OTHER"})
 _PACKED = word_set(
     "jar pot packet pack tub shaker mill tube stick bar carton bag sachet roll reel spool holder stand dispenser piece pen"
 )
@@ -306,7 +321,7 @@ _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS
 def _singular(word: str, parts: frozenset[str]) -> str:
     if word in parts:
         return word
-    for ending, with_ in (("ies", "y"), ("es", ""), ("s", "")):
+    for ending, with_ in (("ies", "y"), ("es", ""), ("s", ""), ("ing", ""), ("ing", "e")):
         if word.endswith(ending) and word[: -len(ending)] + with_ in parts:
             return word[: -len(ending)] + with_
     return word

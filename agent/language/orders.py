@@ -52,7 +52,7 @@ class Orders(ABC):
         """Return the one object that a description means; `Grounder` knows how."""
 
     def _ranked(self, names: list[str], rank: Rank, ref: Ref) -> list[str]:
-        if len(names) == 1 and (not rank.strict or rank.index == 1) and not rank.anchor:
+        if len(names) == 1 and (not rank.strict or rank.nth == 1) and not rank.anchor:
             return self._plausible(names, rank, ref)
         if rank.key == "" and len(names) > 1:
             raise RefusedError(
@@ -74,11 +74,11 @@ class Orders(ABC):
         order = sorted(score, key=lambda name: score[name])
         if not order:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
-        if rank.index == 0:
+        if rank.nth == 0:
             return order
         if not rank.strict:
             return self._extreme(order, score, ref)
-        index = rank.index - 1 if rank.index > 0 else len(order) + rank.index
+        index = rank.nth - 1 if rank.nth > 0 else len(order) + rank.nth
         if not 0 <= index < len(order):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
         tied = [
@@ -88,8 +88,8 @@ class Orders(ABC):
             if ref.plural and index == 0:
                 return tied
             raise self._ambiguous(ref, tied)
-        if ref.plural and (ref.count or rank.key in ("left", "right", "near", "far")) and index == 0:
-            return order[: ref.count] if ref.count else self._side(order, rank)
+        if ref.plural and (ref.number or rank.key in ("left", "right", "near", "far")) and index == 0:
+            return order[: ref.number] if ref.number else self._side(order, rank)
         return [order[index]]
 
     def _side(self, order: list[str], rank: Rank) -> list[str]:

@@ -2,27 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from functools import cached_property
 
 from robosandbox.agent.language.chart import Found, distinct, rule
-from robosandbox.agent.language.intent import Rank, Ref, Relation
+from robosandbox.agent.language.choices import Choices
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
-from robosandbox.agent.language.nouns import Nouns
+from robosandbox.agent.language.tokens import id_parts
 
 
-class Phrasing(Nouns):
+class Phrasing(Choices):
     """The rules for whole noun phrases."""
+
+    @cached_property
+    def second_last_colour(self) -> int:
+        """From where on fewer than two colours are said; -1 where there are not two."""
+        return ([-1, -1, *(k for k in range(self.count) if "COLOUR" in self.tags[k])])[-2]
+
+    @cached_property
+    def second_last_suffix(self) -> int:
+        """From where on fewer than two letters or numbers of ids are said; -1 where there are not two."""
+        return ([-1, -1, *(k for k in range(self.count) if self._suffix(k))])[-2]
 
     @rule
     def np(self, i: int) -> Found[Ref]:
         """One noun phrase, with and without what follows the noun."""
         found: Found[Ref] = []
+        if i >= self.count:
+            return found
         for j, which in self.tag(i, "PRON"):
             them = which == "them"
             base = Ref(text=self.said(i, j), determiner="it", plural=them)
             found.append((j, base))
             if self.text(j) in ("all", "both"):
-                found.append((j + 1, replace(base, plural=True, count=2 if self.text(j) == "both" else None)))
+                found.append((j + 1, replace(base, plural=True, number=2 if self.text(j) == "both" else None)))
         found += self._everything(i)
         for j, _ in self.tag(i, "SOMETHING"):
             for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
@@ -76,7 +89,8 @@ class Phrasing(Nouns):
                         # "not the red cup, the blue one"
                         kind = first.names if len(first.names) == 1 and first.names[0].isalpha() else ()
                         found.append((end, replace(ref, nouns=first.nouns, names=kind, one=not (first.nouns or kind))))
-                    elif self.text(k - 1) == "but":
+                    elif self.text(k - 1) == "but" or (single(first) and single(ref) and first.nouns == ref.nouns):
+                        # "not the red cube, the yellow cube"
                         found.append((end, ref))
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
@@ -93,65 +107,19 @@ class Phrasing(Nouns):
                         # "the pink ball, not the green one, goes in the bowl"
                         found.append((end + 1, full))
         found += self._apposed(found)
+        if self.text(i) in ("whichever", "whatever"):
+            # "whichever die is farther from you"
+            for j, ref in self._head(i + 1, Ref(text="")):
+                whose = ref.nouns and not (ref.ranks or ref.unknown) and self.text(j) == "is"
+                for end, better in self._modifier(j + 1, ref) if whose else ():
+                    found.append((end, replace(better, text=self.said(i, end))))
+                for start in self.optional(j + 1, "THE") if whose else ():
+                    for end, key in self.tag(start, "SUPER"):
+                        which = replace(ref, ranks=(Rank(key),), text=self.said(i, end))
+                        found += [(m, replace(r, text=self.said(i, m))) for m, r in self._anchored(end, which)]
+                        found.append((end, which))
         known = {end for end, ref in found if not ref.unknown}
         return distinct([(end, ref) for end, ref in found if not ref.unknown or end not in known])
-
-    def _alternatives(self, i: int, found: Found[Ref]) -> Found[Ref]:
-        """As in "the red cube or the green one, whichever is closer", "either cube or ball"."""
-        made: Found[Ref] = []
-        if self.text(i) == "either":
-            made += [(j, ref) for j, ref in self.np(i + 1) if ref.options]
-        for j, first in found:
-            k = j + 1 if self.text(j) == "," else j
-            if self.text(k) != "or" or first.determiner == "all" or first.plural or first.options:
-                continue
-            k += 2 if self.text(k + 1) == "else" else 1
-            for end, second in self.np(k):
-                if second.plural or second.determiner == "all" or (second.ranks and second.options):
-                    continue
-                others = second.options or (second,)
-                if first.one and not first.nouns and not first.names:
-                    head = replace(first, nouns=others[0].nouns, one=others[0].one)
-                else:
-                    head = first
-                    others = tuple(
-                        replace(o, nouns=first.nouns, one=False) if o.one and not o.nouns else o for o in others
-                    )
-                made.append((end, Ref(text="", determiner="a", options=(head, *others))))
-        if self.text(i) in ("whichever", "whatever"):
-            # "whichever of the red and blue cubes is larger"
-            start = i + 2 if self.text(i + 1) == "of" else i + 3 if self.said(i + 1, i + 3) == "one of" else 0
-            for j, refs in self.np_list(start) if start else []:
-                ranks = self._whichever_is(j) if len(refs) > 1 else []
-                made += [(end, Ref(text="", determiner="the", options=refs, ranks=(rank,))) for end, rank in ranks]
-        chosen = [
-            (end, replace(ref, determiner="the", ranks=(rank,)))
-            for j, ref in made
-            if not ref.ranks
-            for end, rank in self.whichever(j)
-        ]
-        return [(end, replace(ref, text=self.said(i, end))) for end, ref in (*chosen, *made)]
-
-    @rule
-    def whichever(self, i: int) -> Found[Rank]:
-        """As in "whichever is closer", "whichever one is the biggest"."""
-        start = i + 1 if self.text(i) == "," else i
-        if self.text(start) not in ("whichever", "whatever"):
-            return []
-        start += 2 if self.text(start + 1) == "one" else 1
-        start += 2 if self.said(start, start + 2) in ("of them", "of these") else 0
-        return self._whichever_is(start)
-
-    def _whichever_is(self, i: int) -> Found[Rank]:
-        found: Found[Rank] = []
-        if self.text(i) not in ("is", "are", "stands", "sits", "lies"):
-            return found
-        for start in self.optional(i + 1, "THE"):
-            for j, key in self.tag(start, "SUPER"):
-                thing = Ref(text="", ranks=(Rank(key),))
-                found += [(end, ref.ranks[-1]) for end, ref in self._anchored(j, thing)]
-                found.append((j, Rank(key)))
-        return found
 
     def _broken_off(self, i: int) -> Found[Ref]:
         """As in "the left, no wait, right bin": an adjective that was taken back."""
@@ -173,11 +141,20 @@ class Phrasing(Nouns):
                 apposed += [
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
                 ]
+            if ref.one and not ref.nouns and ref.ranks and not ref.plural and self.text(j) == ",":
+                # "the smallest one, the dice"
+                apposed += [
+                    (k + (self.text(k) == ","), replace(named, text=ref.text, plural=False))
+                    for k, named in (self.np(j + 1) if self.tag(j + 1, "THE") else ())
+                    if (named.nouns or named.names)
+                    and not (named.ranks or named.options or named.number)
+                    and self.text(k) not in ("and", "or")
+                ]
             which = ref.determiner == "the" and ref.nouns and not (ref.plural or ref.colours or ref.ranks or ref.names)
             if not which or self.text(j) not in (",", ".") or not self.tag(j + 1, "THE"):
                 continue
             for k, better in self.np(j + 1):
-                closer = better.one and not (better.nouns or better.plural or better.other or better.count)
+                closer = better.one and not (better.nouns or better.plural or better.other or better.number)
                 if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
                     merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
                     merged = replace(merged, relations=(*ref.relations, *better.relations))
@@ -188,6 +165,8 @@ class Phrasing(Nouns):
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"."""
         found: Found[tuple[Ref, ...]] = []
+        if i >= self.count:
+            return found
         found += self._shared_noun(i)
         found += self._numbered(i)
         if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):
@@ -227,36 +206,20 @@ class Phrasing(Nouns):
         ]
         for j, refs in list(found):
             for k in self._corrected(j):
+                denied = self._denied(k)
+                if denied is not None and not means(denied, refs[-1]):
+                    # "..., no, not the yellow block, the orange one": it is another one that was wrong.
+                    continue
                 for end, better in self.np_list(k):
                     if better[0].one and not better[0].nouns:
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
 
-    def _any_of(self, first: Ref, others: tuple[Ref, ...], text: str) -> list[tuple[Ref, ...]]:
-        """As in "the can, the ball or the cube", which is one of the three; "everything red, blue or green" is all of it."""
-        lead, *more = others
-        if more or first.options or first.ranks:
-            return []
-        options = lead.options
-        if not (first.plural or first.determiner == "all"):
-            return [(replace(lead, options=(first, *options), text=text),)]
-        shades = tuple(c for o in options for c in o.colours if not (o.nouns or o.names))
-        if first.colours and len(shades) == len(options):
-            return [(replace(first, colours=(*first.colours, *shades), text=text),)]
-        return []
-
-    def _either(self, i: int) -> Found[tuple[Ref, ...]]:
-        """As in "the white or the green one", of which neither is meant."""
-        found: Found[tuple[Ref, ...]] = []
-        for j, ref in self.np(i):
-            found.append((j, (ref,)))
-            if self.text(j) in ("or", "nor"):
-                found += [(end, (ref, *others)) for end, others in self._either(j + 1)]
-        return found
-
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
+        if "CORRECTION" not in self.present:
+            return []
         k = j
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
@@ -276,7 +239,16 @@ class Phrasing(Nouns):
             if not further:
                 break
             ends += further
-        return list(dict.fromkeys(ends))
+        # What "not" denies is no better than what was said.
+        return [m for m in dict.fromkeys(ends) if not (self.text(m) == "not" and self.np(m + 1))]
+
+    def _denied(self, k: int) -> Ref | None:
+        """Return what was said to be wrong just before `k`: "not the butter, ..."."""
+        before = k - 1 if self.text(k - 1) in (",", "but") else k
+        for m in range(max(0, k - 8), k):
+            if self.text(m) == "not":
+                return next((ref for end, ref in self.np(m + 1) if end == before), None)
+        return None
 
     def _joint(self, j: int) -> int:
         """Return where the next item of a list starts, 0 if no list goes on at `j`."""
@@ -298,7 +270,7 @@ class Phrasing(Nouns):
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the red and blue cubes": colours that share one noun."""
         found: Found[tuple[Ref, ...]] = []
-        if sum("COLOUR" in tags for tags in self.tags[i:]) < 2:
+        if i > self.second_last_colour:
             return found
         for j, base in self._determiners(i):
             colours: list[str] = []
@@ -317,17 +289,17 @@ class Phrasing(Nouns):
             if len(colours) < 2:
                 continue
             for end, ref in self._noun(k, base):
-                shared = replace(ref, count=None)
+                shared = replace(ref, number=None)
                 # "the red and blue cubes": one of each is the plainer reading when there is one of each.
                 refs = tuple(replace(shared, colours=(c,), text=f"{c} {self.said(k, end)}") for c in colours)
-                if base.count in (None, len(colours)):
+                if base.number in (None, len(colours)):
                     found.append((end, refs))
         return found
 
     def _numbered(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "parts A and C", "bottles 1, 2 and 3": letters or numbers that share one noun."""
         found: Found[tuple[Ref, ...]] = []
-        if sum(bool(self._suffix(k)) for k in range(i, self.count)) < 2:
+        if i > self.second_last_suffix:
             return found
         for j, base in self._determiners(i):
             for k, noun in self._noun(j, base):
@@ -336,7 +308,7 @@ class Phrasing(Nouns):
                 while m and self._suffix(m) and (noun.names or noun.nouns) and not noun.unknown:
                     name = self._suffix(m)
                     text = self.said(j, k) + " " + self.said(m, m + 1)
-                    refs.append(replace(noun, names=(*noun.names, name), plural=False, count=None, text=text))
+                    refs.append(replace(noun, names=(*noun.names, name), plural=False, number=None, text=text))
                     if self.text(m + 1) in ("to", "through", "thru", "till", "-") and self._suffix(m + 2):
                         # "parcels 1 to 3"
                         last = self._suffix(m + 2)
@@ -346,7 +318,7 @@ class Phrasing(Nouns):
                                 replace(refs[-1], names=(*noun.names, n), text=f"{self.said(j, k)} {n}") for n in named
                             ]
                             m += 2
-                    if len(refs) > 1 and base.count in (None, len(refs)):
+                    if len(refs) > 1 and base.number in (None, len(refs)):
                         found.append((m + 1, tuple(refs)))
                     m = self._joint(m + 1)
         return found
@@ -360,6 +332,29 @@ class Phrasing(Nouns):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+def means(denied: Ref, ref: Ref) -> bool:
+    """Say whether "the ball", or "the red one", takes up "the red ball"."""
+    own = {part for name in ref.names for part in id_parts(name)}
+    keys = {rank.key for rank in denied.ranks}
+    told = {*denied.colours} <= {*ref.colours, *own} and keys <= {*(rank.key for rank in ref.ranks), *own}
+    if denied.one and not (denied.nouns or denied.names):
+        return told and bool(denied.colours or keys)
+    return told and denied.nouns == ref.nouns and denied.names == ref.names
+
+
+def of_its_kind(ref: Ref, other: Ref) -> Ref:
+    """Return a description with "one" standing for what another names: "the right one" of "the left bin"."""
+    if not ref.one or ref.nouns or ref.names:
+        return ref
+    names = id_parts(other.names[-1])[-1:] if other.names and not other.nouns else ()
+    return replace(ref, nouns=other.nouns, names=names, one=False)
+
+
+def single(ref: Ref) -> bool:
+    """Say whether a description is of one definite thing."""
+    return ref.determiner == "the" and not (ref.plural or ref.unknown or ref.options or ref.other)
 
 
 def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:

@@ -79,20 +79,20 @@ PARTICLES = (
 )
 RELATIONS: dict[str, str] = {
     "on": (
-        "on, on top of, atop, upon, on the top of, over, above, on top, overtop, over the top of, "
+        "at the top of, at top of, on, on top of, atop, upon, on the top of, over, above, on top, overtop, over the top of, "
         "on the surface of, up on"
     ),
     "in": "in, inside, inside of, within, down in, inside the",
     "left": (
         "left of, to the left of, on the left of, on the left side of, to the left side of, at the left of, "
-        "at left of, at the left of, at left side of, on left side of, in the left of, on left of, to left of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
+        "at left of, at the left of, at left side of, on left side of, in the left of, on left of, to left of, to left side of, left side of, on the left hand side of, to the left hand side of, at the left side of, just left of, "
         "just to the left of, immediately left of, immediately to the left of, "
         "on the lefthand side of, to the left from, directly left of, directly to the left of, "
         "over to the left of, off to the left of, left from"
     ),
     "right": (
         "right of, to the right of, on the right of, on the right side of, to the right side of, at the right of, "
-        "at right of, at the right of, at right side of, on right side of, in the right of, on right of, to right of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
+        "at right of, at the right of, at right side of, on right side of, in the right of, on right of, to right of, to right side of, right side of, on the right hand side of, to the right hand side of, at the right side of, just right of, "
         "just to the right of, immediately right of, immediately to the right of, "
         "on the righthand side of, to the right from, directly right of, directly to the right of, "
         "over to the right of, off to the right of, right from"
@@ -229,11 +229,11 @@ ORIGINAL = "".join(
     for back in ("", "back ")
     for to in ("in", "to", "into", "on", "onto", "at")
     for its in ("its", "their", "his", "her", "the")
-    for old in ("old", "original", "previous", "former", "earlier", "initial", "starting", "prior", "usual")
+    for old in ("same", "old", "original", "previous", "former", "earlier", "initial", "starting", "prior", "usual")
     for place in ("place", "spot", "position", "location", "home")
 )
 ORIGINAL += (
-    "where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
+    "same place, same spot, same position, again same place, again in the same place, again at the same place, where it stood, back where it stood, where it sat, where it had been, back where it had been, back to where it stood, where it lay, back where it lay, back where it sat, to where it stood, exactly where it stood, back exactly where it was, back exactly where it stood, back exactly where you found it, back to exactly where it was, right back where it was, back where it was, back where you found it, where it was, where you found it, back to where it was, "
     "back in its place, back in place, back to its place, where it came from, back where it came from, "
     "back to its original position, back to its original place, to its original position, "
     "to its original place, in its original position, in its original place, to where it was, "

@@ -204,6 +204,9 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is in the gripper; nothing can be put on it.", (target,)
             )
+        if name in self.moved and name != world.held and world.parent.get(name) == ("on", target):
+            # "... green in the middle and blue on top" says once more what the tower says.
+            return
         small, large = min(world.extents(target)[:2]), min(world.extents(name)[:2])
         if world.objects[name].kind in match.CONTAINERS and small < 0.5 * large:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is too wide to stand on {target}.", (name, target))

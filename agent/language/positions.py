@@ -24,6 +24,8 @@ class Positions(Chart, ABC):
     def relation(self, i: int) -> Found[Relation]:
         """As in "to the left of the can", "into the bin", "between the two cubes", "on the table"."""
         found: Found[Relation] = []
+        if i >= self.count or _PLACING.isdisjoint(self.tags[i]):
+            return found
         for tag, directional in (("REL", False), ("TO", True), ("SOURCE", False)):
             for j, kind in self.tag(i, tag):
                 kind = kind or "from"
@@ -39,7 +41,7 @@ class Positions(Chart, ABC):
                 for k, refs in self.np_list(j):
                     single = len(refs) == 1
                     if kind == "between":
-                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].count == 2)):
+                        if len(refs) == 2 or (single and (refs[0].plural or refs[0].number == 2)):
                             found.append((k, Relation(kind, refs)))
                     elif single and _set_against_others(refs[0]):
                         # "everything in the bin but not the can": it is not the bin that the can is set against.
@@ -107,6 +109,7 @@ def _set_against_others(ref: Ref) -> bool:
     return which and (told_apart or " but not " in ref.text)
 
 
+_PLACING = frozenset({"REL", "TO", "SOURCE"})
 _BELOW = frozenset({"under", "underneath", "beneath", "below"})
 _REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")
 _REGION_SIDES = {

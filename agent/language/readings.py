@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence
+from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 
 Part = Command | tuple[Ref, ...] | str
 
@@ -31,13 +29,13 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
     several = [
         (k, command)
         for k, command in enumerate(sentence.steps)
-        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].count is None
+        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].number is None
     ]
     if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
         return sentence
     k, command = several[0]
     whole = command.objects[0]
-    own = [ref for ref in after if ref.determiner != "it" and _part_of(ref, whole)]
+    own = [ref for ref in after if ref.determiner != "it" and part_of(ref, whole)]
     if not own:
         return sentence
     left = replace(
@@ -48,7 +46,7 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
     return Sentence(steps, tuple(ref for ref in sentence.avoid if ref not in own))
 
 
-def _part_of(ref: Ref, whole: Ref) -> bool:
+def part_of(ref: Ref, whole: Ref) -> bool:
     """Say whether a description can be of one of several: "the blue one" of the cans, "the red cube" of everything."""
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
         return False
@@ -68,9 +66,16 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
             again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
             there = over.refs if onwards.refs == (IT,) or again else onwards.refs
             made[-1] = replace(step, objects=last.objects, place=replace(onwards, refs=there))
+        elif last and last.verb in ("aside", "unstack") and _one_thing(last) and onwards is not None:
+            # "get the can out of the way, put it behind the cup": that is out of the way.
+            made[-1] = replace(step, objects=last.objects)
         else:
             made.append(step)
     return tuple(made)
+
+
+def _one_thing(command: Command) -> bool:
+    return len(command.objects) == 1 and not (command.objects[0].plural or command.objects[0].determiner == "all")
 
 
 def _repeated(steps: list[Command], objects: tuple[Ref, ...]) -> list[Command]:

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
-from robosandbox.agent.language.courtesies import is_purpose, restarted, without_courtesies
+from robosandbox.agent.language.courtesies import COURTESIES, is_purpose, restarted
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
@@ -44,7 +45,7 @@ _SPEAKERS = word_set(
 )
 _WHOSE = frozenset({"my", "our", "his", "her", "their"})
 _STATES = word_set(
-    "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being"
+    "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being came"
 )
 _HARMLESS = (
     CLAIMS
@@ -59,7 +60,7 @@ _HARMLESS = (
         right over side corner yours mine place spot position
         open opened closed shut unlocked went turned gone
         empty room space full enough needed necessary required useful important wanted good great ready done finished
-        dinner lunch breakfast
+        dinner lunch breakfast came back arrived returned day morning week ages hours night
         """
     )
 )
@@ -70,9 +71,10 @@ _WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _JOINTS = frozenset({"and", "then", "but", "so"})
 
 
-def without_remarks(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens without courtesies, reasons and small talk that bind nothing; the same tokens if there are none."""
-    return _Remarks(without_courtesies(restarted(tokens), words), words).removed()
+def without_remarks(said: Said) -> Said:
+    """Return a sentence without courtesies, reasons and small talk that bind nothing; the same sentence if there are none."""
+    said = COURTESIES.reworded(said.now(restarted(said.tokens)))
+    return said.now(_Remarks(said.tokens, said.words).removed())
 
 
 class _Remarks:

@@ -10,7 +10,9 @@ from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.intent import Ref, Relation
 from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.modifiers import SHAPED
+from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token, id_parts
+from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
 _MOST_WORDS = 14
@@ -26,6 +28,10 @@ class Said:
 
     def __post_init__(self) -> None:
         self.texts = [token.text for token in self.tokens]
+
+    def now(self, tokens: Sequence[Token]) -> Said:
+        """Return a sentence of these tokens: this one, with the phrases read in it so far, if they are the same."""
+        return self if tuple(tokens) == tuple(self.tokens) else Said(tuple(tokens), self.words)
 
     @cached_property
     def grammar(self) -> Grammar:
@@ -45,7 +51,7 @@ def _known(refs: Sequence[Ref]) -> bool:
 
 
 def _single(ref: Ref) -> bool:
-    return not (ref.plural or ref.unknown or ref.count or ref.determiner in ("all", "it"))
+    return not (ref.plural or ref.unknown or ref.number or ref.determiner in ("all", "it"))
 
 
 def _longest(ends: list[int]) -> list[int]:
@@ -130,6 +136,13 @@ def _person(said: Said, i: int) -> list[int]:
     return [i + 1] if said.texts[i] in _PEOPLE else []
 
 
+def _name(said: Said, i: int) -> list[int]:
+    """A word that nobody knows, as people's names are."""
+    token = said.tokens[i]
+    known = said.grammar.tags[i] or token.text in said.words.parts or token.text in _KNOWN
+    return [i + 1] if token.kind == "word" and not known else []
+
+
 def _clause_words(said: Said, i: int) -> list[int]:
     """Any words up to the next mark, as few as will do."""
     ends = []
@@ -157,7 +170,7 @@ def _run_of(words: frozenset[str]) -> Callable[[Said, int], list[int]]:
 _PRAISE = word_set(
     """
     be been really so very ever much just mean a lot make me us my day help it do like love appreciate great good nice lovely kind
-    super helpful handy happy glad grateful thankful delighted awfully terribly most extremely of you fantastic wonderful
+    super helpful handy happy glad grateful thankful delighted obliged indebted pleased thrilled awfully terribly most extremely of you fantastic wonderful
     brilliant big huge world the to sweet enough as and
     """
 )
@@ -168,6 +181,7 @@ _PEOPLE = word_set(
     cook cat dog grandma grandpa roommate flatmate team family student patient waiter barista bartender lab lady man woman
     """
 )
+_KNOWN = GRAMMAR_WORDS | QUESTIONS | CONDITIONS | UNSUPPORTED_VERBS | word_set("i we he she they who someone somebody")
 _TOWARDS = frozenset({"towards", "away", "against"})
 KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "thing": _things,
@@ -184,9 +198,10 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "praise": _run_of(_PRAISE),
     "person": _person,
     "doing": _doing,
+    "name": _name,
     "word": lambda said, i: [i + 1],
     "words": _clause_words,
     "text": _all_words,
 }
-"""What a slot takes: `thing` one or several things, `one` a single one, `that` a definite one, `many` a plural, `words` any
+"""What a slot takes: `thing` one or several things, `name` a word that nobody knows, `one` a single one, `that` a definite one, `many` a plural, `words` any
 words of a clause, `text` anything, `doing` a verb in -ing."""

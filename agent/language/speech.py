@@ -10,6 +10,8 @@ from robosandbox.agent.language.wordlist import word_set
 FILLERS = (
     "please, pls, plz, plase, kindly, um, umm, uh, uhh, uhm, er, erm, err, hmm, hm, mmm, ah, oh, okay, ok, "
     "okey, okie, hey, hi, hello, yo, "
+    "centre to centre, center to center, measured centre to centre, measured center to center, "
+    "pretty pretty please, pretty please, vroom, beep, beep beep, whoops, whoopsie, oopsie, wow, yay, hooray, hurray, woohoo, yippee, boom, wheee, "
     "hey there, hi there, hello there, good morning, good afternoon, good evening, greetings, dear, "
     "hey robot, hi robot, hello robot, ok robot, okay robot, dear robot, mr robot, hey arm, robot friend, "
     "hurry up and, hurry up, hurry, get a move on and, get a move on, and make it snappy, make it snappy, and make it quick, make it quick, chop chop, on the double, pronto, step on it, be quick about it, and be quick about it, and be quick, be quick, "
@@ -31,7 +33,7 @@ FILLERS = (
     "with the gripper, with your gripper, using the gripper, using your gripper, with the arm, with your arm, "
     "using your arm, with your claw, using the arm, with the claw, "
     "with your hand, using your hand, with your robotic arm, with care, in one go, in that order, in this order, "
-    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, say, "
+    "for a moment, for a second, for a sec, quick, like so, you know, i guess, i think, kind of, sort of, "
     "right there, "
     "that would be great, that would be lovely, that would be nice, would be great, would be nice, "
     "would be lovely, much obliged, "
@@ -200,7 +202,7 @@ NOT_IS = (
 EXCEPT = (
     "except, except for, but, but not, other than, apart from, besides, excluding, save for, aside from, "
     "with the exception of, minus, not counting, barring, and not, but skip, but leave out, bar, "
-    "not including, without"
+    "not including, without, but without"
 )
 AVOID = (
     "keep, spare, without touching, without bumping, without bumping into, "
@@ -374,9 +376,9 @@ ASIDE_FILLERS = (
     "cheers, wow, hang on, hold on"
 )
 EDGE_FILLERS = (
-    "all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
+    "say, might as well, may as well, you might as well, you may as well, we might as well, all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
     "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
-    "dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, boss, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
+    "my dear, my love, my friend, dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, boss, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
     "panda, franka, robo, hal, robby"
 )
 GRAMMAR_WORDS = word_set(

@@ -63,6 +63,9 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
     """
     made: list[str] = []
     for i, word in enumerate(words):
+        if word.removesuffix("s") in parts:
+            made.append(word)
+            continue
         opens = i == 0 or words[i - 1] in _BEFORE_COMMANDS
         better = None
         if (
@@ -132,7 +135,7 @@ def _sounds() -> dict[str, list[str]]:
 
 def _sound(word: str) -> str:
     """Return a rough image of how a word sounds."""
-    for old, new in (("ph", "f"), ("ck", "c"), ("qu", "cu"), ("q", "c"), ("k", "c"), ("z", "s"), ("y", "i"), ("ee", "i"), ("ea", "i"), ("oo", "u")):  # fmt: skip
+    for old, new in (("ph", "f"), ("th", "f"), ("ck", "c"), ("qu", "cu"), ("q", "c"), ("k", "c"), ("z", "s"), ("y", "i"), ("ee", "i"), ("ea", "i"), ("oo", "u")):  # fmt: skip
         word = word.replace(old, new)
     return re.sub(r"(.)\1", r"\1", word)
 

@@ -4,27 +4,49 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosandbox.agent.language.intent import Command, Ref, Sentence
+from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
 
 # A second list of things, or a second place, beside one verb.
 _AGAIN = 0.5
 _LEVELS = (" bottom", " top", " middle")
 
 
-def strain(value: Any) -> float:
-    """Return how far-fetched a phrase is: a noun phrase, a list, a place, an argument, a command or a sentence."""
+Known = dict[int, tuple[Any, float]]
+"""How far-fetched nodes are, by identity; it keeps them, so that no other takes their place."""
+
+
+def strain(value: Any, known: Known) -> float:
+    """Return how far-fetched a phrase is: a noun phrase, a list, a place, an argument, a command or a sentence.
+
+    Args:
+        value: The phrase.
+        known: What was found out before; readings are made of the same few nodes.
+    """
+    if type(value) is tuple:
+        total, objects, places = 0.0, 0, 0
+        for item in value:
+            total += strain(item, known)
+            kind = getattr(item, "kind", "")
+            objects += kind == "objects"
+            places += kind == "place"
+        return total + _AGAIN * (max(objects - 1, 0) + max(places - 1, 0))
+    found = known.get(id(value))
+    if found is None:
+        found = known[id(value)] = (value, _of_node(value, known))
+    return found[1]
+
+
+def _of_node(value: Any, known: Known) -> float:
     if isinstance(value, Ref):
         return _of_ref(value)
-    if isinstance(value, tuple):
-        kinds = [kind for kind in (getattr(item, "kind", "") for item in value) if kind in ("objects", "place")]
-        return sum(map(strain, value)) + _AGAIN * (len(kinds) - len({*kinds}))
     if isinstance(value, Command):
         return _of_command(value)
     if isinstance(value, Sentence):
         return sum(map(_of_command, value.steps)) + sum(map(_of_ref, value.avoid))
-    # A relation or another place has noun phrases, an argument of a verb has a value.
-    inner = getattr(value, "refs", None)
-    return strain(getattr(value, "value", ()) if inner is None else inner) if not isinstance(value, (str, int)) else 0.0
+    if isinstance(value, Element):
+        return strain(value.value, known)
+    # A relation or another place has noun phrases.
+    return strain(getattr(value, "refs", ()), known) if not isinstance(value, (str, int)) else 0.0
 
 
 def parties(command: Command) -> tuple[Ref, ...]:
@@ -41,9 +63,12 @@ def _of_command(command: Command) -> float:
 
 
 def _of_ref(ref: Ref) -> float:
+    bare = 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    if not (ref.relations or ref.without or ref.options or ref.unknown or ref.ranks):
+        return bare
     # "everything but the trays and the tin" leaves both out.
     inner = sum(map(_of_ref, (*(r for relation in ref.relations for r in relation.refs), *ref.without, *ref.options)))
-    bare = -0.6 * len(ref.without) + 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    bare -= 0.6 * len(ref.without)
     # "big green at the bottom" is rather a level of a tower than one of several things.
     level = 0.3 if ref.ranks and ref.text.endswith(_LEVELS) else 0.0
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + level + inner

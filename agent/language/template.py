@@ -191,8 +191,11 @@ class Constructions:
                 self._by_word.setdefault(word, []).append(k)
 
     def applied(self, tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-        """Return a sentence in plainer words, each template applied once; the same tokens if none fits."""
-        said = Said(tuple(tokens), words)
+        """Return the tokens of a sentence in plainer words; the same tokens if no template fits."""
+        return tuple(self.reworded(Said(tuple(tokens), words)).tokens)
+
+    def reworded(self, said: Said) -> Said:
+        """Return a sentence in plainer words, each template applied once; the same sentence if none fits."""
         start = 0
         while True:
             texts = frozenset(said.texts)
@@ -202,7 +205,7 @@ class Constructions:
                     said, start = made, k + 1
                     break
             else:
-                return tuple(said.tokens)
+                return said
 
 
 _PIECES = re.compile(r"\{[^}]*\}|<\w+>|[()\[\]|]|[^\s()\[\]{}|<>]+")

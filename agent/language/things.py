@@ -134,7 +134,7 @@ PLURAL_NOUNS = frozenset({"crockery", "tableware", "dishware", "stationery", "ha
 MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """
-    apple banana orange_fruit pear lemon grape strawberry tomato potato carrot onion egg bread sandwich cake
+    cherry chocolate cream lime mint olive salmon tangerine rose apple banana orange_fruit pear lemon grape strawberry tomato potato carrot onion egg bread sandwich cake
     cookie biscuit pizza burger cheese milk juice tea coffee beer wine knife fork spoon spatula pan pot kettle
     toaster pen pencil marker crayon eraser rubber ruler paper book notebook magazine newspaper letter envelope
     stapler scissors tape glue phone telephone smartphone laptop computer keyboard mouse monitor screen tablet
@@ -190,23 +190,23 @@ SUPERLATIVES: dict[str, str] = {
         "far right, extreme right"
     ),
     "near": (
-        "nearest, closest, closer, nearer, nearest to you, closest to you, nearest to the robot, closest to the robot, frontmost, "
+        "nearest, closest, most close, most near, most close to you, most near to you, closer, nearer, nearest to you, closest to you, nearest to the robot, closest to the robot, frontmost, "
         "front most, "
         "nearest to yourself, closest to yourself, nearest you, closest you, nearest to the arm, closest to the arm, "
         "nearest the robot, closest to your base, closest to the base, nearest to the base, "
         "closest to the robot arm, nearest to the robot arm, nearest the arm, closest to the gripper"
     ),
     "far": (
-        "farthest, furthest, farther, further, farther away, further away, more distant, most distant, rearmost, backmost, farthest away, furthest away, farthest from you, "
+        "most far, most far away, farthest, furthest, farther, further, farther away, further away, more distant, most distant, rearmost, backmost, farthest away, furthest away, farthest from you, "
         "furthest from you, farthest from the robot, furthest from the robot, farthest away from you, "
         "furthest away from you, furthest away from the robot, farthest away from the robot, furthest back, "
         "farthest back, "
         "farthest from the arm, furthest from the arm, furthest from the base, farthest from the base, "
         "farthest from yourself, furthest from yourself, hindmost"
     ),
-    "big": "biggest, largest, hugest, bigger, larger, greatest, chunkiest, bulkiest, fattest",
-    "small": "smallest, littlest, tiniest, smaller, tinier",
-    "tall": "tallest, taller, longest, longer",
+    "big": "most big, most large, more big, biggest, largest, hugest, bigger, larger, greatest, chunkiest, bulkiest, fattest",
+    "small": "most small, most little, more small, smallest, littlest, tiniest, smaller, tinier",
+    "tall": "most tall, most high, tallest, taller, longest, longer",
     "short": "shortest, shorter",
     "wide": "widest, wider, broadest, thickest, thicker, broader",
     "narrow": "narrowest, narrower, thinnest, thinner, slimmest, slimmer, skinniest",
@@ -276,11 +276,11 @@ UNITS: dict[str, float] = {
 AMOUNTS: dict[str, float] = {
     "a bit": 0.05, "a little": 0.05, "a little bit": 0.05, "slightly": 0.05, "a touch": 0.03, "a tad": 0.03, "a smidge": 0.03,
     "a tiny bit": 0.03, "some": 0.10, "a small amount": 0.05, "a small distance": 0.05, "a short distance": 0.05, "a bit more": 0.05,
-    "a short way": 0.05, "a little way": 0.05, "a hair": 0.02, "somewhat": 0.05, "a wee bit": 0.03, "just a bit": 0.05, "a smidgen": 0.03,
+    "far": 0.20, "a long way": 0.20, "quite far": 0.20, "very far": 0.20, "a short way": 0.05, "a little way": 0.05, "a hair": 0.02, "somewhat": 0.05, "a wee bit": 0.03, "just a bit": 0.05, "a smidgen": 0.03,
     "a finger width": 0.02, "a thumb width": 0.02, "a hand width": 0.10, "a palm width": 0.08, "a little further": 0.05, "a bit further": 0.05, "a little more": 0.05, "a fraction": 0.02, "ever so slightly": 0.03,
 }  # fmt: skip
 ABOUT = (
-    "by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
+    "say, by, about, around, roughly, approximately, exactly, precisely, approx, another, like, by about, "
     "by around, by roughly, by approximately, by exactly, for, some, maybe, a distance of, by a distance of, "
     "at least, up to, by another, at most, no more than, not more than, by no more than, by at most, by at least, a full, by a full, something like, by something like"
 )

@@ -7,6 +7,7 @@ import unicodedata
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
@@ -18,12 +19,13 @@ from robosandbox.agent.language.lexicon import (
     REAL_WORDS,
     START_FILLERS,
     WORDS,
+    words_plural,
 )
 from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
-from robosandbox.agent.language.typography import plain_text
+from robosandbox.agent.language.typography import in_sentences, plain_text
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wordlist import phrase_list
 
@@ -36,8 +38,7 @@ class TooLongError(ValueError):
     """The prompt is longer than anybody would say."""
 
 
-@dataclass(frozen=True, slots=True)
-class Token:
+class Token(NamedTuple):
     """One word, number, id or mark.
 
     Attributes:
@@ -57,7 +58,7 @@ class Token:
 
 
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
-_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z]+)\((\w+)\)")
+_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z_]+)\((\w+)\)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -86,6 +87,19 @@ class SceneWords:
     spoken: tuple[tuple[tuple[str, ...], str], ...] = ()
 
     @cached_property
+    def forms(self) -> frozenset[str]:
+        """The words of ids, and their plurals."""
+        return self.parts | {words_plural(part) for part in self.parts if part.isalpha() and len(part) > 2}
+
+    @cached_property
+    def by_first_word(self) -> dict[str, list[tuple[tuple[str, ...], str]]]:
+        """`spoken` by the first word."""
+        table: dict[str, list[tuple[tuple[str, ...], str]]] = {}
+        for parts, name in self.spoken:
+            table.setdefault(parts[0], []).append((parts, name))
+        return table
+
+    @cached_property
     def lasts(self) -> frozenset[str]:
         """The words that ids end with, which name what they are."""
         return frozenset(id_parts(name)[-1] for name in self.ids)
@@ -107,6 +121,7 @@ _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phras
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 _WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
+_STUTTERED = frozenset({"i", "want", "can", "could", "we", "please", "need"})
 _HUES = _COLOUR_WORDS - {*COLOURS, "gray"}
 _IN_NAMES = frozenset({"in", "out", "on", "off"})
 _TABLES = frozenset(phrase_list(TABLE))
@@ -156,7 +171,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
-    prompt = _CALLED_LIKE_A_FUNCTION.sub(r"\1 \2 ", prompt)
+    prompt = _CALLED_LIKE_A_FUNCTION.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", in_sentences(prompt))
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
@@ -173,6 +188,12 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     """Return the tokens with "lunch box" as the scene's "lunchbox", and a word said twice over ("tap tap it") once."""
     made: list[Token] = []
     for token in tokens:
+        for n in (2, 3):
+            # "i want, i want the ball", "put the put the ball"
+            said = [word.text for word in made[-n:]]
+            again = len(made) >= 2 * n and said == [word.text for word in made[-2 * n : -n]]
+            if again and all(word in GRAMMAR_WORDS or word in BASE_FORMS or word in _STUTTERED for word in said):
+                del made[-n:]
         last = made[-1] if made and made[-1].kind == token.kind == "word" else None
         if last and last.text == token.text and (token.text in BASE_FORMS or token.text in GRAMMAR_WORDS):
             continue
@@ -228,7 +249,7 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
         if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
-    return (Token(nearest_word(raw, words.parts) or raw, raw, "word"),)
+    return (Token(nearest_word(raw, words.forms) or raw, raw, "word"),)
 
 
 def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
@@ -287,6 +308,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             # "to the right now" and "an inch right now" name a direction.
             length = 0
         listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
+        if tokens[i].text == "right" and [t.text in UNITS for t in kept[-2:-1]] == [True] and kept[-1].text == ",":
+            # "the block, 3 cm, right"; but "..., right?"
+            listed = i + 1 >= len(tokens) or tokens[i + 1].text != "?"
         if not length:
             # Some words are fillers only where nothing follows, or where they stand alone between commas.
             length = max(

@@ -18,6 +18,7 @@ _CONTRACTIONS = [
             r"\b(tap|touch|pat|poke|press|boop|bop)( on)? ([a-z_ ]{3,30}?)'s? (?:top|head|lid|cap|nose|surface|upper side)\b",
             r"\1 \3",
         ),
+        (r"\b(must|should|shall) to\b", r"\1"),
         (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
         (
             r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",
@@ -34,6 +35,8 @@ _CONTRACTIONS = [
         (r"\bontop\b", "on top"),
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
+        (r"\b(\w+)'s (?=(?:on the wrong|gone|not|out of|in the wrong)\b)", r"\1 is "),
+        (r"\b(you|they)re\b", r"\1 are"),
         (r"\b(\w+)'s (?=(?:empty|full|broken|dirty|done|finished|dead|old|rotten|mine|yours)\b)", r"\1 is "),
         (r"\bsh(?:u|ou)d\b", "should"),
         (r"\bc(?:u|ou)d\b", "could"),
@@ -94,7 +97,6 @@ def plain_text(text: str) -> str:
         text = pattern.sub(replacement, text)
     text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
-    text = _numbered_steps(text)
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
     text = re.sub(r"(?<=\s)-+(?=\s)", ",", text)
     text = re.sub(r"\(([^()]*\d[^()]*)\)", r" \1 ", text).translate(_BRACKETS)
@@ -104,13 +106,21 @@ def plain_text(text: str) -> str:
     return text
 
 
-def _numbered_steps(text: str) -> str:
-    """Replace "1. ... 2. ..." or "step 1: ... step 2: ..." by sentences."""
+def in_sentences(text: str) -> str:
+    """Replace "1. ... 2. ...", "step 1: ... step 2: ...", "... stop ... stop" by sentences."""
+    if re.search(r"(?i)\b(period|full stop)\W*$", text):
+        # As it is dictated.
+        text = re.sub(r"(?i)\bcomma\b", ",", re.sub(r"(?i)\b(period|full stop)\b", " . ", text))
+    if len(re.findall(r"(?i)\bstop\b", text)) > 1 and re.search(r"(?i)\bstop\W*$", text):
+        # As in a telegram.
+        text = re.sub(r"(?i)\bstop\b", " . ", text)
     if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
         # "a) ... b) ..."
         text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
     start, number = 0, 1
-    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])").search(text, start):
+    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])", re.IGNORECASE).search(
+        text, start
+    ):
         if number == 1 and text[: match.start()].strip(" ,"):
             break
         text = f"{text[: match.start()]} . {text[match.end() :]}"

@@ -8,7 +8,7 @@ VERBS: dict[str, str] = {
     "pick": (
         "pick, pick up, grab, grab hold of, grasp, get, get hold of, get a hold of, fetch, take, take hold of, "
         "lift, lift up, "
-        "raise, hoist, hold, hold on to, hold onto, seize, snatch, snatch up, collect, retrieve, clutch, grip, "
+        "raise, hoist, hold, hold on to, hold onto, catch, seize, snatch, snatch up, collect, retrieve, clutch, grip, "
         "clasp, acquire, "
         "nab, snag, scoop up, pick out, choose, select, secure, elevate, remove, extract, take out, clamp, gather, "
         "gather up, go get, go grab, go pick up, go fetch, go and get, go and grab, go and pick up, go and fetch, "

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import replace
+from functools import cached_property
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Clauses, Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Verb
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb, replace
 from robosandbox.agent.language.match import NOUN_CLASS
-from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.tokens import MARKS, id_parts
 from robosandbox.agent.language.verbs import BASE_FORMS
 
 _MODALS = frozenset({"should", "must", "can", "could", "shall", "will", "may"})
@@ -33,10 +33,17 @@ class Wishes(Clauses, ABC):
     def _verb_first(self, i: int) -> Found[Command]:
         """A command that begins with its verb; `Commands` knows how."""
 
+    @cached_property
+    def skips(self) -> list[int]:
+        """The next token that is no mark, by position."""
+        ends = [self.count]
+        for text in reversed(self.texts):
+            k = self.count - len(ends)
+            ends.append(ends[-1] if text in MARKS else k)
+        return ends[::-1]
+
     def _skip(self, i: int) -> int:
-        while self.text(i) in (",", ".", ";", "!", "?", ":"):
-            i += 1
-        return i
+        return self.skips[i] if i < self.count else i
 
     def _asks(self, i: int) -> bool:
         """Say whether a verb asks for something: "pick", and "picking" or "picked" where what precedes makes it so."""
@@ -235,12 +242,18 @@ class Wishes(Clauses, ABC):
         """As in "red cube left bin", "put can bin": the container alone says where."""
         return [
             (j, Command("put", refs, Relation("in", where), bare=0.6))
-            for j, where in self.np_list(i)
-            if self._named_container(where) and not any(ref.unknown for ref in refs)
+            for j, where in (self._containers(i) if not any(ref.unknown for ref in refs) else ())
         ]
 
+    def _containers(self, i: int) -> Found[tuple[Ref, ...]]:
+        """Every way to read the one container that is named at `i`."""
+        key = ("containers", i)
+        if key not in self.memo:
+            self.memo[key] = [(j, where) for j, where in self.np_list(i) if self._named_container(where)]
+        return self.memo[key]
+
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
-        plain = len(refs) == 1 and not (refs[0].plural or refs[0].count or refs[0].unknown or refs[0].other)
+        plain = len(refs) == 1 and not (refs[0].plural or refs[0].number or refs[0].unknown or refs[0].other)
         named = refs[0].nouns or (id_parts(refs[0].names[0])[-1:] if refs[0].names else ())
         kind = NOUN_CLASS.get(named[0]) if plain and named else None
         # A box may be a thing to carry: only one that is told by its colour or its name is where others go.

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from abc import ABC
-from dataclasses import replace
-from typing import Literal
+from functools import cached_property
+from typing import Any, Literal
 
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.clauses import Element, Elements
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Relation, Verb
+from robosandbox.agent.language.intent import Command, Relation, Verb, replace
+from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import Wishes, spoken
 
 _YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
@@ -74,6 +75,11 @@ class WordOrder(Wishes, ABC):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
+            if element.kind == "objects" and self.text(j) in BASE_FORMS and "VERB" in self.tags[j]:
+                # "the can pick it up", as it is dictated
+                for k, command in self._verb_first(j):
+                    if command.objects and command.objects[0].determiner == "it":
+                        found.append((k, replace(command, objects=element.value, bare=command.bare + 0.6)))
             if element.kind == "objects" and (self._skip(j) > j or self.said(j, j + 2) in _YOU_MUST):
                 # "the can, put it in the bin", "the can you must put it in the bin"
                 for start in self._preambles(self._skip(j), 0):
@@ -118,7 +124,7 @@ class WordOrder(Wishes, ABC):
                 j += 2
             if self._skip(j) == j and self.text(i - 3) != "if" and self.text(i - 4) != "if":
                 continue
-            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.count else ref
+            which = replace(ref, determiner="the") if ref.determiner == "a" or ref.number else ref
             for start in self._preambles(self._skip(j), 0):
                 for end, command in (*self._verb_first(start), *self._wish(start)):
                     it = command.objects[0] if command.objects else None
@@ -129,6 +135,7 @@ class WordOrder(Wishes, ABC):
     def _telegram(self, i: int) -> Found[Command]:
         """As in "red cube in the bin", "red on green on blue": no verb, or the one before."""
         found: Found[Command] = []
+        beside: dict[int, list[tuple[int, str, Elements]]] = {}
         for j, refs in self.np_list(i):
             if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
                 continue
@@ -138,18 +145,16 @@ class WordOrder(Wishes, ABC):
                 both = j + 1
             both += 2 if both > j and self.said(both, both + 2) == "of them" else 0
             starts = {both, j + 1} if self.text(j) in (",", ":", "!", ".") else {both}
-            for end, elements in [found_ for start in sorted(starts) for found_ in self.elements(start)]:
-                kinds = [element.kind for element in elements]
-                if "place" in kinds or "matching" in kinds:
-                    found += [(end, replace(c, bare=0.3)) for c in frame_command("put", (spoken(refs), *elements))]
-                if sorted(kinds) == ["direction", "distance"]:
-                    # "red cube: 5 cm left"
-                    found += [(end, replace(c, bare=0.3)) for c in frame_command("push", (spoken(refs), *elements))]
-            if self.text(j) in ("put", "place"):
-                # "small stone put in flower pot"
+            for start in sorted(starts):
+                if start not in beside:
+                    beside[start] = [hit for found_ in self.elements(start) for hit in _implied(*found_)]
+                for end, verb, elements in beside[start]:
+                    found += [(end, replace(c, bare=0.3)) for c in frame_command(verb, (spoken(refs), *elements))]
+            if self.text(both) in ("put", "place"):
+                # "small stone put in flower pot", "ruler and crayon all put into pencil case"
                 found += [
                     (end, replace(c, bare=0.6))
-                    for end, elements in self.elements(j + 1)
+                    for end, elements in self.elements(both + 1)
                     if [element.kind for element in elements] == ["place"]
                     for c in frame_command("put", (spoken(refs), *elements))
                 ]
@@ -181,5 +186,41 @@ class WordOrder(Wishes, ABC):
                 found += [(k, Command("put", objects, put, bare=0.6)) for k, objects in self.np_list(j + 1)]
         return found
 
+    def _verb_last(self, i: int) -> Found[Command]:
+        """As in "the lemon in the bowl put", "the blue spool take up": as those say it whose verbs come last."""
+        found: Found[Command] = []
+        for j, elements in self.elements(i) if i < max(self.last_verbs, default=0) else ():
+            kinds = [element.kind for element in elements]
+            if j in self.last_verbs and kinds in (["objects"], ["objects", "place"], ["place", "objects"]):
+                for end, verb, last in self.last_verbs[j]:
+                    commands = frame_command(verb, (*elements, *last))
+                    found += [(end, replace(c, bare=c.bare + 0.9)) for c in commands]
+        return found
+
+    @cached_property
+    def last_verbs(self) -> dict[int, list[tuple[int, str, Elements]]]:
+        """Verbs that end a clause, alone or with a particle, by where they start: their end, what they are, the particle."""
+        found: dict[int, list[tuple[int, str, Elements]]] = {}
+        for j in range(1, self.count):
+            # "in the parts bin" ends with no verb.
+            asks = self.texts[j] in BASE_FORMS and "NOUN" not in self.tags[j] and self.texts[j] not in self.words.parts
+            for k, verb in self.tag(j, "VERB") if asks else ():
+                particles = [(end, (Element("particle", particle),)) for end, particle in self.tag(k, "PART")]
+                for end, last in (*particles, (k, ())):
+                    if end >= self.count or self._joints_at(end):
+                        found.setdefault(j, []).append((end, verb, last))
+        return found
+
+    def _tags_at(self, i: int) -> dict[str, list[tuple[int, Any]]]:
+        return self.tags[i] if i < self.count else {}
+
     def _joints_at(self, i: int) -> bool:
         return self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
+
+
+def _implied(end: int, elements: Elements) -> list[tuple[int, str, Elements]]:
+    """Return the verbs that go without saying beside a thing: to put it where a place is named, to push it a way."""
+    kinds = [element.kind for element in elements]
+    put = [(end, "put", elements)] if "place" in kinds or "matching" in kinds else []
+    # "red cube: 5 cm left"
+    return [*put, (end, "push", elements)] if sorted(kinds) == ["direction", "distance"] else put

@@ -6,11 +6,9 @@ pattern reads and what it may leave out.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from robosandbox.agent.language.idioms import plainly
+from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
-from robosandbox.agent.language.tokens import SceneWords, Token
 
 # fmt: off
 PARTS = {
@@ -32,8 +30,22 @@ SHORTHAND = {
     "up in (a|one) {row:row|line}": "in a {row}",
     "the {SUPER} {number:two|three|four|five} {many}": "the {number} {SUPER} {many}",
     "(to the|on the) {side:left|right} of {one} [,] {distance} (away|apart|off|from it)": "{distance} to the {side} of {one}",
-    "{side:in front of|behind} {one} [,] {distance} (away|apart|off|from it)": "{distance} {side} {one}",
+    "{side:in front of|behind} {one} [,] {distance} (away|apart|off|from it|<edge>)": "{distance} {side} {one}",
     "{adjective} as {_A} {_NOUN} {noun:thing|one|object|item}": "{adjective} {noun}",
+    "{adjective} like [a|the] {_NOUN}": "{adjective}",
+    "{thing} at the {side:left|right} <end>": "{thing} to the {side}",
+    "{distance} at the {side:left|right}": "{distance} to the {side}",
+    "(at|on|in|to|by) [the] (back|rear) side of {one}": "behind {one}",
+    "(back|rear) side of {one}": "behind {one}",
+    "[at|on|in|to|by] [the] front side of {one}": "in front of {one}",
+    "in front of {one} [,] (on|at|to) the side (that faces|which faces|facing|towards|nearest) [to] (the robot|you|the arm)": "in front of {one}",
+    "(on|onto|on to) the (centre|center|middle) of {one}": "on {one}",
+    "(on|onto|on to) {one} above <edge>": "on {one}",
+    "used to (be|stand|sit|lie)": "was",
+    "the both {many}": "both {many}",
+    "{that} (there|here|over there|over here) ,": "{that} ,",
+    "the {adjective} one {NOUN}": "the {adjective} {NOUN}",
+    "(everything|all|all things|things) what is": "everything that is",
 }
 DRAWERS = {
     "<verb> (yank|crack|pop|jerk|ease|fling|tug|pull|draw|slide|pry|swing|throw|wrench|get|roll) {drawer} (open|out|ajar)": "open {drawer}",
@@ -46,6 +58,25 @@ ORDERS = {
     "<verb> (give|do|have|take|make|perform|i want|i need|i would like) [me|us] {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} (of|to|on|for|at) {thing}": "{LIGHT_NOUN} {thing}",
     "<verb> (have|take|try) a (go|try|shot|stab|crack) at {doing}": "start {doing}",
     "<edge> {thing} (needs|need|wants|want|requires|require|deserves) {doing}": "start {doing} {thing}",
+    "<verb> (go|return|come|get|move) [back] to (your|its) (place|spot|corner|post) <edge>": "go home",
+    "<start> you shall {VERB}": "{VERB}",
+    "and to {VERB} {thing}": "and {VERB} {thing}",
+    "<verb> let fall {thing}": "drop {thing}",
+    "<verb> {VERB=pick} {thing} [,] (but|and) [do] not! let [go] [of] {_PRON} [go] <end>": "{VERB=pick} {thing}",
+    "<verb> make that {thing} (is|are|goes|go|comes) {place}": "i want {thing} {place}",
+    "(would|are|will) you [be] able {doing}": "start {doing}",
+    "<start> (pick and place|put|place|move) : {thing} {place}": "put {thing} {place}",
+    "<start> {thing} (goes|go|comes) first! {place} [,] and [only!] then {thing2} <end>": "put {thing} {place} , then put {thing2} {place}",
+    "<verb> {VERB=pick} {thing} [,] (but|and) do not! (put|place|drop|set) {_PRON} (anywhere|down|away) [yet!] <end>": "{VERB=pick} {thing}",
+    # As those say it who have it from another language.
+    "<verb> {VERB} you {thing}": "{VERB} {thing}",
+    "<start> [please] you [to] {VERB} {thing}": "{VERB} {thing}",
+    "<edge> {thing} you (put|place) {place} <end>": "put {thing} {place}",
+    "{place} you {VERB} <edge>": "{VERB} {place}",
+    "<edge> {thing} , {place} {VERB} {_PRON} <edge>": "{VERB} {thing} {place}",
+    "<start> which (one|thing) is {adjective} [,] {VERB}": "{VERB} the {adjective} one",
+    "(use|with) [your|the] (hand|gripper|finger|arm|claw|fingers) [to|and] {VERB} {thing}": "{VERB} {thing}",
+    "<verb> ring {one} [,] [by] (touching|tapping|pressing) (it|the top) [from above|on top|on the top]": "tap {one}",
     "<edge> (up|off) with {that}": "pick up {that}",
     "<edge> (away|in|off) with {that} [,] {place}": "put {that} {place}",
     "<edge> (so does|so do|ditto [for|with]|likewise|[the] same goes for) {thing} <end>": "then {thing}",
@@ -68,12 +99,34 @@ ENDS = {
     "<edge> it is {thing} [that] (i|we) <wants> {place}": "i want {thing} {place}",
     "(it|that) would (make me [so|very|really] (happy|glad)|please me|make my day) if! {thing}": "i want {thing}",
     "i want {one} had {thing} in it": "i want {one} to contain {thing}",
+    "<start> (me and {_name}|{_name} and (i|me)) <wants> {thing}": "i want {thing}",
+    "<start> {_name} <wants> {thing}": "i want {thing}",
+    "(i|we) <wants> that {thing} (go|goes|come|comes|is|be|gets|lands|ends up) {place}": "i want {thing} {place}",
+    "i want {thing} (go|goes|come|comes|is|be|gets|lands|ends up) {place}": "i want {thing} {place}",
+    "i (like|love|prefer|wish) to have {thing} {place}": "i want {thing} {place}",
+    "<start> {thing} (i|we) (need|want) {place} <end>": "i want {thing} {place}",
+    "(it|that) would {_praise} (to have|having|to see) {thing}": "i want {thing}",
+    "<start> {thing} [,] i want it {place}": "i want {thing} {place}",
+    "i do not! want {thing} {_place} [,|;|.|but] [and|but] i want it {place}": "i want {thing} {place}",
+    "<edge> {thing} (lives|live|belongs|belong|goes|go|is kept|are kept) {place} [,|;|.] [and|so] (put|stick|pop|place|drop) {_PRON} [in|back] there": "put {thing} {place}",
+    "{one} {place} [,|and] {one2} {place2} [,] [no!|actually|wait] [,] <reversed>": "{one} {place2} , {one2} {place}",
+    "; {thing} (does|do) not! <end>": ". leave {thing}",
     "(i|we) <wants> [only!] {thing} [left|to stay|to remain] on (the|my|this) <room> [,|;] [and] <rest>": "leave {thing} , put everything else",
     "no! {many} [left|lying] on the <room> [any more|anymore|any longer] (,|and) (use|put them (in|into)|they [all] go (in|into)) {container}": "put all the {many} in {container}",
     "(,|and|then) use {container} [for (it|that|them)] <end>": "into {container}",
     "<start> (i|we) (am|have|are) [all|just] (finished|done) [with] {thing} (,|.|;|:|!) {VERB} {PRON}": "{thing} , {VERB} {PRON}",
 }
 ASIDES = {
+    "<edge> {thing} (is|are) (on|in|at) the wrong (side|place|spot|end|position) (,|.|;|:)": "{thing} ,",
+    "<edge> {thing} (should|must|can) not! (be|go|stand|sit|lie) (with|among|near|by|there|here) [{_thing}] (,|.|;|:)": "{thing} ,",
+    "<edge> {thing} (has to|have to|needs to|need to|must|should) (stay|remain|keep|be kept) (cold|warm|dry|clean|safe|cool|fresh|upright|{_name}) (,|.|;|:)": "{thing} ,",
+    "<edge> (i|we|he|she|my {_person}) (can|could) not! (reach|get|get at|get to|grab|see|lift|move|pick up|hold) {thing} (,|.|;)": "{thing} ,",
+    "<edge> (someone|somebody|i|my {_person}) [has|have] (left|forgot|dropped) {that} {_place} (,|.|;|:)": "{that} ,",
+    "<start> {one} {_name} (!|.|,|;) [!] [!] {VERB} it": "{one} , {VERB} it",
+    "(everything|anything|all|those|things) {_words} , so {thing} ,": "{thing}",
+    "(a bit|a little|a little bit|slightly) {way} [,] [like|about] {distance}": "{distance} {way}",
+    ", where (it|they) (belongs|belong|lives|live|goes|go|[always] (is|are|was|were)|(has|have) always (gone|been|lived)|should be|should have been) <end>": "",
+    "(on|in|into|onto|under|behind|beside|at|to|next! to|to the) , (no! [,] [wait|sorry|hang on|hold on|actually]|wait|sorry|hang on|hold on|actually) [,] {place}": "{place}",
     "<start> (as for|regarding|concerning|with regard to|what about|how about) {thing} (,|:)": "{thing} ,",
     "<edge> {thing} (is|are) not! where (it|they) (should be|ought to be|belong|belongs|goes|go) (,|.)": "{thing} ,",
     "<edge> {thing} (does|do) not! belong (here|there|on the <room>) (,|.) [but] (it|they)": "{thing}",
@@ -88,11 +141,15 @@ ASIDES = {
     "rather {text} than {_place} <end>": "rather {text}",
     "<start> neither! {thing} nor! {thing2} [:|,] [but]": "do not touch {thing} and {thing2} .",
     "<start> not! {_one} , [but] {one}": "{one}",
+    "<start> [no!] not! {_one} , [but] {_one2} (!|.|;) {VERB} {that}": "{VERB} {that}",
+    "(two!|three!|these|some) (things|items|objects) for {container} : [first!] {thing} , [and] [then] {thing2} <end>": "put {thing} in {container} , then put {thing2} in {container}",
+    "(two!|three!|these|some) (things|items|objects) for {container} : {thing} <end>": "put {thing} in {container}",
     "(no|wait|oh) [,] [actually] (leave|forget|skip|drop) (it|that) [there|alone] (,|.|and)": "no ,",
     "(everything|anything|all|those|things) {_words} , <namely> {thing} ,": "{thing}",
     "{_many} , <namely> {thing} ,": "{thing}",
     "(,|.) (shall we|will you|would you|could you|can you|okay|yeah|yes|huh|deal|understood|got it) <end>": "",
     ", you [will|would] (have|need) to open (it|that) (first!|before!|beforehand) <edge>": "",
+    "{thing} {particle:up|down|out} (a moment|a minute|a sec|briefly) <edge>": "{thing} {particle}",
     "{thing} (a moment|a second!|a sec|briefly|momentarily) <edge>": "{thing}",
 }
 # fmt: on
@@ -101,6 +158,7 @@ OPENED = Constructions(DRAWERS, parts=PARTS)
 WORDINGS = Constructions(SHORTHAND, ORDERS, ENDS, ASIDES, parts=PARTS)
 
 
-def in_plain_words(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens with what has a plainer wording in that wording; the same tokens if there is none."""
-    return WORDINGS.applied(plainly(OPENED.applied(tokens, words)), words)
+def in_plain_words(said: Said) -> Said:
+    """Return a sentence with what has a plainer wording in that wording; the same sentence if there is none."""
+    said = OPENED.reworded(said)
+    return WORDINGS.reworded(said.now(plainly(said.tokens)))

@@ -16,7 +16,6 @@ from robosandbox.types import (
     CONTAINER_KINDS,
     CONTAINER_WALL,
     ROUND_CONTAINERS,
-    Array,
     DetectedObject,
     ObservedScene,
     Pose,
@@ -38,10 +37,58 @@ def half_extents(item: DetectedObject) -> tuple[float, float, float]:
     return x, y, z
 
 
+@lru_cache(maxsize=512)
 def volume(item: DetectedObject) -> float:
     """Return the volume of the box around the object's hull in its own frame, cubic metres: the same however it lies."""
     x, y, z = half_extents(replace(item, pose=Pose(xyz=item.pose.xyz)))
     return 8 * x * y * z
+
+
+@lru_cache(maxsize=8)
+def _in_reach(base_xy: tuple[float, float], near: float, far: float) -> NDArray[np.bool_]:
+    """Say of the points of the grid which an arm there reaches easily."""
+    reach = np.hypot(*(_GRID - base_xy).T)
+    return np.asarray((near <= reach) & (reach <= far))
+
+
+@lru_cache(maxsize=8)
+def _seen(scene: ObservedScene) -> tuple[dict[str, tuple[float, float, float]], dict[str, Parent]]:
+    """Return the half-extents of all that is seen and what each is on or in: the same for every reading of a sentence."""
+    extents = {item.id: half_extents(item) for item in scene.objects}
+    return extents, dict(_parents(scene, extents))
+
+
+def _bottom(item: DetectedObject, extents: tuple[float, float, float]) -> float:
+    z = item.pose.xyz[2]
+    return z if item.kind in CONTAINER_KINDS else z - extents[2]
+
+
+def _parents(scene: ObservedScene, extents: dict[str, tuple[float, float, float]]) -> Iterator[tuple[str, Parent]]:
+    for item in scene.objects:
+        if item.id == scene.held:
+            continue
+        bottom = _bottom(item, extents[item.id])
+        x, y, _ = item.pose.xyz
+        best: tuple[float, Parent] | None = None
+        for other in scene.objects:
+            if other.id in (item.id, scene.held):
+                continue
+            ox, oy, _ = other.pose.xyz
+            ex, ey, ez = extents[other.id]
+            if abs(x - ox) > ex or abs(y - oy) > ey:
+                continue
+            low = _bottom(other, extents[other.id])
+            top = low + 2 * ez
+            if other.kind in CONTAINER_KINDS and low - 0.01 <= bottom < top - 0.002:
+                found = (low, ("in", other.id))
+            elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
+                found = (top, ("on", other.id))
+            else:
+                continue
+            if best is None or found[0] > best[0]:
+                best = found
+        if best:
+            yield item.id, best[1]
 
 
 class World:
@@ -65,45 +112,14 @@ class World:
         }
         self.held = scene.held
         self._table_height = scene.table_height
-        self._extents = {item.id: half_extents(item) for item in scene.objects}
+        self._extents, parents = _seen(scene)
         self.put_in: set[str] = set()
-        self.parent: dict[str, Parent] = dict(self._parents())
+        self.parent: dict[str, Parent] = dict(parents)
         self.opened: set[str] = {
             item.id
             for item in scene.objects
             if item.kind == "drawer" and (item.opening or 0.0) > _OPEN_SHARE * item.size[3]
         }
-
-    def _bottom(self, item: DetectedObject) -> float:
-        z = item.pose.xyz[2]
-        return z if item.kind in CONTAINER_KINDS else z - self._extents[item.id][2]
-
-    def _parents(self) -> Iterator[tuple[str, Parent]]:
-        for item in self.objects.values():
-            if item.id == self.held:
-                continue
-            bottom = self._bottom(item)
-            x, y = self.at[item.id]
-            best: tuple[float, Parent] | None = None
-            for other in self.objects.values():
-                if other.id in (item.id, self.held):
-                    continue
-                ox, oy = self.at[other.id]
-                ex, ey, ez = self._extents[other.id]
-                if abs(x - ox) > ex or abs(y - oy) > ey:
-                    continue
-                low = self._bottom(other)
-                top = low + 2 * ez
-                if other.kind in CONTAINER_KINDS and low - 0.01 <= bottom < top - 0.002:
-                    found = (low, ("in", other.id))
-                elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
-                    found = (top, ("on", other.id))
-                else:
-                    continue
-                if best is None or found[0] > best[0]:
-                    best = found
-            if best:
-                yield item.id, best[1]
 
     def extents(self, name: str) -> tuple[float, float, float]:
         """Return an object's half-extents along the world's axes."""
@@ -152,7 +168,7 @@ class World:
 
     def is_carried(self, name: str) -> bool:
         """Say whether a held object has been lifted; one that is merely gripped may still be picked up."""
-        return self._bottom(self.objects[name]) - self._table_height > LIFTED
+        return _bottom(self.objects[name], self._extents[name]) - self._table_height > LIFTED
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
@@ -186,22 +202,27 @@ class World:
 
     def is_free(self, xy: tuple[float, float], radius: float, ignore: Iterable[str] = ()) -> bool:
         """Say whether a circle on the table is clear of every object but `ignore`."""
-        return bool(self._free(np.array([xy]), radius, ignore)[0])
-
-    def _free(
-        self, points: Array, radius: float, ignore: Iterable[str] = (), *, before_drawers: bool = False
-    ) -> NDArray[np.bool_]:
-        """Say of points (n, 2) which are clear of every object but `ignore`, and of where drawers open."""
         skipped = {*ignore, self.held}
-        free = np.ones(len(points), dtype=np.bool_)
+        for name, (x, y) in self.at.items():
+            if name not in skipped and name not in self.parent:
+                ex, ey, _ = self._extents[name]
+                gap = math.hypot(max(abs(xy[0] - x) - ex, 0.0), max(abs(xy[1] - y) - ey, 0.0))
+                if gap < radius + MARGIN:
+                    return False
+        return True
+
+    def _free(self, radius: float, ignore: Iterable[str] = ()) -> NDArray[np.bool_]:
+        """Say of the points of the grid which are clear of every object but `ignore`, and of where drawers open."""
+        skipped = {*ignore, self.held}
+        free = np.ones(len(_GRID), dtype=np.bool_)
         for name, (x, y) in self.at.items():
             if name in skipped or name in self.parent:
                 continue
             ex, ey, _ = self._extents[name]
-            if before_drawers and self.objects[name].kind == "drawer":
+            if self.objects[name].kind == "drawer":
                 # The drawer opens towards the robot: what stands there would be in its way.
                 x, ex = x - self.objects[name].size[3] / 2, ex + self.objects[name].size[3] / 2
-            gap = np.maximum(np.abs(points - (x, y)) - (ex, ey), 0.0)
+            gap = np.maximum(np.abs(_GRID - (x, y)) - (ex, ey), 0.0)
             free &= np.hypot(gap[:, 0], gap[:, 1]) >= radius + MARGIN
         return free
 
@@ -214,8 +235,7 @@ class World:
         self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()
     ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, the nearest to `near` first."""
-        distance = np.round(np.hypot(*(_GRID - near).T), 6)
-        reach = np.hypot(*(_GRID - self.base_xy).T)
-        usable = (self._near <= reach) & (reach <= self._far) & self._free(_GRID, radius, ignore, before_drawers=True)
-        order = np.lexsort((_GRID[:, 1], _GRID[:, 0], distance))
-        return [(float(x), float(y)) for x, y in _GRID[order[usable[order]]][:4]]
+        spots = _GRID[_in_reach(self.base_xy, self._near, self._far) & self._free(radius, ignore)]
+        distance = np.round(np.hypot(*(spots - near).T), 6)
+        order = np.lexsort((spots[:, 1], spots[:, 0], distance))
+        return [(float(x), float(y)) for x, y in spots[order[:4]]]

@@ -1,0 +1,244 @@
+"""What the next words make of a command: corrections of it, the same with another thing or way, where it may go on."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from robosandbox.agent.language.chart import Found
+from robosandbox.agent.language.clauses import IT, Elements
+from robosandbox.agent.language.commands import Commands
+from robosandbox.agent.language.frames import frame_command
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.phrases import means, of_its_kind, single
+from robosandbox.agent.language.readings import Part, part_of
+from robosandbox.agent.language.strain import parties
+from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.wishes import spoken
+
+_LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
+_WAYS = frozenset({"towards", "toward", "away", "closer", "nearer"})
+
+
+class Amendments(Commands, ABC):
+    """The rules for what follows a command and changes or repeats it."""
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.joints: dict[int, list[int]] = {}
+
+    @abstractmethod
+    def _parts(self, i: int, /) -> Found[tuple[Part, ...]]:
+        """Everything from `i` to the end; `Grammar` knows how."""
+
+    def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
+        last = part[-1]
+        if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
+            return []
+        found: Found[tuple[Part, ...]] = []
+        narrowed = [
+            (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
+            for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
+            if self._skip(j) >= len(self.tokens) and {*map(_naming, refs)} < {*map(_naming, last.objects)}
+        ]
+        if narrowed:
+            # "the salt and the pepper on the plate... nah, only the salt"
+            return narrowed[:1]
+        places = last.place.refs if isinstance(last.place, Relation) else ()
+        denied = self._denied(k)
+        if denied is not None:
+            # "sorry, not the butter, the lemon": what stands in for the butter, wherever it was.
+            for j, refs in self.np_list(k):
+                if self._skip(j) >= len(self.tokens) and len(refs) == 1:
+                    objects, there = (
+                        [of_its_kind(refs[0], ref) if means(denied, ref) else ref for ref in old]
+                        for old in (last.objects, places)
+                    )
+                    place = replace(last.place, refs=tuple(there)) if isinstance(last.place, Relation) else last.place
+                    if (tuple(objects), place) != (last.objects, last.place):
+                        better = replace(last, objects=tuple(objects), place=place, bare=last.bare - 0.6)
+                        found.append((len(self.tokens), (*part[:-1], better)))
+            return found[:1]
+        for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
+            same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
+            if refs[0].one and refs[0].colours and not refs[0].nouns:
+                # "put the red cup on the tray, no, the white one": colours stand against each other.
+                same = [bool(ref.colours) for ref in (*last.objects, *places)]
+                refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)
+            if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
+                # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
+                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
+            elif self._skip(j) >= len(self.tokens) and not any(same[1:]) and refs[0].names:
+                # "put red_1 in the bucket, make that blue_2": what makes sense decides.
+                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare + 0.3))))
+        better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
+        if better_distance and self._skip(k + 1) >= len(self.tokens):
+            # "5 cm to the left, no, make it 10"
+            found.append((len(self.tokens), (*part[:-1], replace(last, distance=better_distance))))
+        for j, elements in self.elements(k):
+            if not elements or any(e.kind not in ("place", "direction", "distance") for e in elements):
+                continue
+            for command in frame_command(last.verb, (spoken(last.objects), *_beside_it(elements, places))):
+                better = replace(command, distance=command.distance or last.distance, times=last.times)
+                if command.verb == "push" and not command.direction and not command.place:
+                    better = replace(better, direction=last.direction, place=last.place)
+                if self._skip(j) >= len(self.tokens):
+                    found.append((len(self.tokens), (*part[:-1], better)))
+                for m in self._joints(j):
+                    found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
+        return found
+
+    def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
+        """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
+        last = part[-1]
+        if not isinstance(last, Command) or last.verb not in ("push", "pick", "tap", "put", "stack") or last.tower:
+            return []
+        found: Found[tuple[Part, ...]] = []
+        n = len(self.tokens)
+        if self.text(k) in ("whichever", "whatever"):
+            # "the left bin or the right bin, whichever is nearer" is no further thing.
+            return []
+        counted = [
+            (j, tuple(replace(ref, number=2 if self.text(k) == "both" else None) for ref in last.objects))
+            for j in self.all_of_them(k)
+            if self._skip(j) >= n and all(ref.plural and ref.determiner in ("the", "bare") for ref in last.objects)
+        ]
+        if counted and len(last.objects) == 1:
+            # "the dice in the bowl, both of them": the same dice.
+            return [(n, (*part[:-1], replace(last, objects=refs))) for _, refs in counted[:1]]
+        said = [ref for ref in parties(last) if ref.determiner in ("a", "all") or ref.number]
+        if self.text(k) in ("any", "either") and said:
+            # "put a bolt in each box, any bolt" says that it does not matter which.
+            same = [
+                self._skip(j)
+                for j, ref in self.np(k)
+                if not (ref.unknown or ref.relations)
+                and any((ref.nouns, ref.names) == (known.nouns, known.names) or ref.one for known in said)
+            ]
+            if same:
+                return [(n, part) for j in same if j >= n][:1]
+        if self.text(k - 1) == ":":
+            # "put two things in the bin: the can and the ball": the list says which.
+            open_ = len(last.objects) == 1 and (last.objects[0].number or last.objects[0].determiner == "it")
+            return [
+                (n, (*part[:-1], replace(last, objects=refs)))
+                for j, refs in (self.np_list(k) if open_ else ())
+                if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
+            ]
+        for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
+            # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
+            again = replace(last, objects=refs, bare=0.9)
+            j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
+            for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
+                # "tap the can once, then the ball twice"
+                j, again = end, replace(again, times=times)
+            if self._skip(j) >= n:
+                found.append((n, (*part, again)))
+            for m in self._joints(j):
+                found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
+                found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+        if last.verb != "push":
+            return found
+        for j, elements in self.elements(k):
+            if not any(e.kind in ("direction", "distance") for e in elements):
+                continue
+            for command in frame_command("push", elements):
+                if command.direction is None and command.place is None:
+                    # "left, then 5 cm more"
+                    command = replace(command, direction=last.direction)
+                if command.direction is None:
+                    continue
+                told = any(e.kind == "objects" for e in elements)
+                if (
+                    self.text(k - 1) == ","
+                    and not told
+                    and self.text(k) in _WAYS
+                    and command.direction != last.direction
+                ):
+                    # "back, away from you" contradicts itself.
+                    continue
+                if self.text(k - 1) == "," and not told and command.direction == last.direction:
+                    # "10 cm backwards, towards the base", "a bit closer, 5 cm towards you": the same push, more exactly.
+                    better = None if command.distance and last.distance else command.distance or last.distance
+                    if better and self._skip(j) >= n:
+                        found.append((n, (*part[:-1], replace(last, distance=better))))
+                        continue
+                again = (
+                    replace(command, objects=last.objects)
+                    if not any(e.kind == "objects" for e in elements)
+                    else command
+                )
+                if self._skip(j) >= n:
+                    found.append((n, (*part, again)))
+                for m in self._joints(j):
+                    found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
+                    found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+        return found
+
+    def _joints(self, j: int) -> list[int]:
+        """Return where the next part can start after one that ended at `j`."""
+        if j not in self.joints:
+            self.joints[j] = self._joints_after(j)
+        return self.joints[j]
+
+    def _joints_after(self, j: int) -> list[int]:
+        starts = []
+        k = self._skip(j)
+        if k > j:
+            starts.append(k)
+        for end, _ in self.tag(k, "THEN"):
+            if (
+                k == j
+                and self.text(k) in _LAST
+                and (self.text(end) == ":" or (self.tokens[end:] and self.tokens[end].kind == "mark"))
+            ):
+                # "tap the can last, first the ball": it tells what comes last first.
+                continue
+            starts.append(self._skip(end))
+            starts += [self._skip(m) for m, _ in self.tag(self._skip(end), "THEN")]
+        if any(self.tag(k, tag) for tag in ("AVOID", "NEGATION", "STILL", "SAME")):
+            starts.append(k)
+        if self.text(k) == "but":
+            starts.append(k + 1)
+        if k == j and any(
+            verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")
+        ):
+            starts.append(k)
+        return list(dict.fromkeys(starts))
+
+
+def _beside_it(elements: Elements, places: tuple[Ref, ...]) -> Elements:
+    """As in "on top of the tape, no, next to it": next to the tape."""
+    return tuple(
+        replace(e, value=replace(e.value, refs=places))
+        if isinstance(e.value, Relation) and e.value.refs == (IT,) and places
+        else e
+        for e in elements
+    )
+
+
+def _kind(ref: Ref) -> tuple[str, ...]:
+    """Return what sort of thing a description names, by its noun or by the first word of its id."""
+    return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
+
+
+def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:
+    return ref.nouns, ref.names, ref.colours
+
+
+def without(parts: tuple[Part, ...], then: Part) -> tuple[Part, ...]:
+    """As in "the cans in the left bin, but the blue one in the right bin": the blue one is none of them."""
+    last = parts[-1]
+    if (
+        not (isinstance(last, Command) and isinstance(then, Command))
+        or len(last.objects) != 1
+        or len(then.objects) != 1
+    ):
+        return parts
+    whole, apart = last.objects[0], then.objects[0]
+    several = (whole.plural or whole.determiner == "all") and whole.number is None and whole.determiner != "it"
+    if last.verb == then.verb == "put" and several and single(apart) and part_of(apart, whole):
+        less = replace(
+            whole, without=(*whole.without, apart if apart.nouns else replace(apart, nouns=whole.nouns, one=False))
+        )
+        return (*parts[:-1], replace(last, objects=(less,)))
+    return parts
