@@ -1,13 +1,18 @@
 """What a wrong sidecar's symptom is blamed on, and what models leave unsaid: small models, one point each."""
 
+import re
+
 import mujoco
 import numpy as np
 import pytest
 import yaml
 
+from robosandbox.errors import InputError
 from robosandbox.motion.sampling import find_knots
 from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer
+from robosandbox.robots.mount import mount
+from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.testing.robot_check import check_robot
 
 from .test_arms import TOYS, jaw, toy
@@ -125,3 +130,34 @@ def test_way_is_found_for_joints_without_limits():
     knots = find_knots(lambda q: bool(np.hypot(*q) > 0.4), start, goal, -unlimited, unlimited)
     assert knots is not None
     np.testing.assert_allclose(knots[[0, -1]], [start, goal])
+
+
+_GRIPPER = """
+<mujoco model="g"><compiler angle="radian"/><worldbody><body name="base"><geom type="box" size="0.02 0.02 0.01"/>
+<body name="f1" pos="0 -0.03 0.03"><joint name="f1" type="slide" axis="0 1 0" range="0 0.02"/>
+<geom type="box" size="0.008 0.004 0.05"/></body>
+<body name="f2" pos="0 0.03 0.03"><joint name="f2" type="slide" axis="0 -1 0" range="0 0.02"/>
+<geom type="box" size="0.008 0.004 0.05"/></body></body></worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(("back", "touching"), [(0.05, True), (-0.10, False)])
+def test_gripper_mounted_into_its_wrist_may_touch_it_and_no_other_may(back, touching, tmp_path):
+    (tmp_path / "gripper.xml").write_text(_GRIPPER)
+    imported = import_model(TOYS / "toy_jaw.xml")
+    attachment = GripperAttachment(
+        model=tmp_path / "gripper.xml", to_body="hand", xyz=(-back, 0, 0), quat_xyzw=(0, 0.70710678, 0, 0.70710678)
+    )
+    mount(imported, attachment, tmp_path / "gripper.xml")
+    pairs = {frozenset((item.bodyname1, item.bodyname2)) for item in imported.spec.excludes}
+    assert (frozenset(("gripper/f1", "wrist")) in pairs) == touching
+    assert any("mounted into its arm" in note for note in imported.notes) == touching
+
+
+def test_gripper_of_a_file_that_closes_on_nothing_is_refused_by_name(tmp_path):
+    (tmp_path / "along.xml").write_text(re.sub('axis="0 -?1 0"', 'axis="0 0 1"', _GRIPPER))
+    text = (TOYS / "toy_jaw.xml").read_text()
+    begin, end = text.index('<body name="jaw"'), text.index("</body>") + len("</body>")
+    bare = re.sub(r'<motor joint="jaw"[^>]*>', "", text[:begin] + text[end:])
+    (tmp_path / "bare.xml").write_text(bare)
+    with pytest.raises(InputError, match=r"along\.xml: .*is no gripper that could be measured"):
+        infer(tmp_path / "bare.xml", gripper=tmp_path / "along.xml")
