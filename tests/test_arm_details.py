@@ -153,11 +153,27 @@ def test_gripper_mounted_into_its_wrist_may_touch_it_and_no_other_may(back, touc
     assert any("mounted into its arm" in note for note in imported.notes) == touching
 
 
-def test_gripper_of_a_file_that_closes_on_nothing_is_refused_by_name(tmp_path):
-    (tmp_path / "along.xml").write_text(re.sub('axis="0 -?1 0"', 'axis="0 0 1"', _GRIPPER))
+def _bare_arm(folder):
+    """Write the jaw's arm without its jaw."""
     text = (TOYS / "toy_jaw.xml").read_text()
     begin, end = text.index('<body name="jaw"'), text.index("</body>") + len("</body>")
-    bare = re.sub(r'<motor joint="jaw"[^>]*>', "", text[:begin] + text[end:])
-    (tmp_path / "bare.xml").write_text(bare)
+    path = folder / "bare.xml"
+    path.write_text(re.sub(r'<motor joint="jaw"[^>]*>', "", text[:begin] + text[end:]))
+    return path
+
+
+def test_gripper_of_a_file_that_closes_on_nothing_is_refused_by_name(tmp_path):
+    (tmp_path / "along.xml").write_text(re.sub('axis="0 -?1 0"', 'axis="0 0 1"', _GRIPPER))
     with pytest.raises(InputError, match=r"along\.xml: .*is no gripper that could be measured"):
-        infer(tmp_path / "bare.xml", gripper=tmp_path / "along.xml")
+        infer(_bare_arm(tmp_path), gripper=tmp_path / "along.xml")
+
+
+def test_fingers_that_start_locked_into_each_other_are_measured_all_the_same(tmp_path):
+    locked = _GRIPPER.replace('pos="0 -0.03 0.03"', 'pos="0 0.003 0.03"').replace(
+        'pos="0 0.03 0.03"', 'pos="0 -0.003 0.03"'
+    )
+    locked = locked.replace('axis="0 1 0"', 'axis="0 -2 0"').replace('axis="0 -1 0"', 'axis="0 1 0"')
+    (tmp_path / "locked.xml").write_text(locked.replace('range="0 0.02"', 'range="0 0.04"'))
+    gripper = infer(_bare_arm(tmp_path), gripper=tmp_path / "locked.xml").sidecar.gripper
+    assert gripper.open_qpos == pytest.approx(0.04, abs=0.002)
+    assert gripper.closed_qpos < 0.012
