@@ -20,6 +20,8 @@ _TCP_ASIDE = 0.010
 _TCP_BEYOND = 0.012
 _TIP_SLACK = 0.003
 _TCP_BEHIND = 0.045
+# Farther back than this it may still do, and is the first to be doubted where it does not.
+_TCP_DOUBTED = 0.015
 _APPROACH_DEG = 20.0
 _SUNK = 0.06
 _TABLE_HALF = 0.5
@@ -78,6 +80,16 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
     if roles is None or measured is None:
         return [Check("gripper", False, "the model has no gripper that could be measured", "gripper")]
     checks = []
+    strangers = _of_the_arm(model, found, roles)
+    if strangers:
+        return [
+            Check(
+                "gripper_actuator",
+                False,
+                f"{strangers[0]!r} drives {strangers[1]!r} of the arm, not the fingers",
+                "gripper.actuator",
+            )
+        ]
     if _has(model, mujoco.mjtObj.mjOBJ_JOINT, roles.primary_joint):
         joint = model.joint(roles.primary_joint).id
         driven = any(joint in actuator_joints(model, a) for a in range(model.nu))
@@ -145,6 +157,17 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
     return checks
 
 
+def _of_the_arm(model: mujoco.MjModel, found: Inference, roles: GripperRoles) -> tuple[str, str] | None:
+    """Return the first of a gripper's actuators that drives an arm joint, and that joint; not where it is the primary."""
+    for name in roles.actuator_names:
+        if _has(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name):
+            driven = [str(model.joint(j).name) for j in actuator_joints(model, model.actuator(name).id)]
+            for joint in driven:
+                if joint in found.sidecar.arm.joints and joint not in (roles.primary_joint, *roles.joints):
+                    return name, joint
+    return None
+
+
 def _fit_the_other(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> bool:
     """Tell whether open and closed lie outside the named joint's limits, and inside what the measured one goes through."""
     joint = model.joint(roles.primary_joint).id
@@ -207,7 +230,7 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
         angle = float(np.degrees(np.arccos(np.clip(turned[:, 2] @ R[:, 2], -1.0, 1.0))))
         if angle > _APPROACH_DEG:
             return Check("tcp", False, f"its z points {angle:.0f} deg off the approach", "ee_site.inject.quat_xyzw")
-    return Check("tcp", True, f"{where} {what}")
+    return Check("tcp", True, f"{where} {what}", field if along < -_TCP_DOUBTED else None)
 
 
 def _world(

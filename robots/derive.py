@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.pads import behind_fingers, find_pads, grasp_sample, pad_gap
+from robosandbox.robots.pads import behind_fingers, find_pads, grasp_sample, opposed_pads, pad_gap
 from robosandbox.robots.robot import GripperGeometry, Indices
 from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.robots.surfaces import points_on, world_points
@@ -88,11 +88,14 @@ def derive_gripper(
     open_qpos = sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]]
     tcp = (int(model.site_bodyid[tcp_site]), model.site_pos[tcp_site].copy())
     found = find_pads(model, data, groups, closed_qpos, open_qpos, tcp)
-    left, right, pads = found.left, found.right, found.geoms
+    every = opposed_pads(model, data, groups, found, closed_qpos, open_qpos)
+    pads = found.geoms
+    left = found.left.union(*(pair.left for pair in every))
+    right = found.right.union(*(pair.right for pair in every))
     aperture = samples_gap(model, data, sweep.qpos[order], pads)
 
     place(model, data, sweep.qpos[order[grasp_sample(aperture)]])
-    R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), pads, oriented)
+    R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), [pair.geoms for pair in every], oriented)
 
     centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
     along = _gaps_at_tcp(model, data, sweep.qpos[order], tcp_site, R_site_tcp, (left, right))
@@ -188,14 +191,18 @@ def _tcp_frame(
     data: mujoco.MjData,
     tcp_site: int,
     sides: tuple[frozenset[int], frozenset[int]],
-    pads: tuple[int, int],
+    pads: list[tuple[int, int]],
     oriented: bool,
 ) -> Array:
     """Return R_site_tcp around an object: y across the pads, z the site's or from the fingers' roots to the TCP."""
     site_rotation = data.site_xmat[tcp_site].reshape(3, 3)
-    gap, across = pad_gap(model, data, pads)
-    if gap <= 1e-6:
-        across = data.geom_xpos[pads[1]] - data.geom_xpos[pads[0]]
+    directions = []
+    for pair in pads:
+        gap, across = pad_gap(model, data, pair)
+        if gap <= 1e-6:
+            across = data.geom_xpos[pair[1]] - data.geom_xpos[pair[0]]
+        directions.append(across / np.linalg.norm(across))
+    across = np.mean(directions, axis=0)
     closing = _snap(site_rotation.T @ (across / np.linalg.norm(across)), _SNAP_CLOSING)
     if oriented:
         approach = np.array([0.0, 0.0, 1.0])

@@ -13,7 +13,8 @@ class Check:
         name: What was checked.
         ok: It is as it should be.
         detail: What was found, with figures; for a failure its cause.
-        field: The field of the sidecar to change; None when none is to blame.
+        field: The field of the sidecar to change; None when none is to blame. Of a check that passed, the one to doubt
+            first where the robot fails in simulation.
         counts: Whether a failure makes the robot unsound.
     """
 

@@ -13,7 +13,7 @@ from robosandbox.robots.finding import Finding
 from robosandbox.robots.fingers import refine_fingers
 from robosandbox.robots.flange import is_tool
 from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.pads import find_pads, grasp_sample, measure_tcp, openness, pad_gap
+from robosandbox.robots.pads import find_pads, grasp_sample, mean_frame, measure_tcp, openness, opposed_pads, pad_gap
 from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.robots.sweep import moving_groups, palm_of, place, sweep_gripper
 from robosandbox.types import Array
@@ -84,7 +84,8 @@ def measure_hand(
     palm = palm_of(model, joints)
     last_joint = model.joint(arm[-1]).id
     axes = np.vstack([data.xmat[palm].reshape(3, 3).T, data.xaxis[last_joint][None]])
-    frame = measure_tcp(model, data, pads, closed, grasp, axes)
+    every = opposed_pads(model, data, groups, pads, closed, opened)
+    frame = mean_frame([measure_tcp(model, data, pair, closed, grasp, axes) for pair in every], axes)
     place(model, data, closed)
     position, why, sure = _snap_to_frame(model, data, palm, frame.position, frame.approach, frame.closing)
     R_palm = data.xmat[palm].reshape(3, 3)

@@ -19,6 +19,8 @@ from robosandbox.robots.urdf import import_urdf
 _SAMPLES = 60
 _ALWAYS = 0.9
 # The next link but one overlaps over half of its travel only where its shape is drawn too large.
+# Of how many joints between them links are neighbours.
+_NEAR = 2
 _OFTEN = 0.5
 _FREE = 0.25
 
@@ -94,6 +96,21 @@ def let_overlaps_touch(imported: ImportedModel) -> None:
         imported.notes.append(f"{len(always)} pairs of links overlap wherever they are and may touch: {shown}")
 
 
+def let_mounted_touch(imported: ImportedModel, prefix: str) -> None:
+    """Exclude contacts of a mounted gripper's parts, named with a prefix, with the links that they are drawn into."""
+    model = compile_spec(imported.spec, imported.path.name)
+    pairs = [
+        pair
+        for pair in _always_touching(model)
+        if sum(name.startswith(prefix) for name in pair) == 1
+        and _joints_between(model, *(model.body(name).id for name in pair)) <= _NEAR
+    ]
+    _exclude(imported.spec, pairs)
+    if pairs:
+        shown = ", ".join("-".join(sorted(pair)) for pair in pairs[:4])
+        imported.notes.append(f"the gripper is mounted into its arm: {shown} overlap and may touch")
+
+
 def let_neighbours_touch(spec: mujoco.MjSpec, model: mujoco.MjModel) -> None:
     """Exclude contacts of a fixed base with the links that turn on it: other neighbours MuJoCo leaves out by itself."""
     fixed = [b for b in range(1, model.nbody) if int(model.body_weldid[b]) == 0 and model.body_geomnum[b]]
@@ -135,7 +152,7 @@ def _always_touching(model: mujoco.MjModel) -> list[frozenset[str]]:
     allowed = {
         (a, b)
         for (a, b), count in counts.items()
-        if count >= (_OFTEN if _joints_between(model, a, b) <= 2 else _ALWAYS) * _SAMPLES
+        if count >= (_OFTEN if _joints_between(model, a, b) <= _NEAR else _ALWAYS) * _SAMPLES
     }
     # An arm that touches itself nearly wherever it is could not move at all: its worst pairs go first.
     for pair, _ in counts.most_common():

@@ -89,7 +89,10 @@ def infer(
     if gripper is not None:
         attachment = _flange(imported, gripper, arm)
         mount(imported, attachment, gripper, package_paths)
-    return infer_imported(imported, attachment=attachment, arm=arm, table_height=table_height)
+    found = infer_imported(imported, attachment=attachment, arm=arm, table_height=table_height)
+    if gripper is not None and found.sidecar.gripper is None:
+        raise InputError(f"{gripper.name}: {found.findings['gripper'].evidence}")
+    return found
 
 
 def infer_imported(

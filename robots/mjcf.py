@@ -19,6 +19,8 @@ from robosandbox.robots.imported import ImportedModel, compile_spec, copy_option
 _MAX_FILES = 100
 _MAX_REPLICAS = 1000
 _SPECK = 1e-6
+# A turn and a little: a robot whose joints all stay below so many degrees could not work.
+_MOST_RADIANS = 6.4
 _ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -43,6 +45,7 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     model = ImportedModel(name=str(named), path=path, spec=spec)
     spec.compiler.discardvisual = False
     spec.compiler.fusestatic = False
+    _settle_angles(model, files)
     _name_all(spec)
     try:
         compiled = compile_spec(spec, path.name)
@@ -57,6 +60,22 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     _drop_scene(model)
     _isolate(spec)
     return model
+
+
+def _settle_angles(model: ImportedModel, files: ModelFiles) -> None:
+    """Read angles as radians in a file that names no unit and whose joints would hardly move in degrees.
+
+    A file that is meant to be merged into another leaves the unit to that one.
+    """
+    spec, path = model.spec, model.path
+    limits = [np.abs(joint.range).max() for joint in spec.joints if joint.type == _SINGLE[0]]
+    most = float(max(limits, default=0.0))
+    if not spec.compiler.degree or not 0.0 < most <= _MOST_RADIANS:
+        return
+    if any(item.tag == "compiler" and item.get("angle") for item, _ in _elements(files, path, set(), path)):
+        return
+    spec.compiler.degree = False
+    model.notes.append(f"no <compiler angle>, and no hinge goes beyond {most:.3g}: taken as radians, not degrees")
 
 
 def _check_files(files: ModelFiles) -> None:

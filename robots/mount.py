@@ -7,7 +7,7 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.robots.imported import ImportedModel, copy_options
-from robosandbox.robots.importing import import_model
+from robosandbox.robots.importing import import_model, let_mounted_touch
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.validation import did_you_mean
 
@@ -58,6 +58,7 @@ def mount(
         spec.attach(gripper.spec, prefix=GRIPPER_PREFIX, frame=frame)
     arm.made_actuators |= {GRIPPER_PREFIX + name for name in gripper.made_actuators}
     arm.notes += [f"gripper: {note}" for note in gripper.notes]
+    let_mounted_touch(arm, GRIPPER_PREFIX)
     return arm
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import mujoco
@@ -20,6 +20,11 @@ _CONTACT = 0.0015
 _TIP_MARGIN = 0.007
 _LONG_PAD = 0.042
 _TYPICAL_OBJECT = 0.025
+# A finger beside another closes as far as it does: by this much less, metres, and reaches as far, as a share.
+_ALLY_GAP = 0.01
+_ALLY_REACH = 0.9
+# Three fingers around a circle close at 120 degrees to each other, the cosine of which this is below.
+_ALLY_COSINE = -0.6
 # Fingers that go back behind a frame by this share of what they go beyond it have it between them.
 _BETWEEN = 0.5
 
@@ -87,6 +92,60 @@ def find_pads(
     return Pads(left, right, (a, b), travels[best])
 
 
+def opposed_pads(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    groups: list[frozenset[int]],
+    pads: Pads,
+    closed_qpos: Array,
+    open_qpos: Array,
+) -> list[Pads]:
+    """Return the pads with those of further fingers that close on one of them: of three fingers two stand against one.
+
+    The side that stands alone is on the same side of each.
+
+    Args:
+        model: The robot.
+        data: Scratch.
+        groups: Its gripper's sides.
+        pads: The pair found among them.
+        closed_qpos: Configuration with the gripper closed, shape (nq,).
+        open_qpos: And open.
+    """
+    motions, reaches = {}, {}
+    palm = int(model.body_parentid[min(pads.left)])
+    for group in groups:
+        points = []
+        for qpos in (open_qpos, closed_qpos):
+            place(model, data, qpos)
+            there = world_points(model, data, collision_geoms(model, group), 0.005)
+            far = np.linalg.norm(there - data.xpos[palm], axis=1)
+            points.append(there[far.argsort()[-50:]].mean(axis=0))
+            reaches[group] = float(far.max())
+        motions[group] = (points[1] - points[0]) / max(float(np.linalg.norm(points[1] - points[0])), 1e-9)
+    closed = _distance(model, data, *pads.geoms)
+    found = [pads]
+    for group in groups:
+        if group in (pads.left, pads.right):
+            continue
+        mate = max((pads.left, pads.right), key=lambda side: float(motions[side] @ motions[group]))
+        if motions[mate] @ motions[group] < _ALLY_COSINE or reaches[group] < _ALLY_REACH * reaches[mate]:
+            continue
+        try:
+            pair = [group, pads.right] if mate is pads.left else [pads.left, group]
+            ally = find_pads(model, data, pair, closed_qpos, open_qpos)
+        except InputError:
+            continue
+        place(model, data, closed_qpos)
+        if (
+            ally.travel >= _TRAVEL_SHARE * pads.travel
+            and _distance(model, data, *ally.geoms) < max(closed, 0.0) + _ALLY_GAP
+            and all((one.left is pads.left) == (mate is not pads.left) for one in (ally, *found[1:]))
+        ):
+            found.append(ally)
+    return found
+
+
 def openness(model: mujoco.MjModel, data: mujoco.MjData, groups: list[frozenset[int]], qpos: Array) -> float:
     """Return a number that grows as a gripper opens, metres.
 
@@ -149,6 +208,7 @@ class GraspFrame:
     Attributes:
         position: Shape (3,).
         closing: Unit vector from the first side to the second, shape (3,).
+        across: The same as it was measured, not snapped to an axis.
         approach: Unit vector out of the gripper, shape (3,).
         spread: Size of the area over which the pads meet, along the approach, metres.
         tip: How far along the approach the fingers go on beyond the position, metres.
@@ -156,6 +216,7 @@ class GraspFrame:
 
     position: Array
     closing: Array
+    across: Array
     approach: Array
     spread: float
     tip: float
@@ -178,7 +239,8 @@ def measure_tcp(
     gap, across = pad_gap(model, data, pads.geoms)
     if gap < 1e-5:
         across = data.geom_xpos[pads.geoms[1]] - data.geom_xpos[pads.geoms[0]]
-    closing = _snap(across / np.linalg.norm(across), axes, 15.0)
+    across = across / np.linalg.norm(across)
+    closing = _snap(across, axes, 15.0)
     place(model, data, closed_qpos)
     left, right = (_outer_points(model, data, side, other) for side, other in _sides(pads))
     near = (data.geom_xpos[pads.geoms[0]] + data.geom_xpos[pads.geoms[1]]) / 2.0
@@ -194,7 +256,26 @@ def measure_tcp(
     approach /= np.linalg.norm(approach)
     position, spread = _meeting(left, right, closing, approach, near)
     tip = max(0.0, float(((tips - position) @ approach).max()))
-    return GraspFrame(position, closing, approach, spread, tip)
+    return GraspFrame(position, closing, across, approach, spread, tip)
+
+
+def mean_frame(frames: list[GraspFrame], axes: Array) -> GraspFrame:
+    """Return the grasp frame between several pairs of fingers: as far out as that of the first, in the middle of all.
+
+    Args:
+        frames: One per pair.
+        axes: Directions that a designer would have meant, unit rows (k, 3); snapped to.
+    """
+    first = frames[0]
+    if len(frames) == 1:
+        return first
+    across = np.mean([frame.across for frame in frames], axis=0)
+    closing = _snap(across / np.linalg.norm(across), axes, 15.0)
+    approach = first.approach - closing * (closing @ first.approach)
+    approach /= np.linalg.norm(approach)
+    position = np.mean([frame.position for frame in frames], axis=0)
+    position = position + approach * (approach @ (first.position - position))
+    return replace(first, position=position, closing=closing, approach=approach)
 
 
 def behind_fingers(

@@ -50,7 +50,7 @@ def ensure_servos(imported: ImportedModel) -> None:
             imported.notes.append(f"actuator {actuator.name!r} is no position servo: replaced by one")
         elif actuator.trntype == _TENDON:
             _tendon_servo(imported, model, actuator)
-    passive = _passive_joints(spec, driven)
+    passive = _passive_joints(spec, driven) | _tied(model, driven)
     for joint in spec.joints:
         if joint.type not in _SINGLE or joint.name in driven or joint.name in passive:
             continue
@@ -254,16 +254,31 @@ def _driven_joints(spec: mujoco.MjSpec, model: mujoco.MjModel) -> set[str]:
     driven: set[str] = set()
     for actuator in spec.actuators:
         if actuator.trntype == _TENDON:
-            tendon = model.tendon(actuator.target).id
-            start, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
-            driven |= {
-                model.joint(int(model.wrap_objid[wrap])).name
-                for wrap in range(start, start + count)
-                if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT.value
-            }
+            driven |= _along(model, model.tendon(actuator.target).id)
         else:
             driven.add(actuator.target)
     return driven
+
+
+def _along(model: mujoco.MjModel, tendon: int) -> set[str]:
+    """Return the joints whose sum a fixed tendon's length is."""
+    start, count = int(model.tendon_adr[tendon]), int(model.tendon_num[tendon])
+    return {
+        str(model.joint(int(model.wrap_objid[wrap])).name)
+        for wrap in range(start, start + count)
+        if model.wrap_type[wrap] == mujoco.mjtWrap.mjWRAP_JOINT.value
+    }
+
+
+def _tied(model: mujoco.MjModel, driven: set[str]) -> set[str]:
+    """Return joints that tendons of a set length, or with a spring, move along with driven ones."""
+    held = {int(e) for e in model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON.value]}
+    held |= {t for t in range(model.ntendon) if np.any(model.tendon_stiffness[t])}
+    groups = [_along(model, tendon) for tendon in sorted(held)]
+    moved: set[str] = set(driven)
+    while more := set().union(*(group for group in groups if group & moved)) - moved:
+        moved |= more
+    return moved - driven
 
 
 def _passive_joints(spec: mujoco.MjSpec, driven: set[str]) -> set[str]:

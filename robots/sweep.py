@@ -17,6 +17,8 @@ _SETTLE_SECONDS = 0.5
 _SWEEP_SECONDS = 1.5
 _MOST_SETTLES = 8
 _STILL = 0.003
+# Half the depth at which fingers are taken to be locked into one another, metres.
+_LOCKED = 0.0005
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
 
@@ -168,6 +170,7 @@ def sweep_gripper(
         if model.jnt_limited[joint]:
             address = model.jnt_qposadr[joint]
             data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[joint])
+    apart = _end_apart(model, still, data, joints_wanted, actuators, ranges)
     frozen = data.qpos.copy()
     dofs = _driven_dofs(model, joints_wanted)
     settle = int(_SETTLE_SECONDS / model.opt.timestep)
@@ -191,6 +194,8 @@ def sweep_gripper(
             if float(np.abs(data.qvel[dofs]).max(initial=0.0)) < _STILL:
                 return
 
+    if apart:
+        rest(1.0)
     rest(0.0)
     joints, lengths, qpos = [], [], []
     for k in range(_SAMPLES + 1):
@@ -206,6 +211,40 @@ def sweep_gripper(
     if exploded or not np.isfinite(qpos).all():
         raise ValueError("makes the simulation diverge when it is driven over its range")
     return Sweep(np.array(joints), np.array(lengths), np.array(qpos))
+
+
+def _end_apart(
+    model: mujoco.MjModel,
+    still: mujoco.MjModel,
+    data: mujoco.MjData,
+    joint_ids: list[int],
+    actuators: list[int],
+    ranges: Array,
+) -> bool:
+    """Put fingers that start inside one another to the end of their range where they do not; tell whether that is the far one.
+
+    Locked into each other they could not be driven apart. Fingers with joints that follow others stay as they are.
+    """
+    driven = [int(model.actuator_trnid[a, 0]) for a in actuators if model.actuator_trntype[a] == _JOINT]
+    if set(driven) != set(joint_ids) or len(driven) != len(actuators):
+        return False
+
+    def depth() -> float:
+        mujoco.mj_fwdPosition(still, data)
+        return -float(data.contact.dist.min(initial=0.0))
+
+    least, chosen, found = 0.5 * depth(), data.qpos.copy(), 0
+    if least < _LOCKED:
+        return False
+    for end in (0, 1):
+        for actuator, joint, controls in zip(actuators, driven, ranges, strict=True):
+            scale, offset = servo_map(model, actuator)
+            length = (controls[end] - offset) / scale
+            data.qpos[model.jnt_qposadr[joint]] = length / model.actuator_gear[actuator, 0]
+        if depth() < least:
+            least, chosen, found = depth(), data.qpos.copy(), end
+    data.qpos[:] = chosen
+    return found == 1
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData, qpos: Array) -> None:

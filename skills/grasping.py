@@ -268,7 +268,7 @@ def _no_candidate(arm: Manipulator, target: DetectedObject, hull: Array | None) 
         if width >= geometry.max_aperture - 0.006
         else "it is too flat for the fingers"
         if width > geometry.min_aperture + 0.001
-        else f"it is {width * 1000:.1f} mm thin, less than the gripper can hold"
+        else f"it is {width * 1000:.1f} mm thin, less than the gripper can hold: it closes to {geometry.min_aperture * 1000:.0f} mm"
     )
     return GraspError(
         f"no grasp fits {target.id}: {reason}",

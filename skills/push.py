@@ -118,7 +118,8 @@ def _stroke(
         follow_free(arm, descent, Phase.DESCEND)
         arm.follow(push, Phase.PUSH, yielding=True)
         arm.use(arm.look())
-        arm.motion.allow(target.id)
+        # Pressed against the object, a hand of weak servos sinks onto the table.
+        arm.motion.allow("table", target.id)
         arm.rise(HOVER_HEIGHT, Phase.RETREAT)
         return
     raise most_telling(failures)

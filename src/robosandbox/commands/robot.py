@@ -87,7 +87,10 @@ def check(
     else:
         for item in report.checks:
             mark = "ok  " if item.ok else "FAIL"
-            print(f"{mark} {item.name:<14} {item.detail}" + (f"  [change {item.field}]" if item.field else ""))
+            print(
+                f"{mark} {item.name:<14} {item.detail}"
+                + (f"  [change {item.field}]" if item.field and not item.ok else "")
+            )
         print("sound" if report.ok else "not sound")
     return EXIT_DONE if report.ok else EXIT_FAILED
 

@@ -49,9 +49,12 @@ def find_knots(
     space = base.RealVectorStateSpace(count)
     bounds = base.RealVectorBounds(count)
     for index in range(count):
-        # A start at its limit may lie a hair outside.
-        bounds.setLow(index, float(min(lower[index], q_start[index], q_goal[index])))
-        bounds.setHigh(index, float(max(upper[index], q_start[index], q_goal[index])))
+        ends = q_start[index], q_goal[index]
+        # A start at its limit may lie a hair outside; a joint without limits gets half a turn to either side.
+        low = lower[index] if np.isfinite(lower[index]) else min(ends) - np.pi
+        high = upper[index] if np.isfinite(upper[index]) else max(ends) + np.pi
+        bounds.setLow(index, float(min(low, *ends)))
+        bounds.setHigh(index, float(max(high, *ends)))
     space.setBounds(bounds)
     information = base.SpaceInformation(space)
     examined = 0

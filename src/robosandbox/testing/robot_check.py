@@ -56,7 +56,8 @@ class RobotReport:
             "ok": self.ok,
             "sidecar": self.sidecar,
             "checks": [
-                {"name": item.name, "ok": item.ok, "detail": item.detail, "field": item.field} for item in self.checks
+                {"name": item.name, "ok": item.ok, "detail": item.detail, "field": None if item.ok else item.field}
+                for item in self.checks
             ],
         }
 
@@ -135,7 +136,7 @@ def _check_with(
         if robot is not None:
             report.loads = True
             report.checks.insert(0, Check("load", True, _summary(robot)))
-            report.checks += try_out(path, config, robot, [item for item in report.checks if not item.ok])
+            report.checks += try_out(path, config, robot, report.checks, found.sidecar.arm.home_qpos)
     return report
 
 

@@ -28,30 +28,36 @@ _TABLE_HALF = 0.5
 _TABLE_MARGIN = 0.05
 
 
-def try_out(path: Path, config: Path, robot: RobotModel, failed: list[Check]) -> list[Check]:
+def try_out(
+    path: Path, config: Path, robot: RobotModel, static: list[Check], clear_home: tuple[float, ...]
+) -> list[Check]:
     """Return the checks made in simulation.
 
     Args:
         path: The model.
         config: Its sidecar.
         robot: What was loaded of them.
-        failed: What is known to be wrong; a failure here is then its consequence.
+        static: What was found without simulation; a failure here is the consequence of one there.
+        clear_home: A home that is free on a base that stands right, one value per arm joint.
     """
-    blame = next((item.field for item in failed if item.field), None)
+    blame = next((item.field for item in static if item.field and not item.ok), None)
+    doubted = blame or next((item.field for item in static if item.field), None)
     checks: list[Check] = []
     scene = Scene(robot_urdf=path, robot_config=config)
     sim = MuJoCoBackend()
     try:
         sim.load(scene)
     except InputError as error:
-        return [Check("start", False, str(error), blame or _start_field(str(error)))]
+        return [Check("start", False, str(error), blame or _start_field(sim, clear_home, str(error)))]
     with sim:
         checks.append(_home_is_held(sim, blame))
         checks.append(_servos_track(sim, blame))
         if robot.gripper is not None:
-            checks.append(_gripper_moves(sim, blame))
-    checks.append(_pick(path, config, robot, blame) if robot.gripper else _push(path, config, robot, blame))
-    if robot.gripper is None:
+            checks.append(_gripper_moves(sim, doubted))
+    if robot.gripper is not None:
+        checks.append(_pick(path, config, robot, doubted, what_if=blame is None))
+    else:
+        checks.append(_push(path, config, robot, blame))
         checks.append(
             Check(
                 "pick",
@@ -65,8 +71,17 @@ def try_out(path: Path, config: Path, robot: RobotModel, failed: list[Check]) ->
     return checks
 
 
-def _start_field(message: str) -> str:
-    return "base_pose.xyz" if "'table'" in message or "'floor'" in message else "arm.home_qpos"
+def _start_field(sim: MuJoCoBackend, clear_home: tuple[float, ...], message: str) -> str:
+    """Return what to change of a robot that starts inside something: where another home is free, the home."""
+    if "'table'" not in message and "'floor'" not in message:
+        return "arm.home_qpos"
+    if len(clear_home) != sim.robot.n:
+        return "base_pose.xyz"
+    try:
+        sim.reset(q=np.array(clear_home))
+    except InputError:
+        return "base_pose.xyz"
+    return "arm.home_qpos"
 
 
 def _home_is_held(sim: MuJoCoBackend, blame: str | None) -> Check:
@@ -170,10 +185,17 @@ def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table
     )
 
 
-def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Check:
+def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, what_if: bool) -> Check:
     at = work_point(robot)
+    if max(map(abs, at)) > _TABLE_HALF:
+        return Check(
+            "pick",
+            False,
+            f"what it reaches straight ahead, ({at[0]:.2f}, {at[1]:.2f}), lies beside the table; move or turn the base",
+            blame or "base_pose.xyz",
+        )
     try:
-        with open_session(cube_task(path, config, at), what_if=blame is None) as session:
+        with open_session(cube_task(path, config, at), what_if=what_if) as session:
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
@@ -181,10 +203,17 @@ def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Che
     where = f"a 24 mm cube at ({at[0]:.2f}, {at[1]:.2f})"
     if verdict.success:
         return Check("pick", True, f"held {where} and lifted it by {verdict.detail['dz_mm']:.0f} mm")
-    return Check("pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(episode.final_detail))
+    return Check("pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(robot, episode.final_detail))
 
 
-def _pick_field(message: str) -> str | None:
+def _pick_field(robot: RobotModel, message: str) -> str | None:
+    geometry = robot.gripper.geometry if robot.gripper else None
+    if geometry is not None:
+        widest, narrowest = float(geometry.aperture_samples.max()), float(geometry.aperture_samples.min())
+        if "the gripper opens" in message and geometry.max_aperture < _OPENS * widest:
+            return "gripper.open_qpos"
+        if "less than the gripper can hold" in message and geometry.min_aperture > narrowest + _CLOSES:
+            return "gripper.closed_qpos"
     if "out of reach" in message:
         return "base_pose.xyz"
     return "ee_site.inject.xyz" if "closed on nothing" in message else None
