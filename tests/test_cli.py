@@ -2,6 +2,7 @@
 
 import io
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import pytest
 
 from robosandbox.cli import app
 from robosandbox.commands import bench
-from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
+from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.tasks.loader import bundled_tasks
 
 TUTORIAL = """\
@@ -207,3 +208,14 @@ def test_help_needs_no_physics() -> None:
         "assert not heavy, heavy\n"
     )
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
+
+
+def test_a_renderer_that_mujoco_does_not_load_with_is_one_line_with_the_remedy() -> None:
+    code = "import sys; sys.argv = ['robo-sandbox', 'robot', 'check', 'nothing.xml']; from robosandbox.cli import main; main()"
+    result = subprocess.run(
+        [sys.executable, "-c", code], env={**os.environ, "MUJOCO_GL": "bogus"}, capture_output=True, text=True
+    )
+    assert result.returncode == EXIT_UNAVAILABLE
+    assert result.stderr.count("\n") == 1
+    assert "MUJOCO_GL=bogus" in result.stderr
+    assert "unset it" in result.stderr

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any
@@ -25,6 +26,9 @@ EXIT_FAILED = 1
 EXIT_USAGE = 2
 EXIT_UNAVAILABLE = 3
 _EXIT_INTERRUPTED = 130
+_GL_REMEDY = (
+    "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
+)
 
 # Typer carries its own copy of click in some versions and click itself in others; this finds UsageError in either.
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
@@ -51,6 +55,13 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     except PlannerError as error:
         _complain(program, str(error))
         return EXIT_FAILED
+    except (ImportError, AttributeError, RuntimeError) as error:
+        backend = os.environ.get("MUJOCO_GL")
+        if not backend or "mujoco" in sys.modules:
+            raise
+        # MuJoCo picks its renderer while it is imported, and fails there in any of these ways.
+        _complain(program, f"MUJOCO_GL={backend}: MuJoCo does not load with it ({error}); {_GL_REMEDY}")
+        return EXIT_UNAVAILABLE
     except (KeyboardInterrupt, typer.Abort):
         _complain(program, "interrupted")
         return _EXIT_INTERRUPTED
