@@ -74,7 +74,7 @@ class Pour(Skill):
         cargo = contents(arm.start.objects, held)
         if not cargo:
             raise PourError(
-                f"{held.id} is empty: there is nothing to pour",
+                f"nothing is seen in {held.id}: there is nothing to pour",
                 phase=Phase.CHECK,
                 evidence=PourEvidence(object=held.id, target=target, count=0, poured=0, spilled=0),
             )
