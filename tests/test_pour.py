@@ -74,6 +74,6 @@ def test_an_empty_cup_is_not_poured_and_no_pour_is_claimed() -> None:
         Pick()(session.ctx, {"object": "cup"})
         with pytest.raises(InvalidArgumentError, match="cube is a box"):
             Pour()(session.ctx, {"target": "cube"})
-        with pytest.raises(PourError, match="cup is empty") as failure:
+        with pytest.raises(PourError, match="nothing is seen in cup") as failure:
             Pour()(session.ctx, {"target": "bowl"})
         assert isinstance(failure.value.evidence, PourEvidence) and failure.value.evidence.count == 0
