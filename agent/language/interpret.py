@@ -11,6 +11,7 @@ from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.indirect import plainly_asked
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.remarks import without_remarks
@@ -70,7 +71,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
         said = Said(tokens, known)
         readings = said.grammar.sentences()
         if not readings or readings[0][0] >= STRANGE:
-            plain = without_remarks(in_plain_words(said.now(_respelled(tokens, known))))
+            plain = without_remarks(in_plain_words(plainly_asked(said.now(_respelled(tokens, known)))))
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
         return readings or _not_understood(said, skills)

@@ -224,6 +224,8 @@ class Phrasing(Choices):
         while self.text(k) in (",", ".", ";", "!"):
             k += 1
         ends = [m for m, _ in self.tag(k, "CORRECTION") if k > j or m > k + 1 or self.text(k) == "sorry"]
+        # "..., the brown one I mean, and then go home" goes on.
+        ends = [m for m in ends if not (self.text(m - 1) in ("mean", "meant") and self._goes_on(m))]
         # "..., no picking up the can" forbids; it corrects nothing.
         ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
         for _ in range(3):
@@ -241,6 +243,10 @@ class Phrasing(Choices):
             ends += further
         # What "not" denies is no better than what was said.
         return [m for m in dict.fromkeys(ends) if not (self.text(m) == "not" and self.np(m + 1))]
+
+    def _goes_on(self, m: int) -> bool:
+        k = m + 1 if self.text(m) in (",", ".", ";", "!") else m
+        return k >= len(self.tokens) or (self.text(k) in ("and", "then") and bool(self.tag(k, "THEN")))
 
     def _denied(self, k: int) -> Ref | None:
         """Return what was said to be wrong just before `k`: "not the butter, ..."."""

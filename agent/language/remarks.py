@@ -29,7 +29,7 @@ _WILLING = word_set(
 )
 _NO_TROUBLE = word_set("trouble bother possible convenient ask asking okay ok alright fine problem")
 _MAKING_SURE = frozenset({"if", "when", "whenever", "should"})
-_BINDING = word_set(
+BINDING = word_set(
     """
     if unless until till when whenever otherwise else instead except only first then after once twice again yet later
     tomorrow tonight never joke joking kidding changed mind cancel stop abort wrong mistake mistaken lying meant mean
@@ -37,17 +37,17 @@ _BINDING = word_set(
     careful carefully avoid beware whether or
     """
 )
-_SPEAKERS = word_set(
+SPEAKERS = word_set(
     """
     i we he she they everyone everybody someone somebody nobody people mommy mummy daddy granny nan grandad mum mom dad mother father grandma grandpa kids
     children guests visitors customers boss
     """
 )
-_WHOSE = frozenset({"my", "our", "his", "her", "their"})
-_STATES = word_set(
+WHOSE = frozenset({"my", "our", "his", "her", "their"})
+STATES = word_set(
     "is are was were looks look seems seem feels feel has have had got keeps smells appears gets getting became being came"
 )
-_HARMLESS = (
+HARMLESS = (
     CLAIMS
     | FEELINGS
     | word_set(
@@ -200,7 +200,7 @@ class _Remarks:
         if self._text(i) not in ("because", "since", "as") or not any("PRON" in tags for tags in self.tags[end:]):
             return ()
         start = i + 2 if self._text(i + 1) == "that" else i + 1
-        verb = next((k for k in range(start, end) if self._text(k) in _STATES), start)
+        verb = next((k for k in range(start, end) if self._text(k) in STATES), start)
         told = "THE" in self._tags(start) and self._names_things(start, verb)
         return (*self.tokens[start:verb], Token(",", ",", "mark")) if told else ()
 
@@ -249,9 +249,9 @@ class _Remarks:
     def _speaks(self, i: int) -> bool:
         """Say whether a clause at `i` is about people: what they do is theirs."""
         return (
-            self._text(i) in _SPEAKERS
-            or (self._text(i) in _WHOSE and not self._thing(i + 1))
-            or (self._text(i) == "the" and self._text(i + 1) in _SPEAKERS)
+            self._text(i) in SPEAKERS
+            or (self._text(i) in WHOSE and not self._thing(i + 1))
+            or (self._text(i) == "the" and self._text(i + 1) in SPEAKERS)
         )
 
     def _told(self, i: int, end: int) -> bool:
@@ -264,7 +264,7 @@ class _Remarks:
             return False
         span = range(i, end)
         texts = [self._text(k) for k in span]
-        if _BINDING & {*texts} or any(self.tokens[k].kind in ("number", "mark") for k in span):
+        if BINDING & {*texts} or any(self.tokens[k].kind in ("number", "mark") for k in span):
             return False
         if "you" in texts and any("VERB" in self.tags[k] for k in span):
             return False
@@ -277,7 +277,7 @@ class _Remarks:
         if speaks:
             return True
         # About things: how they are, not what is done with them.
-        verb = next((k for k in span if self._text(k) in _STATES), None)
+        verb = next((k for k in span if self._text(k) in STATES), None)
         return verb is not None and verb > i and self._idle(verb + 1, end)
 
     def _asks(self, i: int, end: int) -> bool:
@@ -301,7 +301,7 @@ class _Remarks:
     def _unknown(self, k: int) -> bool:
         token = self.tokens[k]
         plain = token.kind == "word" and not self.tags[k] and token.text not in UNSUPPORTED_VERBS
-        return plain and not self._thing(k) and token.text not in _BINDING and token.text not in _TIMES
+        return plain and not self._thing(k) and token.text not in BINDING and token.text not in _TIMES
 
     def _idle(self, i: int, end: int, *, known: bool = False) -> bool:
         """Say whether words only describe: known to bind nothing, or unknown to the grammar."""
@@ -315,7 +315,7 @@ class _Remarks:
                 )
                 if after not in _DENIABLE:
                     return False
-            elif text in _BINDING or not (text in _HARMLESS or (self._unknown(k) and not known)):
+            elif text in BINDING or not (text in HARMLESS or (self._unknown(k) and not known)):
                 return False
         return True
 
@@ -340,18 +340,18 @@ class _Remarks:
                 return end
             asks = (refers or any("DESIRE" in self.tags[k] for k in range(i, end))) and self._names_things(i, end)
             return end if not asks and self._told(i, end) else 0
-        pointed = text in ("this", "that", "these", "those") and self._text(i + 1) not in _STATES and self._thing(i + 1)
+        pointed = text in ("this", "that", "these", "those") and self._text(i + 1) not in STATES and self._thing(i + 1)
         if text in ("it", "this", "that", "they", "there", "things", "these") and not pointed:
             belongs = (
                 self._text(i + 1) in ("belongs", "belong", "goes", "go")
                 and self._text(i + 2) in ("there", "in")
                 and end <= i + 4
             )
-            stated = self._text(i + 1) in _STATES and self._idle(i + 2, end)
+            stated = self._text(i + 1) in STATES and self._idle(i + 2, end)
             return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
         points = end >= len(self.tokens) and self._text(end - 1) in ("is", "are")
         if (pointed or "THE" in self.tags[i]) and (points or self._told(i, end)):
-            verb = next((k for k in range(i + 1, end) if self._text(k) in _STATES), None)
+            verb = next((k for k in range(i + 1, end) if self._text(k) in STATES), None)
             pointing = verb is not None and verb + 1 == end and end >= len(self.tokens)
             if verb is None or not (pointing or self._idle(verb + 1, end)):
                 return 0

@@ -102,6 +102,18 @@ def _of_class(*classes: str) -> Callable[[Said, int], list[int]]:
     return ends
 
 
+def _holders(said: Said, i: int) -> list[int]:
+    """What by its noun, or by the name of the only thing it can be, others go into: "the laundry" for a laundry bin."""
+    ends = KINDS["container"](said, i)
+    start = i + 1 if said.texts[i] in ("the", "that", "this", "our", "my") else i
+    for end in range(start + 1, min(len(said.texts), start + 3) + 1):
+        spoken = {*said.texts[start:end]}
+        named = [id_parts(name) for name in said.words.ids if spoken <= {*id_parts(name)}]
+        if len(named) == 1 and (NOUN_CLASS.get(named[0][-1]) in _HOLDING or named[0][-1].endswith(_HOLDERS)):
+            ends.append(end)
+    return _longest(ends)
+
+
 def _adjectives(said: Said, i: int) -> list[int]:
     tags = ("COLOUR", "SHADE", "SIZE", "SUPER", "POS")
     return (
@@ -133,7 +145,7 @@ def _doing(said: Said, i: int) -> list[int]:
 
 
 def _person(said: Said, i: int) -> list[int]:
-    return [i + 1] if said.texts[i] in _PEOPLE else []
+    return [i + 1] if said.texts[i] in PEOPLE else []
 
 
 def _name(said: Said, i: int) -> list[int]:
@@ -171,10 +183,11 @@ _PRAISE = word_set(
     """
     be been really so very ever much just mean a lot make me us my day help it do like love appreciate great good nice lovely kind
     super helpful handy happy glad grateful thankful delighted obliged indebted pleased thrilled awfully terribly most extremely of you fantastic wonderful
+    happier better easier nicer relieved sleep rest feel prefer rather more comfortable
     brilliant big huge world the to sweet enough as and
     """
 )
-_PEOPLE = word_set(
+PEOPLE = word_set(
     """
     daughter son wife husband mommy mummy daddy granny nan grandad mum mom mother dad father boss friend kid kids child children baby teacher customer guest chef
     doctor professor colleague partner girlfriend boyfriend brother sister neighbour neighbor client manager supervisor nurse
@@ -182,6 +195,8 @@ _PEOPLE = word_set(
     """
 )
 _KNOWN = GRAMMAR_WORDS | QUESTIONS | CONDITIONS | UNSUPPORTED_VERBS | word_set("i we he she they who someone somebody")
+_HOLDING = frozenset({"bin", "bowl", "box", "drawer"})
+_HOLDERS = ("box", "bin", "tray", "basket", "rack", "hamper", "crate", "bucket")
 _TOWARDS = frozenset({"towards", "away", "against"})
 KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "thing": _things,
@@ -191,6 +206,7 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "ball": _of_class("ball"),
     "drawer": _of_class("drawer"),
     "container": _of_class("bin", "bowl", "box", "drawer"),
+    "holder": _holders,
     "adjective": _adjectives,
     "place": _places,
     "distance": _distances,

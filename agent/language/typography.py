@@ -36,6 +36,13 @@ _CONTRACTIONS = [
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
         (r"\b(\w+)'s (?=(?:on the wrong|gone|not|out of|in the wrong)\b)", r"\1 is "),
+        (
+            r"\b(\w+)'s (?=(?!thing|ring|string|wing|earring|sling|spring|ceiling|clothing|washing|racing)(?:\w{2,}ing|been|had|made|got|come|become|lost|just|so|too|really|very|always|already|about|a bit|a little|kind of|sort of|all|ours|wet|hot|cold|ready|sticky|heavy|filthy|gross|poorly)\b)",
+            r"\1 is ",
+        ),
+        (r"\b(she|he)'d\b", r"\1 would"),
+        (r"\b(she|he)'ll\b", r"\1 will"),
+        (r"'cause\b|\bcause\b(?= (?:i|it|we|he|she|they|my|the|that|this)\b)", "because"),
         (r"\b(you|they)re\b", r"\1 are"),
         (r"\b(\w+)'s (?=(?:empty|full|broken|dirty|done|finished|dead|old|rotten|mine|yours)\b)", r"\1 is "),
         (r"\bsh(?:u|ou)d\b", "should"),

@@ -1,0 +1,150 @@
+"""Indirect orders: what belongs where, what would be better, what somebody wants; and formulas that mean nothing.
+
+Tried first on sentences that the grammar did not understand as they stand: formulas go, then clauses that only tell of
+something (`incidental`), then what is left is said as a plain order. `template` says how a pattern reads.
+"""
+
+from __future__ import annotations
+
+from robosandbox.agent.language.incidental import without_incidentals
+from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.template import Constructions
+
+# fmt: off
+PARTS = {
+    "we": "(i|we)",
+    "modal": "(would|could|might|may|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to)",
+    "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
+    "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
+    "better": "[so|much|far|a lot|way|a bit|rather|even] (better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
+    "belongs": "(belongs|belong|lives|live|goes|go)",
+    "it": "(it|that|this|they)",
+    "is": "(is|are|was|were|will be|would be|would)",
+    "wait": "(no|wait|hang on|hold on|sorry|oops|actually|hmm)",
+    "mark": "(,|.|;|!|:)",
+    "trouble": "(trouble|bother|hassle|work|to ask|a problem|an ask|hard|difficult|tricky|fiddly|awkward|a nuisance|a pain|an imposition|inconvenient|cheeky|rude|annoying|fussy)",
+    "fine": "(great|brilliant|ace|lovely|perfect|fab|fabulous|grand|super|wonderful|amazing|awesome|smashing|nice|good|ideal|the best|a big help|a great help|a help|a lifesaver|helpful|fantastic|magic|marvellous|cool|fine|much appreciated|appreciated|so kind|very kind|kind of you|a treat|a dream|the dream)",
+    "time": "(noon|midday|midnight|lunchtime|lunch|dinnertime|dinner|teatime|closing [time]|opening [time]|the end of [the] (day|shift|week)|tonight|tomorrow|monday|tuesday|wednesday|thursday|friday|saturday|sunday|the morning|bedtime|breakfast)",
+    "done": "(done|good|sorted|set|finished|golden|happy|laughing|all set|all good|all done|off|away|home and dry|ready|in business)",
+    "who": "(my|our|the|your|this|that) ({_person}|{_name}|{_name} {_person})",
+    "anyone": "(<who>|{_person}|{_name}|she|he|they|everyone|everybody|someone|somebody|head office|management|the others)",
+    "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for|prefers|likes|requires|requested|has requested|has asked for|fancies|is asking for|is after!|is waiting for)",
+}
+FORMULAS = {
+    "<edge> [and|but|well] (to be|in all) (honest|fair|frank|precise|exact|sure|on the safe side|safe|clear|honesty|fairness) [with you] <edge>": "",
+    "to be (honest|fair|frank|quite honest|perfectly honest|totally honest) [with you]": "",
+    "[quick] as (you (like|please)|lightning|a flash)": "",
+    "(quick|fast|soon!|quickly|easy|careful|gentle|gently|tidy|neat|calm|cool|nice) as (you (like|can|please|want)|anything|possible|a flash|lightning)": "",
+    "as (quick|fast|soon!|quickly|neatly|gently|carefully|tidily) as (you (like|can|please|want|are able)|possible|ever)": "",
+    "(as|so) far as <we> (remember|know|can (tell|see|remember|recall)|recall|am aware|are aware)": "",
+    "if! (<we> (remember|recall) [it|that] [right|rightly|correctly|well]|<we> (am|are) not! mistaken|you ask (me|us)|memory serves|you (know|see|get|catch) what <we> mean|you (get|catch) my (drift|meaning)|you follow me|<we> may say so|i may|you must know|truth be told|it (was|were) up to me)": "",
+    "(as|like) (you know|you can see|you see|<we> (said|mentioned)|mentioned|ever|per usual|you do|always|before!|per normal|normal|promised)": "",
+    "<edge> [please] do not! (ask|tell|blame|quote|judge|worry|laugh|get me wrong|mind|hate|shout|hurry|stress|fret|panic|be shy|be long|dawdle|hang about|take too long|take long|be silly) [me|us|at me|on me|on that|about that|about it] [why|how|on that|yet!] <edge>": "",
+    "[what is|what was|whats] (it|that|this|he|she) (called|name|again!) [again!] <edge>": "",
+    "what (do|did|would|should) (you|we|they|i|one) call (it|that|them) [again!] <edge>": "",
+    "(what is|what was) [the|its|that] (word|name|it) [again!|for it] <edge>": "",
+    "(whatsit|thingummy|thingamajig|whatchamacallit|thingy|doodah) ,": "",
+    "(i|we) (dunno|do not! (know|mind|remember|care)|am not! (sure|certain)|forget|reckon|guess|suppose|believe|think|imagine|would (say|think|guess)|mean to say) <edge>": "",
+    "(would|do|is|are|does|will|can|could|should|has|have|did|was|might) not! (you|it|they|we|i|he|she|that|there) [think|agree|reckon|say] <end>": "",
+    "[,] (would|will|could|can|do) you [mind|be (able|so kind|a love|a dear|willing|up for it)|do (that|it|so) [for me|for us]|manage that|please|kindly] [kindly] <end>": "",
+    "(while!|whilst|when!|since) you (are|have) [got] [about|around|over|up] (at it|there|here|on|finished)": "",
+    "while! you (are|have) [got] [about|around|over|up] (at it|there|here|on)": "",
+    "(whatever|no! matter what) (you do|happens|anyone says|else! you do) [,]": "",
+    "not! that (it matters|i (am|care|mind)|we (are|care|mind)|it is) {_words} (but|,)": "",
+    "not! (to|that i want to) be (fussy|picky|rude|difficult|a pain|funny|bossy|pushy) (but|,)": "",
+    "if! (it|that|this) is not! [too|very|really|so|that] [much] [of] [a|an] <trouble> [for you]": "",
+    "if! (it|that|this) is (not! [too|very] {_words}|no! <trouble>|all right|alright|okay|ok|fine|possible|convenient|allowed) [with you|by you|for you] <edge>": "",
+    "(if!|when!|whenever!|once!) you (get|got|have|have got|find|can find|can spare|could spare|catch) [a|some|any|the] (minute|moment|sec|time|chance|spare minute|spare moment|free moment|free minute|free hand|hand free|breather|tick|jiffy|mo) [free|spare|to spare|for me]": "",
+    "(if!|when!|whenever!|once!) you (are|feel) (free|ready|up (to|for) it|able|around|available|awake|so inclined|in the mood|not! (too|very|otherwise!) (busy|tired|fussed|bothered|occupied))": "",
+    "if! you (fancy|fancied|feel like) (it|that)": "",
+    "if! you (can|could|would|will|want to|are able to|would like to|manage|can manage it|can manage to|know how) <edge>": "",
+    "[if! you (can|could|would) ,] (it|that|this|which) (would|will|is|ought to|should) [just|really|have been|make me] [be] [really|so|very|just|a|absolutely|totally] <fine> [of you|for me|for us] <edge>": "",
+    "[and|,] [then|so] (we|i) (are|will be|am|would be) [all] <done> [here|for (now|today)|then] <end>": "",
+    "<mark> [and] [then] [the] (job|all|jobs|work|mission|task|that|game) (done|a good one|sorted|over|complete|accomplished|finished|set) <end>": "",
+    "<mark> (job done|jobs a good un|sorted|happy days|easy peasy|no! (biggie|pressure|drama|fuss|big deal|stress|sweat|hurry)|lovely jubbly|nice one|good stuff|great stuff|end|finish|finito|over|full stop|done and dusted|end of story|simple as that|simples|piece of cake|bish bash bosh|voila|ta da|tada|there we (go|are)|and (done|bob is your uncle|hey presto)) <end>": "",
+    "by <time> [at the latest|latest|sharp|please]": "",
+    "(today|this (morning|afternoon|evening|instant|week)|these days|nowadays|at the moment|for (today|the day|a change|a wash|safety|once!|safe keeping|safekeeping|good luck|now)) <edge>": "",
+    "(which|what) (one|ones|two!|three!|of them|order|way|side) [of them] (is|are) (up to you|your (choice|call|decision)|not! important|no! matter)": "",
+    "<mark> [it is|that is|totally|all] (your (call|choice|pick)|up to you|you choose|you decide|dealer choice) [which|where|how] <edge>": "",
+    "before! (it|that|this|he|she|they|someone|somebody|anyone|anybody|i|we) {_words} (again!|over it|on it|with it|of it|it) <edge>": "",
+    "[in order] (to|so as to) (wake|cheer|help|please|impress|warm|scare|test|entertain|surprise|tease|calm) (it|me|us|them|him|her) [{_word}] [{_word2}] <edge>": "",
+}
+INDIRECT = {
+    "<edge> [and|so] if! you (can|could|would|might|will) [just|please|maybe|kindly|possibly|quickly] {VERB} {thing}": "{VERB} {thing}",
+    "<start> (me and {_name}|{_name} and (me|i)) <wants> {thing}": "i want {thing}",
+    # Who wants it, and how it is thought or said, makes no difference.
+    "<edge> (i|we) (was|were|am|are|have been|had been|would be|do|did|would|will) [just|kind of|sort of|really] (thinking|hoping|wondering|think|hope|reckon|suppose|guess|imagine|say|expect|believe|wishing) [that|if!|whether!|maybe|perhaps] {that} <modal>": "{that} should",
+    "<edge> (i|we|mum|mom|dad|<who>) (think|thinks|reckon|reckons|suppose|guess|believe|feel|hope|say|says|suggest|figure|figures) [that|maybe|perhaps] {thing} <modal>": "{thing} should",
+    "<edge> (i|we|<who>) (think|thinks|reckon|reckons|suppose|guess|believe|feel|hope|say|says|suggest|figure|figures) [that|maybe|perhaps] {thing} <belongs>": "{thing} goes",
+    "(would|will|is|was|might) (it|that) [be] [too|really|very|at all|awfully|much|so|terribly] [much] [of] [a|an] (<trouble>|{_praise}|possible|okay|ok|all right|alright) (to|for you to|if! you (could|would|can|were to|will)) {VERB}": "could you {VERB}",
+    "<we> (would|will) {_praise} if! {thing} (was|were|is|are|went|go|goes|sat|stood|lay|could (be|go|sit|stand)|had been|got put|got) [put|placed|moved|sitting|standing|lying] {place}": "i want {thing} {place}",
+    "(it|that|things) (would|will) {_praise} if! {thing} (was|were|is|are|went|go|goes|sat|stood|lay|could (be|go|sit|stand)|had been|got put|got) [put|placed|moved|sitting|standing|lying] {place}": "i want {thing} {place}",
+    "[and|,] if! <we> (could|can|may|might) [just|please|maybe] (have|get|see|ask for) {thing} {place}": "{thing} {place}",
+    "<edge> <anyone> [really|also|just] <wants> {thing} {place}": "{thing} {place}",
+    "<edge> <anyone> [really|also|just] <wants> {thing} (to be|to go|to sit|to stand|to live|to end up|put|placed|moved|sitting|standing|kept) {place}": "{thing} {place}",
+    "<edge> <anyone> [also|just] <wants> {that} (open|opened)": "open {that}",
+    "[and] <anyone> [also|just] <wants> {that} (shut|closed|closed up) [again!|after!|afterwards|as well|too]": "close {that}",
+    "<edge> (i|we) (could|can|would|will|might|may|am going to|are going to) [really|totally|definitely|desperately|probably|just|so|actually] (use|need|do with|go for|be needing|be wanting|require|want|have use for|have need of) {that} <edge>": "pick up {that}",
+    "<edge> (i|we) have [a] need (of|for) {that} <edge>": "pick up {that}",
+    "<edge> (i|we) (am|are) (wanting|needing|after!|wishing) {thing}": "i want {thing}",
+    # Where it is, is not where it belongs.
+    "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] [please] {VERB} {PRON}": "{thing} , {VERB} {PRON}",
+    "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] (it|they) (<belongs>|<modal>)": "{thing} goes",
+    "<edge> not! {_one} for {thing} [,] [sorry|no!|wait] [,] <we> (would|want|need) [rather|prefer|like|to] [have] it {place}": "{thing} {place}",
+    "<edge> {one} (is|are) (in|at|on) [a|the|its] wrong (place|spot|position|side) , [but|so] (its|their) (place|spot|home) is [in|at|on] {one2}": "put {one} in {one2}",
+    # Where it would be better, might as well be, could do with being.
+    "<edge> {thing} <adverb> <modal> <adverb> <be> <better> {place}": "{thing} goes {place}",
+    "<edge> {thing} <adverb> <modal> <adverb> <be> {place}": "{thing} goes {place}",
+    "<edge> {thing} (could|can|might) do with [a bit of] [being|going|standing|sitting|lying|living|resting] [put|placed|moved|over] {place}": "{thing} goes {place}",
+    "<edge> {thing} (really|actually|probably|definitely|surely|usually|normally|always|obviously|rightfully|properly) <belongs> {place}": "{thing} goes {place}",
+    "<edge> {thing} <belongs> {place} (really|actually|of course|obviously|normally|usually|right) <edge>": "{thing} goes {place}",
+    "<edge> {holder} [can|could|may|should|might as well|gets to] (have|take|get) {thing}": "put {thing} in {holder}",
+    "<edge> {thing} (is|are) [now|really|all] [one|something|ones] (for|bound for|destined for|off to|going to|headed for|heading for|ready for|due in) {holder}": "put {thing} in {holder}",
+    "<start> {thing} , {holder} [it is|with (it|them)] <end>": "put {thing} in {holder}",
+    "<edge> (that|this|it) is [one|something] (for|bound for|destined for|off to) {holder}": "put it in {holder}",
+    "<edge> {thing} <belongs> {place} [,] [and|so] [in|on|back|there|that is where] [there] (it|they) <belongs>": "{thing} goes {place}",
+    "<edge> <anyone> [normally|usually|always] (keeps|keep|puts|put|leaves|leave|has|stores|parks|stands) {thing} {place} [,|;|.] [so|and] [let us] [please] {_VERB} (it|them|that) [right] [back] (there|in there|on there)": "put {thing} {place}",
+    # What was said wrong is set right at once.
+    "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",
+    "(no|wait|oh|sorry) [,|:] [wait|hang on|hold on|sorry] [,] (no|wait|actually) (:|,)": "no ,",
+    ", {one} (i|we) (mean|meant|mean to say|meant to say) <edge>": ", i mean {one}",
+    ", (that|this|the) one [there|over there|here] , (it|they)": "",
+    "(the|a|an) , the": "the",
+    "by , {distance}": "by {distance}",
+    "(a good|a full|a solid|a whole|a mere|a clear) {distance}": "{distance}",
+    "[about|around|roughly|approximately|pretty much|right|exactly] (halfway|midway|half! way) [in] between": "between",
+    # As those say it who have it from another language, or are small.
+    "(to|at|in|on) [the] behind of {one}": "behind {one}",
+    "{near:behind|beside|underneath|under} (of|from|to) {one}": "{near} {one}",
+    "(inside|within) (of|from|to|in) {one}": "in {one}",
+    "(to|at|in) between of": "between",
+    "{one} inside (put|place|drop) <edge>": "in {one} put",
+    "<edge> {distance} (to|at) {forward:forward|forwards|backward|backwards}": "{forward} {distance}",
+    "<verb> {_VERB=push} {thing} for {distance}": "push {thing} {distance}",
+    "<verb> {_VERB=move} {thing} for {distance}": "push {thing} {distance}",
+    "<verb> {_VERB=push} {thing} to {way} for {distance}": "push {thing} {way} {distance}",
+    "<verb> {_VERB=push} {thing} to {way}": "push {thing} {way}",
+    "(to|the) {forward:forward|forwards|backward|backwards}": "{forward}",
+    "<verb> give {thing} {adj:little|small|tiny|quick|gentle|light|soft|big|good} {LIGHT_NOUN}": "give {thing} a {adj} {LIGHT_NOUN}",
+    "{thing} (little|small|tiny) bit": "{thing} a little bit",
+    "<we> (want|need|would like|wish|prefer|would love|require) [that] you [to|should|will|can|could] {VERB}": "{VERB}",
+    "<edge> it (must|should|has to|needs to|have to) {VERB} {thing}": "{VERB} {thing}",
+    "<edge> (please|kindly) be {doing}": "start {doing}",
+    "<start> [do] be {doing} {thing}": "start {doing} {thing}",
+    "{place} to (put|place|move|bring|set) <edge>": "{place} put",
+    "<edge> {thing} , {place} (put|place) <edge>": "put {thing} {place}",
+    "<verb> {open:open|close|shut} {that} (good|well|complete|completely|fully|wide|tight|tightly|all the way|properly|firmly|all) <edge>": "{open} {that}",
+    "<mark> (after!|afterwards|later!) {VERB} {PRON} <edge>": ", then {VERB} {PRON}",
+    "open {drawer} (,|and|then) [and|then] (put|place|drop) (there|inside) {thing}": "open {drawer} , put {thing} in it",
+    "<edge> {thing} (must|should|have to|has to|need to|needs to) (change|switch|exchange|trade|swap) [their|the] (places|place|positions|spots)": "swap {thing}",
+    "remaining {many:two|three|four}": "the other {many}",
+    "(from|of) where (it|they) (is|are|stands|sits) [now|right now|currently|at the moment]": "",
+}
+# fmt: on
+_FORMULAS = Constructions(FORMULAS, parts=PARTS)
+_INDIRECT = Constructions(INDIRECT, parts=PARTS)
+
+
+def plainly_asked(said: Said) -> Said:
+    """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(said)))
