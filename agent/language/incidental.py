@@ -88,6 +88,8 @@ _TELLING = frozenset(
         "BOTTOM",
     ]
 )
+_PREPOSITIONS = word_set("in on at of to with for from by about off over under around out up down apart away")
+_SAYING = word_set("says say said tells told reckons thinks thought claims asked asks")
 _GONE = word_set("out off bad mouldy moldy stale rotten soft rusty cold wrong on")
 
 
@@ -112,7 +114,9 @@ class _Incidentals:
         while i < n:
             edge = not kept or kept[-1].text in MARKS
             lead = i
-            while self._text(lead) in _LEADS and (edge or self._text(i) in _ALWAYS_APART or lead > i):
+            while self._text(lead) in _LEADS and (
+                edge or lead > i or (self._text(i) in _ALWAYS_APART and self._text(i - 2) != "as")
+            ):
                 lead += 1
             apart = edge or lead > i
             end = self._end(lead) if apart else lead
@@ -133,6 +137,8 @@ class _Incidentals:
             i += 1
         while kept and kept[-1].text in (",", ";", ":", "and", "so", "but"):
             kept.pop()
+        while kept and kept[0].text in ("but", "so", "and"):
+            kept.pop(0)
         if not changed or not kept:
             return self.tokens
         return self._with_topic(kept, topic_at) if self.topic else tuple(kept)
@@ -197,6 +203,14 @@ class _Incidentals:
         person = self._person(i, end)
         if person:
             return self._about_person(person, end, first=first)
+        if (
+            self._text(i) in ("it", "that", "this")
+            and self._text(i + 2) in ("what", "how", "why")
+            and self._link(i + 1)
+        ):
+            # "that is how my mum likes it"
+            bound = (_ORDERING - _WISHES) | BINDING | {"not"}
+            return not (bound & {*self.texts[i:end]} or any(self._thing(k) for k in span))
         if self._text(i) in _PRONOUNS and not self._thing(i + 1):
             return self._link(i + 1) and self._idle(i + 1, end)
         if not first or (not {"THE", "POSS"} & self.tags[i] and self._text(i) not in ("that", "this", "my", "our")):
@@ -244,7 +258,10 @@ class _Incidentals:
             _ORDERING - {"need", "needs", "want", "wants", "go", "goes", "live", "lives", "sit", "again", "no", "stand"}
         ) & {*texts}:
             return False
-        if BINDING - {"changed_"} & {*texts} or "you" in texts or any(self._thing(k) for k in range(i, end)):
+        if BINDING & {*texts} or "you" in texts:
+            return False
+        named = [k for k in range(i, end) if self._thing(k)]
+        if named and not (first and self._spoken_of(named, i, end)):
             return False
         for k in range(i, end):
             if self.texts[k] in _WISHES and ("not" in texts or {*texts[k - i + 1 :]} & _REFERRING):
@@ -260,6 +277,18 @@ class _Incidentals:
                 return False
         return any(self._link(k) or self.tags[k] & {"VERB", "DESIRE"} or self._unknown(k) for k in range(i, end))
 
+    def _spoken_of(self, named: Sequence[int], i: int, end: int) -> bool:
+        """Say whether one thing is told of and spared from nothing: "the customer waits for the can, put it in the box"."""
+        the = next((k for k in range(named[-1], i - 1, -1) if "THE" in self.tags[k]), None)
+        one = the is not None and all(the < k for k in named) and named[-1] - named[0] == len(named) - 1
+        bound = _WISHES | _FUTURE | _SAYING | {"not", "would"}
+        whole = any({"ALL", "EVERYTHING", "BOTH", "OTHER", "OTHERS", "EXCEPT"} & tags for tags in self.tags[end:])
+        if whole or bound & {*self.texts[i:end]} or (the is not None and not one):
+            return False
+        if the is not None:
+            self.topic += self.tokens[the : named[-1] + 1]
+        return the is not None or not any("PRON" in tags for tags in self.tags[end:])
+
     def _idle(self, i: int, end: int) -> bool:
         """Say whether what is said of a thing names no other thing, no place and nothing that binds."""
         for k in range(i, end):
@@ -273,7 +302,7 @@ class _Incidentals:
             elif text in ("going", "staying"):
                 if self._text(k + 1) not in _GONE:
                     return False
-            elif self._asks(k) and not (text in _IDLE or text in _LINKS):
+            elif text not in _PREPOSITIONS and self._asks(k) and not (text in _IDLE or text in _LINKS):
                 return False
         return True
 

@@ -13,10 +13,10 @@ from robosandbox.agent.language.template import Constructions
 # fmt: off
 PARTS = {
     "we": "(i|we)",
-    "modal": "(would|could|might|may|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to)",
+    "modal": "(would|could|might|may|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
     "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
     "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
-    "better": "[so|much|far|a lot|way|a bit|rather|even] (better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
+    "better": "[so|much|far|a lot|way|a bit|rather|even] (better off|better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
     "belongs": "(belongs|belong|lives|live|goes|go)",
     "it": "(it|that|this|they)",
     "is": "(is|are|was|were|will be|would be|would)",
@@ -31,6 +31,16 @@ PARTS = {
     "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for|prefers|likes|requires|requested|has requested|has asked for|fancies|is asking for|is after!|is waiting for)",
 }
 FORMULAS = {
+    "<edge> if! {thing} (could|can|would|might|were to|was to) <be> {place} [,] (it|that|this) (would|will) {_praise} <edge>": "{thing} goes {place}",
+    "(probably|ideally|preferably|obviously|of course|naturally|apparently|seriously|personally|frankly|clearly)": "",
+    ", no! need to (rush|hurry|worry|panic|be (gentle|careful|shy|quick)|explain|ask|apologise|thank me) <edge>": "",
+    "for (luck|good luck|fun|a laugh|kicks|show|effect|good measure|old times sake)": "",
+    "<edge> (go on|go for it|off you go|away you go|there is a (love|dear|good lad|good girl)|up you go) <end>": "",
+    "<edge> you are (a|an|the|my|so|too|such a) [{_word}] [{_word2}] {_word3} <edge>": "",
+    "(and|,) (be done [with it]|get it over with|that is that|leave it at that|let that be it|then rest)": "",
+    "as far as (<we> (am|are)|that is|it is) concerned": "",
+    "(sorry|i hate|not! wanting|i do not! mean) to be (a|such a) (pain|nuisance|bother|pest|nag|fusspot) [,] [but]": "",
+    "to be (a|such a) (pain|nuisance|bother|pest|nag|fusspot) [,] [but]": "",
     "<edge> [and|but|well] (to be|in all) (honest|fair|frank|precise|exact|sure|on the safe side|safe|clear|honesty|fairness) [with you] <edge>": "",
     "to be (honest|fair|frank|quite honest|perfectly honest|totally honest) [with you]": "",
     "[quick] as (you (like|please)|lightning|a flash)": "",
@@ -89,7 +99,7 @@ INDIRECT = {
     "<edge> (i|we) (am|are) (wanting|needing|after!|wishing) {thing}": "i want {thing}",
     # Where it is, is not where it belongs.
     "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] [please] {VERB} {PRON}": "{thing} , {VERB} {PRON}",
-    "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] (it|they) (<belongs>|<modal>)": "{thing} goes",
+    "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] (it|they) (<belongs>|<modal> <be>)": "{thing} goes",
     "<edge> not! {_one} for {thing} [,] [sorry|no!|wait] [,] <we> (would|want|need) [rather|prefer|like|to] [have] it {place}": "{thing} {place}",
     "<edge> {one} (is|are) (in|at|on) [a|the|its] wrong (place|spot|position|side) , [but|so] (its|their) (place|spot|home) is [in|at|on] {one2}": "put {one} in {one2}",
     # Where it would be better, might as well be, could do with being.
@@ -104,6 +114,9 @@ INDIRECT = {
     "<edge> (that|this|it) is [one|something] (for|bound for|destined for|off to) {holder}": "put it in {holder}",
     "<edge> {thing} <belongs> {place} [,] [and|so] [in|on|back|there|that is where] [there] (it|they) <belongs>": "{thing} goes {place}",
     "<edge> <anyone> [normally|usually|always] (keeps|keep|puts|put|leaves|leave|has|stores|parks|stands) {thing} {place} [,|;|.] [so|and] [let us] [please] {_VERB} (it|them|that) [right] [back] (there|in there|on there)": "put {thing} {place}",
+    "<start> (should|would|could|ought) not! {thing} [really|actually] <be> {place}": "{thing} goes {place}",
+    "<edge> {thing} (deserves|needs|wants|has earned|could use|should have|gets) [a|its|the|some] [new|proper|own|nice] (spot|place|home|seat|room|perch|bed) {place}": "{thing} goes {place}",
+    "<edge> (i|we) (fancy|would fancy|am keen on|are keen on|vote for|vote) {thing} {place}": "{thing} {place}",
     # What was said wrong is set right at once.
     "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",
     "(no|wait|oh|sorry) [,|:] [wait|hang on|hold on|sorry] [,] (no|wait|actually) (:|,)": "no ,",
