@@ -54,6 +54,12 @@ def _in_turn(frame: Frame) -> list[Command]:
     return stack(replace(frame, objects=(upwards,), rest={"order": ["up"]}))
 
 
+def _extreme(ref: Ref) -> bool:
+    """As in "the biggest cube", of all cubes."""
+    plain = not (ref.colours or ref.relations or ref.names)
+    return plain and len(ref.ranks) == 1 and ref.ranks[0].strict and ref.ranks[0].nth == 1
+
+
 def _of(whole: Ref, ref: Ref) -> Ref:
     """As in "the blue one" of the blocks."""
     return replace(ref, nouns=whole.nouns, one=False) if ref.one and not ref.nouns else ref
@@ -99,9 +105,17 @@ def build(frame: Frame) -> list[Command]:
         return [Command("stack", middle, None, (), frame.one("order"))] if middle and not ends else []
     if not ends:
         return [Command("stack", middle)] if middle else []
-    whole = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
+    if not middle and {level for level, _ in ends} == {"top", "bottom"} and all(_extreme(ref) for _, ref in ends):
+        # "the biggest cube at the bottom, the smallest on top": the others between them.
+        named = next((ref for _, ref in ends if ref.nouns and not ref.one), None)
+        if named is None:
+            return []
+        whole = Ref(text=named.text, determiner="all", nouns=named.nouns, plural=True)
+        ends = [(level, _of(whole, ref)) for level, ref in ends]
+        return [Command("stack", (whole,), None, (), tuple(ends))]
+    among = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
     listed_at = [k for k, kind in enumerate(frame.kinds) if kind in ("objects", "material")][1:]
-    if whole or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
+    if among or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
         # "of the red, green and blue blocks with the green one on top": the end is one of those listed.
         return [Command("stack", middle, None, (), tuple(ends))]
     by_level: dict[str, Ref] = dict(ends)

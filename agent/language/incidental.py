@@ -213,7 +213,9 @@ class _Incidentals:
             return not (bound & {*self.texts[i:end]} or any(self._thing(k) for k in span))
         if self._text(i) in _PRONOUNS and not self._thing(i + 1):
             return self._link(i + 1) and self._idle(i + 1, end)
-        if not first or (not {"THE", "POSS"} & self.tags[i] and self._text(i) not in ("that", "this", "my", "our")):
+        bare = self._thing(i) and self._link(i + 1)
+        named = bare or bool({"THE", "POSS"} & self.tags[i]) or self._text(i) in ("that", "this", "my", "our")
+        if not first or not named:
             return False
         verb = next((k for k in range(i + 1, end) if self._link(k)), None)
         if verb is None or not any(self._thing(k) for k in range(i, verb)) or not self._idle(verb, end):
@@ -234,8 +236,10 @@ class _Incidentals:
         if text in SPEAKERS and text not in ("boss",):
             return i + 1
         start = i + 1 if text in WHOSE or text in ("the", "that", "this", "some", "a") else i
-        if start > i and start < end and (self._text(start) in PEOPLE or text in WHOSE) and not self._thing(start):
-            return start + 1
+        if start > i and start < end and not self._thing(start):
+            known = self._text(start) in PEOPLE or text in WHOSE
+            if known or (self._unknown(start) and self._link(start + 1)):
+                return start + 1
         named = start == i and (self._unknown(i) or text in PEOPLE) and text not in CONDITIONS
         return i + 1 if named and self._link(i + 1) else 0
 

@@ -183,7 +183,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
                 message=f"I cannot “{token.raw}”; I can {VERBS_FOR_PEOPLE}.",
                 candidates=tuple(skills),
             )
-    unmovable = _unmovable(tokens)
+    unmovable = _unmovable(tokens, known)
     if unmovable:
         return unmovable
     if any(token.text in ("me", "us") for token in tokens):
@@ -210,12 +210,12 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     )
 
 
-def _unmovable(tokens: Sequence[Token]) -> Refusal | None:
+def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:
     """Refuse what is asked of the table, the floor or the arm itself."""
     words = [token.text for token in tokens]
     for i in range(len(words)):
         tags = [(end, tag) for end, tag, _ in LEXICON.at(tokens, i)]
-        if any(tag == "FLOOR" for _, tag in tags):
+        if words[i] not in known.parts and any(tag == "FLOOR" for _, tag in tags):
             return Refusal(code=RefusalCode.IMPOSSIBLE, message="The floor is out of my reach; I work on the table.")
         for end in [end for end, tag in tags if tag == "VERB"]:
             start = end + 1 if words[end : end + 1] in (["the"], ["your"], ["my"]) else end

@@ -188,7 +188,7 @@ class Phrasing(Choices):
             sense = (j, replace(first, nouns=(), names=(), one=False))
             if k and sense not in senses:
                 senses.add(sense)
-                again = first.plural and self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
+                again = self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
                     lead = others[0]
                     if any(o.options for o in others) and self.text(k - 1) not in ("and", "plus", "then", "with"):
@@ -197,7 +197,7 @@ class Phrasing(Choices):
                     if first.determiner == "a" and lead.text.startswith("any ") and lead.nouns == first.nouns:
                         # "a block, any block"
                         continue
-                    # "the cubes, all of them" adds nothing.
+                    # "the cubes, all of them" adds nothing, nor "the ball and the bone, all in the bin".
                     if len(others) < 10 and not (again and not (lead.nouns or lead.colours or lead.names)):
                         found.append((end, (first, *others)))
         found = [

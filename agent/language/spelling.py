@@ -80,6 +80,8 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
         if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
         better = better or _ACCENTS.get(word)
+        if better is None and len(word) > 4 and word not in _KNOWN and word not in parts:
+            better = _function_word(word)
         if word == "an" and 0 < i < len(words) - 1 and words[i + 1][0] not in "aeiouh" and _names(words[i - 1], parts):
             # "salt an pepper"
             better = "and"
@@ -93,6 +95,16 @@ def _names(word: str, parts: frozenset[str]) -> bool:
     return word in parts or MEANING.get(word, "").startswith("noun")
 
 
+@lru_cache(maxsize=1024)
+def _function_word(word: str) -> str | None:
+    near = [known for known in _FUNCTION_WORDS if known[0] == word[0] and OSA.distance(word, known) == 1]
+    return near[0] if len(near) == 1 else None
+
+
+_FUNCTION_WORDS = (
+    "except", "between", "behind", "beside", "inside", "instead", "before", "without", "together", "everything", "another",
+    "underneath", "towards", "forward", "backwards", "bottom", "middle", "against", "because", "after", "first",
+)  # fmt: skip
 _ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
 _KNOWN = WORDS | REAL_WORDS
 _TWICE = frozenset({"the", "a", "in", "on", "up", "to", "and", "pick", "put", "push", "cube", "of"})
