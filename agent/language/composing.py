@@ -110,12 +110,12 @@ def build(frame: Frame) -> list[Command]:
         named = next((ref for _, ref in ends if ref.nouns and not ref.one), None)
         if named is None:
             return []
-        whole = Ref(text=named.text, determiner="all", nouns=named.nouns, plural=True)
-        ends = [(level, _of(whole, ref)) for level, ref in ends]
-        return [Command("stack", (whole,), None, (), tuple(ends))]
-    among = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
+        every = Ref(text=named.text, determiner="all", nouns=named.nouns, plural=True)
+        ends = [(level, _of(every, ref)) for level, ref in ends]
+        return [Command("stack", (every,), None, (), tuple(ends))]
+    whole = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
     listed_at = [k for k, kind in enumerate(frame.kinds) if kind in ("objects", "material")][1:]
-    if among or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
+    if whole or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
         # "of the red, green and blue blocks with the green one on top": the end is one of those listed.
         return [Command("stack", middle, None, (), tuple(ends))]
     by_level: dict[str, Ref] = dict(ends)

@@ -186,6 +186,9 @@ class _Incidentals:
 
     def _thing(self, k: int) -> bool:
         text = self._text(k)
+        if text == "can" and not (k and self.tags[k - 1] & {"THE", "A", "COLOUR", "SIZE", "SHADE", "POSS"}):
+            # "so the cat can see"
+            return False
         named = self.tokens[k].kind == "id" or text in self.words.forms
         return named or bool({"NOUN", "COLOUR", "TABLE"} & self.tags[k])
 
@@ -291,7 +294,7 @@ class _Incidentals:
             return False
         if the is not None:
             self.topic += self.tokens[the : named[-1] + 1]
-        return the is not None or not any("PRON" in tags for tags in self.tags[end:])
+        return the is not None or not {"it", "them", "they"} & {*self.texts[end:]}
 
     def _idle(self, i: int, end: int) -> bool:
         """Say whether what is said of a thing names no other thing, no place and nothing that binds."""

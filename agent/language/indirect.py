@@ -13,7 +13,7 @@ from robosandbox.agent.language.template import Constructions
 # fmt: off
 PARTS = {
     "we": "(i|we)",
-    "modal": "(would|could|might|may|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
+    "modal": "(would|could|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
     "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
     "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
     "better": "[so|much|far|a lot|way|a bit|rather|even] (better off|better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
@@ -82,6 +82,7 @@ FORMULAS = {
     "<mark> [it is|that is|totally|all] (your (call|choice|pick)|up to you|you choose|you decide|dealer choice) [which|where|how] <edge>": "",
     "before! (it|that|this|he|she|they|someone|somebody|anyone|anybody|i|we) {_words} (again!|over it|on it|with it|of it|it) <edge>": "",
     "[in order] (to|so as to) (wake|cheer|help|please|impress|warm|scare|test|entertain|surprise|tease|calm) (it|me|us|them|him|her) [{_word}] [{_word2}] <edge>": "",
+    "<start> (but|and|anyway) [,]": "",
 }
 FOREIGN = {
     # As those say it who have it from another language, or are small.
@@ -89,6 +90,10 @@ FOREIGN = {
     "(to|towards|toward) the (far|other|opposite) side (from|of) (you|the robot|the arm)": "away from you",
     "more near [to]": "nearer to",
     "the both": "both",
+    "<verb> (change|exchange|switch|trade) [around] the (places|positions|spots) (of|between) {thing}": "swap {thing}",
+    "<start> first! {thing} {place} , after! {thing2} <end>": "put {thing} {place} , then put {thing2} {place}",
+    "<verb> give {adj:little|small|tiny|quick|gentle|light|soft|big|good} {LIGHT_NOUN} to": "give a {adj} {LIGHT_NOUN} to",
+    "<verb> {_VERB=tap} (a bit|a little|a little bit) {thing}": "tap {thing}",
     "[with|of|in|that has|which has] (its|their|its own|their own|the same) (colour|color)": "of the same colour",
     "(beside|next! to|near|by) {one} [,] [on|at|to] [the|its] {side:left|right} (side|hand side)": "to the {side} of {one}",
     "(put|place|stick|pop|drop) {thing} {place} (,|.|and|then) [and|then] (put|place|stick|pop|drop) {thing2} [also|too] (there|in there|on there)": "put {thing} {place} , then put {thing2} {place}",
@@ -104,7 +109,7 @@ FOREIGN = {
     "<verb> (put|place|stack|set) {one} on {one2} [,|.|and|then] [then|and] (on top of|on) (that|it|this|top) [goes|comes|put|place|you put] {thing}": "put {one} on {one2} , then put {thing} on {one}",
     "{word} what {is:is|are} {SUPER}": "{word} that {is} {SUPER}",
     "(to|at|in|on) [the] behind of {one}": "behind {one}",
-    "{near:behind|beside|underneath|under} (of|from|to) {one}": "{near} {one}",
+    "{near:behind|beside|underneath|under|near} (of|from|to) {one}": "{near} {one}",
     "(inside|within) (of|from|to|in) {one}": "in {one}",
     "(to|at|in) between of": "between",
     "{one} inside (put|place|drop) <edge>": "in {one} put",
@@ -143,7 +148,7 @@ INDIRECT = {
     "<edge> <anyone> [really|also|just] <wants> {thing} {place}": "{thing} {place}",
     "<edge> <anyone> [really|also|just] <wants> {thing} (to be|to go|to sit|to stand|to live|to end up|put|placed|moved|sitting|standing|kept) {place}": "{thing} {place}",
     "<edge> <anyone> [also|just] <wants> {that} (open|opened)": "open {that}",
-    "[and] <anyone> [also|just] <wants> {that} (shut|closed|closed up) [again!|after!|afterwards|as well|too]": "close {that}",
+    "[and] <anyone> [also|just] <wants> {thing} (shut|closed|closed up) [again!|after!|afterwards|as well|too]": "close {thing}",
     "<edge> (i|we) (could|can|would|will|might|may|am going to|are going to) [really|totally|definitely|desperately|probably|just|so|actually] (use|need|do with|go for|be needing|be wanting|require|want|have use for|have need of) {that} <edge>": "pick up {that}",
     "<edge> (i|we) have [a] need (of|for) {that} <edge>": "pick up {that}",
     "<edge> (i|we) (am|are) (wanting|needing|after!|wishing) {thing}": "i want {thing}",
@@ -155,6 +160,9 @@ INDIRECT = {
     # Where it would be better, might as well be, could do with being.
     "<edge> {thing} <adverb> <modal> <adverb> <be> <better> {place}": "{thing} goes {place}",
     "<edge> {thing} <adverb> <modal> <adverb> <be> {place}": "{thing} goes {place}",
+    "<edge> {thing} (might|may) <adverb> [be] <better> {place}": "{thing} goes {place}",
+    "<edge> {thing} (might|may) [just] [as well] (go|sit|stand|live|rest|come|move|end up) {place}": "{thing} goes {place}",
+    "<edge> {thing} (might|may) [just] as well be {place}": "{thing} goes {place}",
     "<edge> {thing} (could|can|might) do with [a bit of] [being|going|standing|sitting|lying|living|resting] [put|placed|moved|over] {place}": "{thing} goes {place}",
     "<edge> {thing} (really|actually|probably|definitely|surely|usually|normally|always|obviously|rightfully|properly) <belongs> {place}": "{thing} goes {place}",
     "<edge> {thing} <belongs> {place} (really|actually|of course|obviously|normally|usually|right) <edge>": "{thing} goes {place}",
@@ -167,6 +175,9 @@ INDIRECT = {
     "<start> (should|would|could|ought) not! {thing} [really|actually] <be> {place}": "{thing} goes {place}",
     "<edge> {thing} (deserves|needs|wants|has earned|could use|should have|gets) [a|its|the|some] [new|proper|own|nice] (spot|place|home|seat|room|perch|bed) {place}": "{thing} goes {place}",
     "<edge> (i|we) (fancy|would fancy|am keen on|are keen on|vote for|vote) {thing} {place}": "{thing} {place}",
+    "<start> {one} (<belongs>|<modal> <be>) (in|into|to) {holder} <end>": "put {one} in {holder}",
+    "<edge> {it:it|that|they} (<belongs>|<modal> <be>) (in|into|to) {holder} <end>": "put {it} in {holder}",
+    "<edge> (i|we) (do|did) not! (need|want|use|like) {thing} [any more|anymore|any longer|now|here] (,|.|;|so|!) {VERB} {PRON}": "{thing} , {VERB} {PRON}",
     # What was said wrong is set right at once.
     "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",
     "(no|wait|oh|sorry) [,|:] [wait|hang on|hold on|sorry] [,] (no|wait|actually) (:|,)": "no ,",

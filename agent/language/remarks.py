@@ -342,11 +342,9 @@ class _Remarks:
             return end if not asks and self._told(i, end) else 0
         pointed = text in ("this", "that", "these", "those") and self._text(i + 1) not in STATES and self._thing(i + 1)
         if text in ("it", "this", "that", "they", "there", "things", "these") and not pointed:
-            belongs = (
-                self._text(i + 1) in ("belongs", "belong", "goes", "go")
-                and self._text(i + 2) in ("there", "in")
-                and end <= i + 4
-            )
+            belongs = self._text(i + 1) in ("belongs", "belong", "goes", "go") and [
+                self._text(k) for k in range(i + 2, end)
+            ] in (["there"], ["in", "there"], ["in", "it"])
             stated = self._text(i + 1) in STATES and self._idle(i + 2, end)
             return end if (kept and (belongs or stated)) or (stated and text != "that") else 0
         points = end >= len(self.tokens) and self._text(end - 1) in ("is", "are")

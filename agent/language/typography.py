@@ -19,7 +19,7 @@ _CONTRACTIONS = [
             r"\1 \3",
         ),
         (r"\b(must|should|shall) to\b", r"\1"),
-        (r"\bno (touch|touchy|bump|disturb)\b", r"do not \1"),
+        (r"\bno (touch|touchy|bump|disturb|want|like)\b", r"do not \1"),
         (
             r"\b(?:it )?would be (?:so |really |very |quite )?(?:nice|great|good|lovely|cool|wonderful|best|ideal|perfect) if (?=the |a |all |both )",
             "i want ",
