@@ -60,12 +60,13 @@ class Commands(WordOrder):
                     unless = self.text(i) == "unless"
                     found.append((k, replace(command, objects=objects, condition=condition, unless=unless)))
         for j, command in list(found):
-            for k, _, condition in self._condition(j + 1 if self.text(j) == "," else j):
+            joint = j + 1 if self.text(j) == "," else j
+            for k, _, condition in self._condition(joint + (self.text(joint) == "but")):
                 if condition.determiner == "it" and len(command.objects) == 1 and not command.place:
                     # "close the drawer if it is open"
                     relations = (*command.objects[0].relations, *condition.relations)
                     condition = replace(command.objects[0], relations=relations, text=condition.text)
-                unless = "unless" in (self.text(j), self.text(j + 1))
+                unless = "unless" in (self.text(j), self.text(j + 1), self.text(j + 2))
                 found.append((k, replace(command, condition=condition, unless=unless)))
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):

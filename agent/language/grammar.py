@@ -77,7 +77,9 @@ class Grammar(Amendments):
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
                 late += [k for m in (self._skip(j), self._skip(j) + 1) for k, _ in self.tag(m, "FIRST")]
-            late = [k for k in late if self.text(k) not in (".", "!", ";")]
+            late = [k for k in late if self.text(k) not in (".", "!", ";", "and", "then")]
+            # "..., but open it first, then close it": what follows comes last.
+            late = [k for k in late if self.text(k) != "," or self.text(k + 1) not in ("and", "then")]
             for k in self._corrected(j):
                 # "pick up the can, no, push it": what was said before does not count.
                 for end, rest in self._parts(k):
@@ -101,8 +103,13 @@ class Grammar(Amendments):
                 # "put the can on the block, but tap the block first"
                 for m, second in self.part(k) if self.text(k - 1) in ("but", ",", ";", ".", "and") else []:
                     asked = isinstance(second[0], Command) and not second[0].bare
-                    if asked and self.text(m) in ("first", "beforehand") and self._skip(m + 1) >= n:
-                        found.append((n, (*_in_it(second, part), *part)))
+                    if not asked or self.text(m) not in ("first", "beforehand"):
+                        continue
+                    before = (*_in_it(second, part), *part)
+                    if self._skip(m + 1) >= n:
+                        found.append((n, before))
+                    for q in self._joints(m + 1):
+                        found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
 
     @rule
@@ -215,7 +222,9 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     if isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
         first = replace(first, place=replace(place, refs=last.objects))
     elif first.objects and first.objects[0].determiner == "it":
-        first = replace(first, objects=last.objects)
+        into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
+        opened = first.verb in ("open", "close") and into and into != (IT,)
+        first = replace(first, objects=into if opened else last.objects)
     return (first, *parts[1:])
 
 
