@@ -68,8 +68,11 @@ class Grammar(Amendments):
                 continue
             for k in self._joints(j):
                 set_apart = self.text(k - 1) == "but"
+                # "before you go home, put the can in the bin and close it": home comes last.
+                last = part[-1:] if self._goes_before(i, j, k) and len(part) > 1 else ()
+                done = part[:-1] if last else part
                 found += [
-                    (end, (*(without(part, rest[0]) if set_apart else part), *rest))
+                    (end, (*(without(done, rest[0]) if set_apart else done), *rest, *last))
                     for end, rest in self._parts(k)
                     if rest
                 ]
@@ -111,6 +114,11 @@ class Grammar(Amendments):
                     for q in self._joints(m + 1):
                         found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
+
+    def _goes_before(self, i: int, j: int, k: int) -> bool:
+        """Say whether what is joined at `j` to a clause that "before" opens is to be done before, too."""
+        opened = any(self.tag(start, "BEFORE") for start in {i, *(end for end, _ in self.tag(i, "THEN"))})
+        return opened and self.texts[j:k] in (["and"], [","], [",", "and"])
 
     @rule
     def part(self, i: int) -> Found[tuple[Part, ...]]:

@@ -31,6 +31,7 @@ PARTS = {
     "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for|prefers|likes|requires|requested|has requested|has asked for|fancies|is asking for|is after!|is waiting for)",
 }
 FORMULAS = {
+    ", any {_NOUN} [will do|at all] ,": "",
     "<start> [my|the|our] {_person} (said|says|asked|told) [me|you|us|that] [to|:|,] {VERB}": "{VERB}",
     "<edge> {one} (it|they) {is:is|are|has|was|does|must|should|goes}": "{one} {is}",
     "(,|.|!) [please|so|now] (do (it|that)|make it so|make (it|that) happen|get it done|get to it|see to it) [now|for me] <end>": "",

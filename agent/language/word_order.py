@@ -139,6 +139,9 @@ class WordOrder(Wishes, ABC):
         for j, refs in self.np_list(i):
             if refs[0].text.split(" ")[0] in ("whichever", "whatever"):
                 continue
+            if self.text(i) == "any" and self.text(i - 1) == "," and self.text(i + 1) in self.texts[: i - 1]:
+                # "put a cube in the bowl, any cube, and a ball in the bin"
+                continue
             # "the marble and the block, both into the crate"
             both = j + 2 if self.text(j) in (",", ":") and self.text(j + 1) in ("both", "all", "each") else j
             if both == j and len(refs) > 1 and self.text(j) in ("both", "all", "each"):
