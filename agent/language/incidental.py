@@ -54,11 +54,9 @@ _TELLING = frozenset(
     [
         "DIR",
         "REL",
-        "TO",
         "ITS_SIDE",
         "NUM",
         "UNIT",
-        "AMOUNT",
         "ALL",
         "BOTH",
         "EVERYTHING",
@@ -88,7 +86,10 @@ _TELLING = frozenset(
         "BOTTOM",
     ]
 )
-_PREPOSITIONS = word_set("in on at of to with for from by about off over under around out up down apart away")
+_AROUND = word_set("edge edges corner table desk floor counter bench way side place spot own")
+_PREPOSITIONS = word_set(
+    "towards near close in on at of to with for from by about off over under around out up down apart away"
+)
 _SAYING = word_set("says say said tells told reckons thinks thought claims asked asks")
 _GONE = word_set("out off bad mouldy moldy stale rotten soft rusty cold wrong on")
 
@@ -117,6 +118,8 @@ class _Incidentals:
             while self._text(lead) in _LEADS and (
                 edge or lead > i or (self._text(i) in _ALWAYS_APART and self._text(i - 2) != "as")
             ):
+                lead += 1
+            if self._text(lead) == "before" and self._text(lead + 1) in SPEAKERS | WHOSE | {"someone"}:
                 lead += 1
             apart = edge or lead > i
             end = self._end(lead) if apart else lead
@@ -304,6 +307,8 @@ class _Incidentals:
                 a = k + 2 if self._text(k + 1) in ("a", "an", "very", "that", "so") else k + 1
                 if a >= end or not (self._unknown(a) or self._text(a) in HARMLESS):
                     return False
+            elif text in _AROUND:
+                continue
             elif text in _ORDERING - {"again", "go"} or text in BINDING - {"again"} or self._thing(k):
                 return False
             elif text in ("going", "staying"):

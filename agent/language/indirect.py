@@ -13,7 +13,7 @@ from robosandbox.agent.language.template import Constructions
 # fmt: off
 PARTS = {
     "we": "(i|we)",
-    "modal": "(would|could|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
+    "modal": "(would|could|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|would love to|would rather|would prefer to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
     "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
     "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
     "better": "[so|much|far|a lot|way|a bit|rather|even] (better off|better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
@@ -31,6 +31,10 @@ PARTS = {
     "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for|prefers|likes|requires|requested|has requested|has asked for|fancies|is asking for|is after!|is waiting for)",
 }
 FORMULAS = {
+    "<edge> (trust me|believe me|mark my words|hear me out|bear with me|fair enough|i swear|i promise|anyway|anyhow|in case you (forgot|did not! know|were wondering)|(can|would|will) you believe (it|that)|what was i saying|where was i|hop to it|look lively) [and|,|but]": "",
+    "<start> (how about|what about|why do not!|what do you say) (we|you|i) {VERB}": "{VERB}",
+    "<start> what (we|you|i) do is [we|you|to|i]": "",
+    "there is {thing} (somewhere|about|around|around here|lying about|lying around)": "there is {thing}",
     ", any {_NOUN} [will do|at all] ,": "",
     "<start> [my|the|our] {_person} (said|says|asked|told) [me|you|us|that] [to|:|,] {VERB}": "{VERB}",
     "<edge> {one} (it|they) {is:is|are|has|was|does|must|should|goes}": "{one} {is}",
@@ -170,9 +174,9 @@ INDIRECT = {
     "<edge> {thing} (could|can|might) do with [a bit of] [being|going|standing|sitting|lying|living|resting] [put|placed|moved|over] {place}": "{thing} goes {place}",
     "<edge> {thing} (really|actually|probably|definitely|surely|usually|normally|always|obviously|rightfully|properly) <belongs> {place}": "{thing} goes {place}",
     "<edge> {thing} <belongs> {place} (really|actually|of course|obviously|normally|usually|right) <edge>": "{thing} goes {place}",
-    "<edge> {holder} [can|could|may|should|might as well|gets to] (have|take|get) {thing}": "put {thing} in {holder}",
+    "<edge> {holder} (can have|could have|may have|should have|can take|could take|gets|has|takes|wants|needs|is waiting for) {thing}": "put {thing} in {holder}",
     "<edge> {thing} (is|are) [now|really|all] [one|something|ones] (for|bound for|destined for|off to|going to|headed for|heading for|ready for|due in) {holder}": "put {thing} in {holder}",
-    "<start> {thing} , {holder} [it is|with (it|them)] <end>": "put {thing} in {holder}",
+    "<start> {thing} , {holder} [it is|with (it|them|that|the lot)] <end>": "put {thing} in {holder}",
     "<edge> (that|this|it) is [one|something] (for|bound for|destined for|off to) {holder}": "put it in {holder}",
     "<edge> {thing} <belongs> {place} [,] [and|so] [in|on|back|there|that is where] [there] (it|they) <belongs>": "{thing} goes {place}",
     "<edge> <anyone> [normally|usually|always] (keeps|keep|puts|put|leaves|leave|has|stores|parks|stands) {thing} {place} [,|;|.] [so|and] [let us] [please] {_VERB} (it|them|that) [right] [back] (there|in there|on there)": "put {thing} {place}",
@@ -181,7 +185,13 @@ INDIRECT = {
     "<edge> (i|we) (fancy|would fancy|am keen on|are keen on|vote for|vote) {thing} {place}": "{thing} {place}",
     "<start> {one} (<belongs>|<modal> <be>) (in|into|to) {holder} <end>": "put {one} in {holder}",
     "<edge> {it:it|that|they} (<belongs>|<modal> <be>) (in|into|to) {holder} <end>": "put {it} in {holder}",
-    "<edge> (i|we) (do|did) not! (need|want|use|like) {thing} [any more|anymore|any longer|now|here] (,|.|;|so|!) {VERB} {PRON}": "{thing} , {VERB} {PRON}",
+    "<edge> (i|we) (do|did|will|would|can|am|are) not! [be] (need|needing|want|wanting|use|using|like) {thing} [any more|anymore|any longer|now|here] (,|.|;|so|!) {VERB} {PRON}": "{thing} , {VERB} {PRON}",
+    "<edge> {place} (it|they) (goes|go) <edge>": "put it {place}",
+    "<start> [oh|no!|sorry] i (said|meant|mean|want|am talking about|was talking about) {one} (,|.|!) {VERB} {_PRON}": "{VERB} {one}",
+    "<edge> {thing} (could do with|need|needs|want|would benefit from|should be|could be|are to be) (swapping|switching|swapped|switched|exchanged) [places|round|around|over]": "swap {thing}",
+    ", {holder} (is|would be|will be) (fine|ok|okay|good|perfect|best) <edge>": "in {holder}",
+    ", {holder} (will do|would do|works) <edge>": "in {holder}",
+    "<edge> it is {that} [that] (i|we) (am after!|want|need|meant|would like|am looking for|was thinking of) <edge>": "pick up {that}",
     # What was said wrong is set right at once.
     "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",
     "(no|wait|oh|sorry) [,|:] [wait|hang on|hold on|sorry] [,] (no|wait|actually) (:|,)": "no ,",

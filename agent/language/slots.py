@@ -183,7 +183,7 @@ _PRAISE = word_set(
     """
     be been really so very ever much just mean a lot make me us my day help it do like love appreciate great good nice lovely kind
     super helpful handy happy glad grateful thankful delighted obliged indebted pleased thrilled awfully terribly most extremely of you fantastic wonderful
-    happier better easier nicer relieved sleep rest feel prefer rather more comfortable
+    over moon chuffed tickled happier better easier nicer relieved sleep rest feel prefer rather more comfortable
     brilliant big huge world the to sweet enough as and
     """
 )

@@ -1,0 +1,105 @@
+"""Asides and indirect orders: what only tells of something is set aside; what binds is refused, or stays."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.interpret import interpret
+from robosandbox.types import DetectedObject, ObservedScene, Pose
+
+_SIZES = {"box": (0.02, 0.02, 0.02), "cylinder": (0.03, 0.05), "bin": (0.08, 0.08, 0.06)}
+SKILLS = ("pick", "place_in", "place_on", "place_beside", "place_at", "push", "tap", "home", "stack")
+
+
+def _thing(name: str, x: float, y: float, kind: str, colour: str) -> DetectedObject:
+    pose = Pose(xyz=(x, y, 0.06))  # type: ignore[arg-type]
+    return DetectedObject(id=name, kind=kind, size=_SIZES[kind], colour=colour, rgba=(0.5, 0.5, 0.5, 1.0), pose=pose)
+
+
+SCENE = ObservedScene(
+    time=0.0,
+    objects=(
+        _thing("sponge", 0.10, 0.12, "box", "yellow"),
+        _thing("soap", 0.22, 0.01, "box", "white"),
+        _thing("can", 0.25, 0.22, "cylinder", "grey"),
+        _thing("laundry_bin", 0.10, -0.30, "bin", "brown"),
+    ),
+    table_height=0.04,
+    base_xy=(-0.3, 0.0),
+)
+BINNED = ("pick(object=sponge)", "place_in(container=laundry_bin)")
+
+
+def _calls(text: str) -> tuple[str, ...]:
+    made = interpret(text, SCENE, SKILLS)
+    return tuple(str(call) for call in made.calls) if isinstance(made, Draft) else ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "the sponge has had it, put it in the laundry",
+        "my hands are full so could you get the sponge into the laundry bin",
+        "put the sponge in the laundry bin, that's how my gran does it",
+        "put the sponge in the laundry bin, if that's not too fiddly",
+        "the neighbours are coming, sponge in the laundry bin, job done",
+        "I think the sponge would look better in the laundry bin, to be honest",
+        "I'd be happier if the sponge was in the laundry bin",
+        "the laundry can have the sponge",
+        "I don't need the sponge any more, so the laundry can have it",
+        "the sponge doesn't go there, it goes in the laundry",
+        "my brother wants the sponge in the laundry bin by noon",
+        "put the sponge on the soap, no wait, that will topple, in the laundry bin",
+        "the sponge it must to go inside of laundry bin",
+    ],
+)
+def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
+    assert _calls(text) == BINNED
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "put the sponge in the laundry bin unless it's wet",
+        "put the sponge in the laundry bin once it has dried",
+        "put the sponge in the laundry bin when my wife gets home",
+        "put the sponge in the laundry bin, but my wife said not to",
+        "put the sponge in the laundry bin, on second thoughts I don't want it",
+        "put the sponge in the laundry bin, actually I'll do it myself",
+        "put the sponge in the laundry bin tomorrow",
+        "if it's too heavy leave the sponge, otherwise put it in the laundry bin",
+        "the sponge shouldn't go in the laundry bin",
+        "nobody wants the sponge in the laundry bin",
+        "my son put the sponge in the laundry bin",
+        "the sponge might be in the laundry bin",
+        "put everything in the laundry bin, the soap is mine",
+    ],
+)
+def test_what_binds_is_refused(text: str) -> None:
+    assert _calls(text) == ()
+
+
+def test_what_is_done_first_may_be_told_last() -> None:
+    text = "put the sponge in the laundry bin, but tap the can first, then go home"
+    assert _calls(text) == ("tap(object=can)", *BINNED, "home()")
+
+
+def test_the_others_stand_between_the_biggest_and_the_smallest() -> None:
+    blocks = [_thing(f"cube_{i}", 0.1 + 0.06 * i, 0.0, "box", "red") for i in range(3)]
+    scene = ObservedScene(
+        time=0.0,
+        objects=tuple(
+            replace(item, size=(edge, edge, edge)) for item, edge in zip(blocks, (0.015, 0.03, 0.02), strict=True)
+        ),
+        table_height=0.04,
+        base_xy=(-0.3, 0.0),
+    )
+    made = interpret("build a tower: biggest cube at the bottom, smallest on top", scene, SKILLS)
+    assert isinstance(made, Draft)
+    assert [str(call) for call in made.calls] == [
+        "stack(object=cube_2, target=cube_1)",
+        "stack(object=cube_0, target=cube_2)",
+    ]
