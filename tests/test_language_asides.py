@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import pytest
 
@@ -10,12 +11,13 @@ from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 
-_SIZES = {"box": (0.02, 0.02, 0.02), "cylinder": (0.03, 0.05), "bin": (0.08, 0.08, 0.06)}
+_SIZES: dict[str, Any] = {"box": (0.02, 0.02, 0.02), "cylinder": (0.03, 0.05), "bin": (0.08, 0.08, 0.06)}
 SKILLS = ("pick", "place_in", "place_on", "place_beside", "place_at", "push", "tap", "home", "stack")
 
 
-def _thing(name: str, x: float, y: float, kind: str, colour: str) -> DetectedObject:
-    pose = Pose(xyz=(x, y, 0.06))  # type: ignore[arg-type]
+def _thing(name: str, x: float, y: float, kind: Any, colour: str) -> DetectedObject:
+    xyz: Any = (x, y, 0.06)
+    pose = Pose(xyz=xyz)
     return DetectedObject(id=name, kind=kind, size=_SIZES[kind], colour=colour, rgba=(0.5, 0.5, 0.5, 1.0), pose=pose)
 
 

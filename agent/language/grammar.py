@@ -69,7 +69,7 @@ class Grammar(Amendments):
             for k in self._joints(j):
                 set_apart = self.text(k - 1) == "but"
                 # "before you go home, put the can in the bin and close it": home comes last.
-                final = part[-1:] if self._goes_before(i, j, k) and len(part) > 1 else ()
+                final = part[-1:] if part[1:] and self._goes_before(i, j, k) else ()
                 done = part[:-1] if final else part
                 found += [
                     (end, (*(without(done, rest[0]) if set_apart else done), *rest, *final))
