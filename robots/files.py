@@ -71,7 +71,7 @@ class ModelFiles:
         except OSError as error:
             raise InputError(f"{self.model.name}: {element}: {name!r} is no path: {error.strerror}") from None
         for path in found:
-            if path.is_file():
+            if is_file(path):
                 self._check_inside(path, name, element, folder)
                 if path.stat().st_size > MAX_ASSET_BYTES:
                     raise InputError(f"{self.model.name}: {element}: {path.name} is larger than 200 MB")
@@ -159,7 +159,7 @@ def read_xml(path: Path) -> bytes:
     Raises:
         InputError: It is none of that; the message names line and remedy.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise InputError(f"{path}: no such file")
     if path.stat().st_size > MAX_MODEL_BYTES:
         raise InputError(f"{path.name}: is {path.stat().st_size / 1e6:.0f} MB; a model file is at most 20 MB")
@@ -222,3 +222,11 @@ def check_xml(content: bytes, source: str) -> None:
         raise InputError(f"{source}: line {line}, column {column}: {reason}; it is not well-formed XML") from None
     except (ValueError, LookupError) as error:
         raise InputError(f"{source}: {error}; save it as UTF-8 XML") from None
+
+
+def is_file(path: Path) -> bool:
+    """Tell whether there is a file; a name that no file system takes is none."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

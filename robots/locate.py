@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 
 from robosandbox.errors import InputError
+from robosandbox.robots.files import is_file
 from robosandbox.robots.imported import ImportedModel
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.validation import did_you_mean, load_yaml_model
@@ -34,11 +35,7 @@ def resolve_robot(robot_urdf: Path | None) -> Path:
         return bundled[name]
     if name.startswith(MENAGERIE):
         return _from_menagerie(name.removeprefix(MENAGERIE))
-    try:
-        is_file = robot_urdf.is_file()
-    except (OSError, ValueError):
-        is_file = False
-    if not is_file:
+    if not is_file(robot_urdf):
         hint = did_you_mean(name, bundled)
         raise InputError(
             f"robot_urdf: {name!r} is neither a file nor a bundled robot ({', '.join(sorted(bundled))}){hint}"
@@ -105,8 +102,8 @@ def find_sidecar(path: Path, robot_config: Path | None) -> Path | None:
     """
     if robot_config is None:
         beside = path.parent / f"{path.stem}{SIDECAR_SUFFIX}"
-        return beside.resolve() if beside.is_file() else None
-    if not robot_config.is_file():
+        return beside.resolve() if is_file(beside) else None
+    if not is_file(robot_config):
         raise InputError(f"{robot_config}: no such sidecar; leave it out to have one inferred")
     return robot_config.resolve()
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots import inertia
-from robosandbox.robots.files import ModelFiles, read_xml
+from robosandbox.robots.files import ModelFiles, is_file, read_xml
 from robosandbox.robots.imported import ImportedModel, compile_spec, copy_options, one_line
 
 _MAX_FILES = 100
@@ -138,7 +138,7 @@ def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Ite
 
 def _find(files: ModelFiles, name: str, element: str, folder: str, holder: Path) -> Path:
     """Return the file that MuJoCo will read: by the main model's folders, else beside the file that names it."""
-    if not (files.model.parent / folder / name).is_file() and (holder.parent / name).is_file():
+    if not is_file(files.model.parent / folder / name) and is_file(holder.parent / name):
         folder = os.path.relpath(holder.parent, files.model.parent)
     return files.find(name, element, folder=folder).resolve()
 

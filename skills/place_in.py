@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from robosandbox.errors import Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.perception.relations import contents, inside
+from robosandbox.perception.relations import Relation, contents, inside
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import check_open
 from robosandbox.skills.filling import spots_in
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import occupied, place
-from robosandbox.types import CONTAINER_KINDS, SkillResult
+from robosandbox.types import CONTAINER_KINDS, DetectedObject, SkillResult
 
 
 class PlaceIn(Skill):
@@ -55,5 +55,10 @@ class PlaceIn(Skill):
             skill=self.name,
             target=container,
             allowed=(container, *held_in),
-            check=lambda placed, scene: inside(placed, arm.find(container, scene)),
+            check=lambda placed, scene: _in(placed, arm.find(container, scene)),
         )
+
+
+def _in(placed: DetectedObject, vessel: DetectedObject) -> Relation:
+    """Tell whether something is in a container; a look that takes that for no container shows nothing of it."""
+    return inside(placed, vessel) if vessel.kind in CONTAINER_KINDS else Relation(holds=False)

@@ -219,3 +219,13 @@ def test_a_renderer_that_mujoco_does_not_load_with_is_one_line_with_the_remedy()
     assert result.stderr.count("\n") == 1
     assert "MUJOCO_GL=bogus" in result.stderr
     assert "unset it" in result.stderr
+
+
+def test_a_mesh_name_that_no_file_system_takes_is_one_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    model = tmp_path / "arm.xml"
+    model.write_text(
+        f'<mujoco><compiler meshdir="assets"/><asset><mesh name="m" file="{"a" * 3000}.stl"/></asset>'
+        '<worldbody><body><joint axis="0 0 1"/><geom type="mesh" mesh="m"/></body></worldbody></mujoco>'
+    )
+    assert sandbox("robot", "infer", str(model)) == EXIT_USAGE
+    assert capsys.readouterr().err.count("\n") == 1

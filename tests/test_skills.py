@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -17,10 +19,12 @@ from robosandbox.grasp.analytic import AnalyticGrasps
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.relations import beside, inside, on_top
+from robosandbox.protocols import Sim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.session import open_session
 from robosandbox.testing import check_planner, check_skill
-from robosandbox.types import Pose, Scene, SceneObject, SkillResult
+from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 OBJECTS = (
@@ -148,3 +152,29 @@ def test_a_weak_gripper_is_not_called_a_success(ctx):
     ctx.sim.reset(Scene(objects=(heavy, *OBJECTS[1:])))
     with pytest.raises(SkillError):
         SKILLS["pick"](ctx, {"object": "red_cube"})
+
+
+class TakesEmptyHandedBinsForCans(GroundTruthPerception):
+    """A perception that, once the hand has let go of something, takes the bin for a can."""
+
+    let_go = False
+
+    def perceive(self, sim: Sim) -> ObservedScene:
+        seen = super().perceive(sim)
+        self.let_go |= seen.held is not None
+        if not self.let_go or seen.held is not None:
+            return seen
+        objects = [
+            replace(item, kind="cylinder", size=(0.05, 0.05)) if item.kind == "bin" else item for item in seen.objects
+        ]
+        return replace(seen, objects=tuple(objects))
+
+
+def test_a_bin_that_the_last_look_takes_for_a_can_shows_nothing_of_what_is_in_it() -> None:
+    with open_session("put_in_bin", what_if=False) as session:
+        session.ctx.perception = TakesEmptyHandedBinsForCans()
+        calls = session.agent.planner.plan(session.task.prompt, session.observe())
+        assert isinstance(calls, Plan)
+        with pytest.raises(PlacementError):
+            for call in calls.steps:
+                next(skill for skill in session.skills if skill.name == call.skill)(session.ctx, call.arguments)
