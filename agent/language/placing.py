@@ -157,11 +157,9 @@ class Placing(Hands):
         if world.objects[vessel].kind not in match.VESSELS:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{vessel} holds nothing that could be poured.", (vessel,))
         kind, holder = world.parent.get(target, ("", ""))
-        if world.objects[target].kind not in match.CONTAINERS and kind == "in":
+        if world.objects[target].kind not in (*match.CONTAINERS, *match.VESSELS) and kind == "in":
             # What is poured over a thing in a bowl goes into the bowl.
             target = holder
-        if world.objects[target].kind not in match.CONTAINERS:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} holds nothing that is poured into it.", (target,))
         if target == vessel:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
         if world.objects[target].kind == "drawer":
