@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+import mujoco
 import zenoh
 
 from robosandbox.errors import ForbiddenError, InputError, RoboSandboxError, SkillError
@@ -61,8 +62,8 @@ class ConnectedCell:
         self._working = threading.Event()
         # Cleared while the sim has something else than what is built here.
         self._drawable = True
-        self._parts: Mapping[str, Sequence[int]] = {}
-        self._blueprint = self._build()
+        # The model and the bodies of each object in it: one value, since jobs and the follower are threads of their own.
+        self._drawn = self._build()
         self._follower = threading.Thread(target=self._follow, name="follower", daemon=True)
         self._news: zenoh.Subscriber[None] | None = None
 
@@ -74,7 +75,7 @@ class ConnectedCell:
     @property
     def blueprint(self) -> Blueprint:
         """What is to be drawn."""
-        return self._blueprint
+        return self._drawn[0]
 
     @property
     def title(self) -> str:
@@ -152,9 +153,9 @@ class ConnectedCell:
         """Build the model anew where the sim's objects have changed; from any thread."""
         with self._building:
             scene = self._scene()
-            if scene != self._blueprint.scene:
+            if scene != self.blueprint.scene:
                 self._drawable = False
-                self._blueprint = self._build()
+                self._drawn = self._build()
                 self._sent = None
             self._drawable = True
 
@@ -192,20 +193,20 @@ class ConnectedCell:
         )
         return scene.model_copy(update={"objects": objects})
 
-    def _build(self) -> Blueprint:
+    def _build(self) -> tuple[Blueprint, Mapping[str, Sequence[int]]]:
         scene = self._scene()
         try:
             world = build_world(scene, load_robot(scene.robot_urdf, scene.robot_config))
         except InputError as error:
             raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
-        self._parts = {name: tuple(bodies.tolist()) for name, bodies in world.parts.items()}
-        return Blueprint(
+        blueprint = Blueprint(
             model=world.model,
             robot=world.robot,
             names=world.names,
             object_bodies=world.object_bodies,
             scene=world.scene,
         )
+        return blueprint, {name: tuple(bodies.tolist()) for name, bodies in world.parts.items()}
 
     # Frames.
 
@@ -252,14 +253,14 @@ class ConnectedCell:
             self._on_elsewhere(True)
             return False
         self._doubted, self._ask_again = False, 0.0
-        before = self._blueprint
+        before = self._drawn
         self.relook()
-        if self._blueprint is not before:
+        if self._drawn is not before:
             self._on_elsewhere(False)
         return True
 
     def _send(self) -> None:
-        blueprint, state = self._blueprint, self._state or self._robot.state()
+        (blueprint, parts), state = self._drawn, self._state or self._robot.state()
         q, objects, held = self._where(state)
         qpos = blueprint.model.qpos0.copy()
         if not self._drawable or len(q) != len(blueprint.robot.qpos_indices):
@@ -269,7 +270,7 @@ class ConnectedCell:
         if gripper is not None and state.gripper is not None:
             qpos[gripper.joint_indices] = gripper.joints_at(state.gripper.joint)
         for item in objects:
-            self._put(item, qpos)
+            _put(item, qpos, blueprint.model, parts.get(item.id, ()))
         if self._sent is not None and len(self._sent) == len(qpos) and abs(self._sent - qpos).max() < _STILL:
             return
         self._sent = qpos
@@ -285,20 +286,6 @@ class ConnectedCell:
         )
         self._on_frame(Frame(model=blueprint.model, seen=seen, held=held, qpos=frozen_array(qpos)))
 
-    def _put(self, item: TrueObject | DetectedObject, qpos: Array) -> None:
-        """Write where an object is into the model's positions."""
-        model = self._blueprint.model
-        addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in self._parts.get(item.id, ())]
-        if item.kind == "beads":
-            for address, xyz in zip(addresses, item.grains, strict=False):
-                qpos[address : address + 3] = xyz
-            return
-        if addresses:
-            x, y, z, w = item.pose.quat_xyzw
-            qpos[addresses[0] : addresses[0] + 7] = [*item.pose.xyz, w, x, y, z]
-        if item.opening is not None and len(addresses) > 1:
-            qpos[addresses[1]] = item.opening
-
     def _where(self, state: State) -> tuple[tuple[float, ...], Sequence[TrueObject | DetectedObject], str | None]:
         """Return joints and objects of one moment where the sim tells the truth, else the joints and what is perceived."""
         try:
@@ -309,3 +296,17 @@ class ConnectedCell:
         except SkillError as error:
             raise InputError(error.message) from None
         return truth.q, truth.objects, truth.held
+
+
+def _put(item: TrueObject | DetectedObject, qpos: Array, model: mujoco.MjModel, bodies: Sequence[int]) -> None:
+    """Write where an object is into a model's positions."""
+    addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in bodies]
+    if item.kind == "beads":
+        for address, xyz in zip(addresses, item.grains, strict=False):
+            qpos[address : address + 3] = xyz
+        return
+    if addresses:
+        x, y, z, w = item.pose.quat_xyzw
+        qpos[addresses[0] : addresses[0] + 7] = [*item.pose.xyz, w, x, y, z]
+    if item.opening is not None and len(addresses) > 1:
+        qpos[addresses[1]] = item.opening
