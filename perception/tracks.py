@@ -283,13 +283,11 @@ def _renew(track: Track, thing: Thing) -> None:
             track.confidence *= _FADING
             return
         found = aligned(thing.fit, old.fit)
-        if found.shape == old.fit.shape and _tangents(thing) < _AS_MUCH * track.tangents:
-            found = _resized(found, old.fit.sizes)
-        elif not _same_size(old, found):
-            track.tangents = _tangents(thing)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
         track.looks, track.confidence = 1, thing.confidence
+        if not _same_size(old, found):
+            track.tangents = _tangents(thing)
         return
     share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
     track.looks += 1
@@ -318,12 +316,6 @@ def _tangents(thing: Thing) -> int:
 
 def _same_size(old: Thing, new: Fit) -> bool:
     return new.shape == old.fit.shape and float(np.abs(new.sizes - old.fit.sizes).max()) < _KNOWN_SIZE
-
-
-def _resized(found: Fit, sizes: Array) -> Fit:
-    """Return a shape with other sizes, standing where it stands."""
-    other = replace(found, sizes=sizes)
-    return replace(other, centre=found.centre + [0.0, 0.0, found.bottom - other.bottom])
 
 
 def _changed(track: Track, thing: Thing) -> bool:
