@@ -18,9 +18,9 @@ from robosandbox.robots.urdf import import_urdf
 
 _SAMPLES = 60
 _ALWAYS = 0.9
-# The next link but one overlaps over half of its travel only where its shape is drawn too large.
 # Of how many joints between them links are neighbours.
 _NEAR = 2
+# The next link but one overlaps over half of its travel only where its shape is drawn too large.
 _OFTEN = 0.5
 _FREE = 0.25
 

@@ -9,7 +9,7 @@ import pytest
 
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import interpret
-from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.types import DetectedObject, ObservedScene, Pose, Refusal
 
 _SIZES: dict[str, Any] = {"box": (0.02, 0.02, 0.02), "cylinder": (0.03, 0.05), "bin": (0.08, 0.08, 0.06)}
 SKILLS = ("pick", "place_in", "place_on", "place_beside", "place_at", "push", "tap", "home", "stack")
@@ -82,6 +82,30 @@ def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
 )
 def test_what_binds_is_refused(text: str) -> None:
     assert _calls(text) == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "{the} is mine, put the blocks in the laundry bin",
+        "{the} is broken, put all the blocks in the laundry bin",
+        "my son needs {the}, put the blocks in the laundry bin",
+        "mum wants to keep {the}, put the blocks in the laundry bin",
+        "put the blocks in the laundry bin, I hate {the}",
+        "I do not like red, put the blocks in the laundry bin",
+    ],
+)
+@pytest.mark.parametrize("named", ["the red block", "the red one"])
+def test_one_of_several_that_is_told_of_may_be_spared(text: str, named: str) -> None:
+    things = tuple(
+        _thing(f"{colour}_block", 0.1, y, "box", colour) for colour, y in (("red", 0.1), ("blue", 0.0), ("green", -0.1))
+    )
+    scene = replace(SCENE, objects=(*things, SCENE.objects[-1]))
+    assert isinstance(interpret(text.format(the=named), scene, SKILLS), Refusal)
+
+
+def test_a_colour_that_somebody_dislikes_says_nothing_of_a_single_thing() -> None:
+    assert _calls("I do not like yellow. put the yellow thing in the laundry bin") == BINNED
 
 
 def test_what_is_done_first_may_be_told_last() -> None:

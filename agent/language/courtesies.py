@@ -47,7 +47,6 @@ OPENINGS = {
     "<start> (mr|mrs|ms|miss|dr) {_name} (order|prescription|request) (:|,)": "",
     "<start> (order|prescription|request) for {_name} [{_name2}] (:|,)": "",
     "<start> {_words} is not! (here|there) [,] (but|so)": "",
-    "<start> i do not! like {_COLOUR} (,|.|!|;)": "",
     "<start> {_words} , [oh|no!|ah] never! mind [that] [,]": "",
     "[now] what <we> (would like|want|need) you to do [now|next!|first!] is [to|:|,]": "",
     "what you do is [you|to]": "",

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.remarks import BINDING, HARMLESS, SPEAKERS, STATES, WHOSE
 from robosandbox.agent.language.slots import PEOPLE, Said
+from robosandbox.agent.language.sparing import may_spare
 from robosandbox.agent.language.speech import CONDITIONS
 from robosandbox.agent.language.tokens import MARKS, Token
 from robosandbox.agent.language.verbs import BASE_FORMS
@@ -96,7 +97,8 @@ _GONE = word_set("out off bad mouldy moldy stale rotten soft rusty cold wrong on
 
 def without_incidentals(said: Said) -> Said:
     """Return a sentence without the clauses that only tell of something; the same sentence if there are none."""
-    return said.now(_Incidentals(said).removed())
+    left = _Incidentals(said).removed()
+    return said if may_spare(said, left) else said.now(left)
 
 
 class _Incidentals:
@@ -168,7 +170,8 @@ class _Incidentals:
         j = i
         while j < len(self.tokens) and self.texts[j] not in MARKS:
             apart = self.texts[j] in _ALWAYS_APART - {"as"}
-            if j > i and apart and (self.texts[j] != "so" or self._opens(j + 1) or self._states(j + 1)):
+            begins = self._opens(j + 1) or self._states(j + 1) or (j + 1 < len(self.tokens) and self._thing(j + 1))
+            if j > i and apart and (self.texts[j] != "so" or begins):
                 break
             if j > i and self.texts[j] in ("and", "then") and self._opens(j + 1):
                 break
@@ -230,9 +233,6 @@ class _Incidentals:
             not (self._thing(k) or self.tags[k] & {"SIZE", "SHADE", "THE", "A", "POS", "SUPER"}) for k in range(i, verb)
         ):
             return False
-        if any({"ALL", "EVERYTHING", "BOTH"} & tags for tags in self.tags[end:]):
-            # "the can is mine, put everything away" might spare the can.
-            return False
         self.topic += self.tokens[i:verb]
         return True
 
@@ -292,8 +292,9 @@ class _Incidentals:
         the = next((k for k in range(named[-1], i - 1, -1) if "THE" in self.tags[k]), None)
         one = the is not None and all(the < k for k in named) and named[-1] - named[0] == len(named) - 1
         bound = _WISHES | _FUTURE | _SAYING | {"not", "would"}
-        whole = any({"ALL", "EVERYTHING", "BOTH", "OTHER", "OTHERS", "EXCEPT"} & tags for tags in self.tags[end:])
-        if whole or bound & {*self.texts[i:end]} or (the is not None and not one):
+        if self.texts[i : end - 1] == ["do", "not", "like"] and "COLOUR" in self.tags[end - 1]:
+            return True
+        if bound & {*self.texts[i:end]} or (the is not None and not one):
             return False
         if the is not None:
             self.topic += self.tokens[the : named[-1] + 1]

@@ -41,7 +41,7 @@ FORMULAS = {
     "(,|.|!) [please|so|now] (do (it|that)|make it so|make (it|that) happen|get it done|get to it|see to it) [now|for me] <end>": "",
     "(exactly|precisely|strictly) <end>": "",
     "<edge> if! {thing} (could|can|would|might|were to|was to) <be> {place} [,] (it|that|this) (would|will) {_praise} <edge>": "{thing} goes {place}",
-    "(probably|ideally|preferably|obviously|of course|naturally|apparently|seriously|personally|frankly|clearly)": "",
+    "(probably|obviously|of course|naturally|apparently|seriously|personally|frankly|clearly)": "",
     ", no! need to (rush|hurry|worry|panic|be (gentle|careful|shy|quick)|explain|ask|apologise|thank me) <edge>": "",
     "for (luck|good luck|fun|a laugh|kicks|show|effect|good measure|old times sake)": "",
     "<edge> (go on|go for it|off you go|away you go|there is a (love|dear|good lad|good girl)|up you go) <end>": "",

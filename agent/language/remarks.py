@@ -12,6 +12,7 @@ from robosandbox.agent.language.adjectives import CLAIMS, FEELINGS
 from robosandbox.agent.language.courtesies import COURTESIES, is_purpose, restarted
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.sparing import may_spare
 from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
@@ -74,7 +75,8 @@ _JOINTS = frozenset({"and", "then", "but", "so"})
 def without_remarks(said: Said) -> Said:
     """Return a sentence without courtesies, reasons and small talk that bind nothing; the same sentence if there are none."""
     said = COURTESIES.reworded(said.now(restarted(said.tokens)))
-    return said.now(_Remarks(said.tokens, said.words).removed())
+    left = _Remarks(said.tokens, said.words).removed()
+    return said if may_spare(said, left) else said.now(left)
 
 
 class _Remarks:
@@ -256,8 +258,7 @@ class _Remarks:
 
     def _told(self, i: int, end: int) -> bool:
         """Say whether a clause tells of something and neither asks nor rules out."""
-        whole = any({"ALL", "EVERYTHING", "BOTH"} & tags for tags in (*self.tags[:i], *self.tags[end:]))
-        if end <= i + 1 or (whole and self._names_things(i, end)):
+        if end <= i + 1:
             # "the can is mine, put everything away" might spare the can.
             return False
         if self._text(i) in ("nobody", "no") and any("VERB" in self.tags[k] for k in range(i, end)):
