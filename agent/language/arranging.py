@@ -63,7 +63,7 @@ class Arranging(Placing):
         if there and (len(names) == 1 or all(ref.determiner == "the" for ref in command.objects)):
             # "carry it to the bin and drop it in", "all the yellow ones, so the lemon and the can": done already.
             return
-        again = [name for name in names if name in self.put_down] if several else []
+        again = [name for name in names if name in (self.put_down if several else self.dealt if command.bare else ())]
         if again and not any(ref.determiner == "it" for ref in command.objects):
             raise RefusedError(
                 RefusalCode.AMBIGUOUS,
@@ -97,7 +97,13 @@ class Arranging(Placing):
         def holds(name: str) -> bool:
             return place.kind not in ("in", "to") or self.world.objects[name].kind in match.CONTAINERS
 
-        targets = self.ground.many(replace(where, determiner="all"), holds).ids
+        try:
+            targets = self.ground.many(replace(where, determiner="all"), holds).ids
+        except RefusedError:
+            if where.without and command.objects[0].without:
+                # "a ball in each bin: the blue one in the white bin, the yellow one in the black bin": none is left.
+                return True
+            raise
         if len(targets) < 2:
             return False
         if every and not where.distinct:
@@ -120,6 +126,7 @@ class Arranging(Placing):
         for k, name in enumerate(names):
             self._put_one(name, place, (targets[k // share],), stack=False)
         self.put_down.update(names)
+        self.dealt.update(names)
         self._theme(tuple(names))
         return True
 

@@ -16,6 +16,7 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
+from robosandbox.agent.language.readings import part_of
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, ObservedScene, RefusalCode, SkillCall
 
@@ -83,7 +84,7 @@ class _Builder(Arranging):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        for command in _fused(tuple(map(_each_spared, sentence.steps))):
+        for command in _fused(_dealt_first(tuple(map(_each_spared, sentence.steps)))):
             self._check_condition(command)
             getattr(self, f"_{command.verb}")(command)
         self._check_forbidden()
@@ -338,6 +339,66 @@ def _each_spared(command: Command) -> Command:
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:
     return tuple(value for key, value in call.arguments.items() if key in ("object", "target", "container", "drawer"))
+
+
+def _dealt_first(commands: Sequence[Command]) -> list[Command]:
+    """As in "put a ball in each bin, the yellow one in the white bin": what is told apart goes first, then the rest."""
+    dealt: list[Command] = []
+    for command in commands:
+        before = dealt[-1] if dealt else None
+        if before is None or not (_deals(before) and _tells_apart(command, before)):
+            dealt.append(command)
+            continue
+        place, where = before.place, command.place
+        assert isinstance(place, Relation) and isinstance(where, Relation)
+        kind, bins = before.objects[0], place.refs[0]
+        apart = _of_kind(command.objects[0], kind)
+        there = tuple(_of_kind(ref, bins) for ref in where.refs)
+        rest = replace(
+            before,
+            objects=(replace(kind, without=(*kind.without, apart)),),
+            place=replace(place, refs=(replace(bins, without=(*bins.without, *there)),)),
+        )
+        dealt[-1:] = [replace(command, objects=(apart,), place=replace(where, refs=there)), rest]
+    return dealt
+
+
+def _deals(command: Command) -> bool:
+    place = command.place
+    return (
+        command.verb == "put"
+        and len(command.objects) == 1
+        and command.objects[0].determiner == "a"
+        and isinstance(place, Relation)
+        and len(place.refs) == 1
+        and place.refs[0].determiner == "all"
+    )
+
+
+def _tells_apart(command: Command, dealt: Command) -> bool:
+    where, place = command.place, dealt.place
+    return (
+        command.verb == "put"
+        and len(command.objects) == 1
+        and isinstance(where, Relation)
+        and isinstance(place, Relation)
+        and where.kind == place.kind
+        and len(where.refs) == 1
+        and all(_told_by_looks(ref) for ref in (command.objects[0], where.refs[0]))
+        and part_of(_of_kind(command.objects[0], dealt.objects[0]), dealt.objects[0])
+        and part_of(_of_kind(where.refs[0], place.refs[0]), place.refs[0])
+    )
+
+
+def _told_by_looks(ref: Ref) -> bool:
+    """Say whether one thing is told by what does not change when others move: its name or its colour."""
+    one = not (ref.plural or ref.number) and ref.determiner in ("the", "bare")
+    return one and bool(ref.colours or ref.names) and not (ref.ranks or ref.relations)
+
+
+def _of_kind(ref: Ref, whole: Ref) -> Ref:
+    """Return a description that may say a colour only ("the yellow one", "yellow") with the kind of what it is one of."""
+    return ref if ref.nouns or ref.names or ref.determiner == "it" else replace(ref, nouns=whole.nouns, one=False)
 
 
 def _fused(commands: Sequence[Command]) -> list[Command]:

@@ -30,6 +30,7 @@ class Hands:
         self.start_held = scene.held
         self.last_side: tuple[str, str] | None = None
         self.put_down: set[str] = set()
+        self.dealt: set[str] = set()
         self.set_free: set[str] = set()
         self.spared: set[str] = set()
         self.called: tuple[str, ...] = ()

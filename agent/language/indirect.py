@@ -6,6 +6,7 @@ something (`incidental`), then what is left is said as a plain order. `template`
 
 from __future__ import annotations
 
+from robosandbox.agent.language import colloquial
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
@@ -203,8 +204,9 @@ INDIRECT = {
     "[about|around|roughly|approximately|pretty much|right|exactly] (halfway|midway|half! way) [in] between": "between",
 }
 # fmt: on
-_FORMULAS = Constructions(FORMULAS, parts=PARTS)
-_INDIRECT = Constructions(FOREIGN, INDIRECT, parts=PARTS)
+_PARTS = {**PARTS, **colloquial.PARTS}
+_FORMULAS = Constructions(FORMULAS, colloquial.FILLERS, parts=_PARTS)
+_INDIRECT = Constructions(FOREIGN, colloquial.CLAUSES, INDIRECT, parts=_PARTS)
 
 
 def plainly_asked(said: Said) -> Said:
