@@ -211,7 +211,7 @@ class Wishes(Clauses, ABC):
                         continue
                     it = command.objects[0].determiner == "it"
                     if it and element.kind == "objects":
-                        found.append((end, replace(command, objects=element.value)))
+                        found.append((end, replace(command, objects=(*element.value, *command.objects[1:]))))
                     elif not it and (element.kind == "table" or verb == "build"):
                         found.append((end, command))
         return found

@@ -79,7 +79,7 @@ class WordOrder(Wishes, ABC):
                 # "the can pick it up", as it is dictated
                 for k, command in self._verb_first(j):
                     if command.objects and command.objects[0].determiner == "it":
-                        found.append((k, replace(command, objects=element.value, bare=command.bare + 0.6)))
+                        found.append((k, replace(command, objects=(*element.value, *command.objects[1:]), bare=command.bare + 0.6)))
             if element.kind == "objects" and (self._skip(j) > j or self.said(j, j + 2) in _YOU_MUST):
                 # "the can, put it in the bin", "the can you must put it in the bin"
                 for start in self._preambles(self._skip(j), 0):
@@ -88,7 +88,7 @@ class WordOrder(Wishes, ABC):
                         *(self._wish(start) if start == self._skip(j) else ()),
                     ):
                         if command.objects and command.objects[0].determiner == "it":
-                            found.append((k, replace(command, objects=element.value)))
+                            found.append((k, replace(command, objects=(*element.value, *command.objects[1:]))))
                 # "the can is old, into the bin with it"
                 found += [
                     (end + 2, command)
@@ -129,7 +129,7 @@ class WordOrder(Wishes, ABC):
                 for end, command in (*self._verb_first(start), *self._wish(start)):
                     it = command.objects[0] if command.objects else None
                     if it is not None and it.determiner == "it" and it.plural == ref.plural:
-                        found.append((end, replace(command, objects=(which,))))
+                        found.append((end, replace(command, objects=(which, *command.objects[1:]))))
         return found
 
     def _telegram(self, i: int) -> Found[Command]:
