@@ -34,7 +34,6 @@ REQUESTS = {
     "is it possible [for you] (that you|to|for you to)": "could you",
     "it is (necessary|needed|required|important) (to|that you|for you to)": "",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
-    "<we> (want|need|would like|wish|prefer) that you [to]": "could you",
     "<we> (beg|implore|urge|ask) [of] you to": "",
 }
 OPENINGS = {

@@ -131,6 +131,9 @@ class Grammar(Amendments):
             found += self._two_verbs(start)
             for j, command in self.clause(start):
                 found.append((j, (command,)))
+                if i == 0 and not command.bare and self.text(j) in ("first", "beforehand"):
+                    # "tap the can first, then go home"
+                    found.append((j + 1, (command,)))
                 comma = self._skip(j)
                 for tag in ("BEFORE", "AFTER"):
                     second_at = [
@@ -246,6 +249,10 @@ def _inside_it(second: Command, first: Command) -> Command:
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:
     """As in "before you put the brick in the crate, tap it": what is done first is named last."""
+    there, into = first.place, second.place
+    if isinstance(there, Relation) and there.refs == (IT,) and isinstance(into, Relation) and into.refs not in ((), (IT,)):
+        # "before you put the brick in the crate, put the ball in there"
+        first = replace(first, place=replace(there, refs=into.refs))
     if (
         first.objects
         and first.objects[0].determiner == "it"

@@ -7,6 +7,8 @@ something (`incidental`), then what is left is said as a plain order. `template`
 from __future__ import annotations
 
 from robosandbox.agent.language import colloquial
+from robosandbox.agent.language.courtesies import PARTS as POLITE
+from robosandbox.agent.language.courtesies import REQUESTS
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
@@ -204,8 +206,8 @@ INDIRECT = {
     "[about|around|roughly|approximately|pretty much|right|exactly] (halfway|midway|half! way) [in] between": "between",
 }
 # fmt: on
-_PARTS = {**PARTS, **colloquial.PARTS}
-_FORMULAS = Constructions(FORMULAS, colloquial.FILLERS, parts=_PARTS)
+_PARTS = {**POLITE, **PARTS, **colloquial.PARTS}
+_FORMULAS = Constructions(REQUESTS, FORMULAS, colloquial.FILLERS, parts=_PARTS)
 _INDIRECT = Constructions(FOREIGN, colloquial.CLAUSES, INDIRECT, parts=_PARTS)
 
 

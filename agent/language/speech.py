@@ -204,40 +204,34 @@ EXCEPT = (
     "with the exception of, minus, not counting, barring, and not, but skip, but leave out, bar, "
     "not including, without, but without"
 )
+_COLLIDE = {
+    "touch": "touching", "move": "moving", "disturb": "disturbing", "bump": "bumping", "bump into": "bumping into",
+    "hit": "hitting", "knock": "knocking", "knock over": "knocking over", "knock into": "knocking into",
+    "brush": "brushing", "brush against": "brushing against", "graze": "grazing", "jostle": "jostling",
+    "clip": "clipping", "run into": "running into", "crash into": "crashing into", "collide with": "colliding with",
+    "scrape": "scraping", "catch": "catching", "shift": "shifting", "topple": "toppling", "tip over": "tipping over",
+}  # fmt: skip
+_CAREFUL = (
+    "do not", "and do not", "but do not", "never", "but never", "be careful not to", "be careful you do not",
+    "take care not to", "take care you do not", "try not to", "make sure not to", "make sure you do not",
+    "be sure not to", "mind you do not", "mind not to", "see that you do not", "watch you do not", "you must not",
+    "must not", "you should not", "should not", "you may not", "you can not", "you are not allowed to",
+    "i do not want you to", "you do not need to", "you do not have to", "no need to", "do not ever", "do not even",
+)  # fmt: skip
+_SIDEWAYS = ("brushing", "grazing", "jostling", "clipping", "running", "crashing", "scraping", "catching")
+_LEAVING = ("avoid", "avoiding", "refrain from", "stop", "quit", "not", "but avoid", "and avoid", "while avoiding", "while not")
 AVOID = (
-    "keep, spare, without touching, without bumping, without bumping into, "
-    "without hitting, without knocking, "
-    "without picking up, without pushing, without using, without affecting, "
-    "without colliding with, "
-    "while avoiding, avoiding, avoid, avoid touching, while not touching, not touching, but do not touch, "
-    "but leave, and do not touch, do not touch, do not move, do not disturb, "
-    "do not bump, do not hit, "
-    ""
-    "do not knock over, do not bump into, "
-    "do not mess with, do not disturb, do not even touch, do not ever touch, do not go near, "
-    "never touch, never move, leave, stay away from, keep away from, "
-    "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, "
-    "avoid moving, avoid bumping, refrain from touching, refrain from moving, "
-    "stop touching, quit touching, ignore, skip, "
-    "forget, forget about, never mind, do not bother with, do not worry about, "
-    "you must not touch, you must not move, must not touch, must not move, you should not touch, "
-    "you should not move, should not touch, "
-    "i do not want you to touch, i do not want you to move, "
-    ""
-    "you are not allowed to touch, you are not allowed to move, you may not touch, you may not move, "
-    "you can not touch, "
-    "no touching, no moving, no need to touch, no need to move, "
-    "you do not need to touch, you do not need to move, "
-    "you do not have to touch, you do not have to move, make sure not to touch, "
-    "make sure you do not touch, make sure not to move, "
-    "be careful not to touch, be careful not to move, be careful not to bump, be careful not to bump into, "
-    "be careful not to knock over, be careful not to hit, try not to touch, try not to move, try not to bump, "
-    "be careful not to disturb, take care not to touch, take care not to disturb, take care not to bump, "
+    "keep, spare, without touching, without bumping, without bumping into, without hitting, without knocking, "
+    "without picking up, without pushing, without using, without affecting, without colliding with, "
+    "while avoiding, avoiding, avoid, but leave, do not mess with, do not go near, leave, stay away from, keep away from, "
+    "stay clear of, steer clear of, keep clear of, keep your hands off, hands off, ignore, skip, "
+    "forget, forget about, never mind, do not bother with, do not worry about, no touching, no moving, "
     "keep off, let it be, keep clear from, mind, watch out for, careful with, be careful with, be careful of, "
-    "and leave, but never touch, "
-    "while leaving, leaving, without interfering with, with no contact with, not disturbing, not moving, "
-    "but avoid, and avoid, but ignore, but do not move, but do not disturb, but stay away from, "
-    "but keep away from"
+    "and leave, while leaving, leaving, without interfering with, with no contact with, "
+    "but avoid, and avoid, but ignore, but stay away from, but keep away from"
+    + "".join(f", {careful} {verb}" for careful in _CAREFUL for verb in _COLLIDE)
+    + "".join(f", {leaving} {doing}" for leaving in _LEAVING for doing in _COLLIDE.values())
+    + "".join(f", without {doing}" for doing in _COLLIDE.values() if doing.split()[0] in _SIDEWAYS)
 )
 AVOID_TAILS = (
     "out here, where it is now, where they are now, on the table, outside, behind, as they were, over there, over here, alone, here, put, right there, where he is, be, where it is, where they are, where it stands, in place, in its place, as it is, untouched, "
