@@ -18,6 +18,7 @@ from robosandbox.agent.language.intent import (
     replace,
 )
 from robosandbox.agent.language.placing import Placing
+from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import RefusalCode, Side
 
 
@@ -258,8 +259,10 @@ class Arranging(Placing):
             # With bowls about as well, one bin is no longer the place for all there is.
             bins += [item.id for item in objects.values() if item.kind == "bowl"]
         waste = [name for name in bins if match.is_waste(name)]
-        if isinstance(command.place, Relation) and len(waste) == 1:
-            bins = waste
+        called = [name for name in bins if "bin" in id_parts(name)]
+        if isinstance(command.place, Relation):
+            # What is thrown away, or "binned": where that goes by its name.
+            bins = next((found for found in (waste, called) if len(found) == 1), bins)
         if len(bins) != 1:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Where should {listed(names)} go? I see {listed(bins)}.", bins)
         left = [name for name in names if name not in self.world.inside(bins[0])]
@@ -353,13 +356,30 @@ class Arranging(Placing):
         if len(names) < 2:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Line {listed(names)} up with what?", names)
         self._need_empty("line things up")
-        anchor = min(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
-        previous = anchor
-        sides: tuple[Side, ...] = ("right", "left", "front", "back")
-        for name in (name for name in names if name != anchor):
-            self._put_beside(name, previous, sides)
+        along: tuple[Side, ...] = ("front", "back")
+        across: tuple[Side, ...] = ("right", "left")
+
+        def has_room(name: str, side: Side, end: str) -> bool:
+            room = self.world.radius(name) - 0.01
+            return side in {found for _, found, _ in self._sides_free(name, end, (*along, *across), room)}
+
+        others = {anchor: [name for name in names if name != anchor] for anchor in names}
+        anchors = sorted(names, key=lambda name: math.dist(self.world.at[name], (0.1, 0.0)))
+        anchor, sides = next(
+            (
+                (anchor, sides)
+                for anchor in anchors
+                for sides in (along, across)
+                if all(any(has_room(name, side, anchor) for name in others[anchor]) for side in sides[: len(names) - 1])
+            ),
+            (anchors[0], (*along, *across)),
+        )
+        ends = {side: anchor for side in sides}
+        for name in others[anchor]:
+            side = next((side for side in sides if has_room(name, side, ends[side])), None)
+            if side is None:
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no room for a row through {anchor}.", (anchor,))
+            self._put_beside(name, ends[side], (side,))
+            ends[side] = name
             # A row goes on along the axis on which it began.
-            sides = (
-                ("front", "back") if self.steps[-1].call.arguments["side"] in ("front", "back") else ("right", "left")
-            )
-            previous = name
+            sides = across if side in across else along

@@ -15,6 +15,7 @@ PARTS = {
     "slip": "(silly me|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
 }
 FILLERS = {
+    "<start> [please|let us|time to] (tidy up|clean up|clear up|tidy|cleanup|clean up time|tidy up time|cleanup time) [the (table|desk|counter|bench)|here|everything|things] (:|,|.|;) {VERB}": "{VERB}",
     "<start> [okay|ok|and|so|right] [now|first!|next!|today] (let us|lets) (go|roll|begin|start|do (this|it)|get (started|going|cracking|to work)|crack on|get on with it) (,|:|.|!|;)": "",
     "<start> [okay|ok|and|so|right] [now|today] we (will|shall|can|are going to|are about to|would like to|want to) {VERB}": "{VERB}",
     "<start> [okay|ok|and|so] now we {VERB}": "{VERB}",

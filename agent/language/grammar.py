@@ -250,9 +250,10 @@ def _inside_it(second: Command, first: Command) -> Command:
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:
     """As in "before you put the brick in the crate, tap it": what is done first is named last."""
     there, into = first.place, second.place
-    if isinstance(there, Relation) and there.refs == (IT,) and isinstance(into, Relation) and into.refs not in ((), (IT,)):
-        # "before you put the brick in the crate, put the ball in there"
-        first = replace(first, place=replace(there, refs=into.refs))
+    if isinstance(there, Relation) and there.refs == (IT,):
+        # "before you put the brick in the crate, put the ball in there"; "before closing the drawer, put the ball in it"
+        refs = into.refs if isinstance(into, Relation) else second.objects if second.verb in ("open", "close") else ()
+        first = replace(first, place=replace(there, refs=refs)) if refs not in ((), (IT,)) else first
     if (
         first.objects
         and first.objects[0].determiner == "it"

@@ -216,6 +216,8 @@ class Grounder(Vicinity):
             found = match.with_noun(
                 found, ref.nouns, several=several, count=ref.number, kinds=several or bool(ref.ranks)
             )
+            # "the sand", where there is a sand cup as well: what is called so, not what it is in.
+            found = [item for item in found if item.kind == "beads" and item.id in ref.nouns] or found
             if len(ref.nouns) > 1:
                 # "cans and cubes": the cans first.
                 fits_best = {item.id: [-match.noun_fit(noun, item) for noun in ref.nouns] for item in found}

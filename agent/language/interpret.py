@@ -27,6 +27,7 @@ CLOSE = 0.5
 _MOST_REMEMBERED = 500
 STRANGE = 20.0
 _STEPS_AGAIN = 4_000
+_PERHAPS_MISREAD = frozenset({RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED})
 Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 
@@ -51,7 +52,12 @@ def interpret(
     readings = read(prompt, scene, names)
     if isinstance(readings, Refusal):
         return readings
-    return choose(readings, scene, names, discourse, chosen)
+    made = choose(readings, scene, names, discourse, chosen)
+    if isinstance(made, Refusal) and made.code in _PERHAPS_MISREAD:
+        plainer = _reread(prompt, tuple(item.id for item in scene.objects)) if len(prompt) <= _MOST_REMEMBERED else ()
+        better = choose(plainer, scene, names, discourse, chosen) if plainer else made
+        return better if isinstance(better, Draft) else made
+    return made
 
 
 def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings | Refusal:
@@ -71,7 +77,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
         said = Said(tokens, known)
         readings = said.grammar.sentences()
         if not readings or readings[0][0] >= STRANGE:
-            plain = without_remarks(in_plain_words(plainly_asked(said.now(_respelled(tokens, known)))))
+            plain = _plainly(said)
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
         return readings or _not_understood(said, skills)
@@ -79,6 +85,25 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
         return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
+
+
+@lru_cache(maxsize=32)
+def _reread(prompt: str, ids: tuple[str, ...]) -> Readings:
+    """Return the readings of a sentence in plainer words, none if those are its own: for what makes no sense as it stands."""
+    known = scene_words(ids)
+    try:
+        said = Said(tokenize(prompt, known), known)
+        if "anything" in said.texts:
+            # "anything but the apple can go in the bin" allows it, and asks for nothing.
+            return ()
+        plain = _plainly(said)
+        return plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
+    except (TooLongError, TooComplicatedError):
+        return ()
+
+
+def _plainly(said: Said) -> Said:
+    return without_remarks(in_plain_words(plainly_asked(said.now(_respelled(said.tokens, said.words)))))
 
 
 def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:

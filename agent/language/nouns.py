@@ -156,7 +156,8 @@ class Nouns(Modifiers):
             step.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
         for j, key in self.tag(start, "POS"):
             step.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
-        for j, index in self.tag(start, "ORDINAL"):
+        # "next to the tile" names no next one.
+        for j, index in self.tag(start, "ORDINAL") if self.said(start, start + 2) != "next to" else ():
             step.append((j, replace(ref, ranks=(*ref.ranks, Rank("", index)))))
             for tag in ("SUPER", "FROM"):
                 for k, key in self.tag(j, tag):

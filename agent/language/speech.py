@@ -219,7 +219,18 @@ _CAREFUL = (
     "i do not want you to", "you do not need to", "you do not have to", "no need to", "do not ever", "do not even",
 )  # fmt: skip
 _SIDEWAYS = ("brushing", "grazing", "jostling", "clipping", "running", "crashing", "scraping", "catching")
-_LEAVING = ("avoid", "avoiding", "refrain from", "stop", "quit", "not", "but avoid", "and avoid", "while avoiding", "while not")
+_LEAVING = (
+    "avoid",
+    "avoiding",
+    "refrain from",
+    "stop",
+    "quit",
+    "not",
+    "but avoid",
+    "and avoid",
+    "while avoiding",
+    "while not",
+)
 AVOID = (
     "keep, spare, without touching, without bumping, without bumping into, without hitting, without knocking, "
     "without picking up, without pushing, without using, without affecting, without colliding with, "

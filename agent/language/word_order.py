@@ -79,7 +79,14 @@ class WordOrder(Wishes, ABC):
                 # "the can pick it up", as it is dictated
                 for k, command in self._verb_first(j):
                     if command.objects and command.objects[0].determiner == "it":
-                        found.append((k, replace(command, objects=(*element.value, *command.objects[1:]), bare=command.bare + 0.6)))
+                        found.append(
+                            (
+                                k,
+                                replace(
+                                    command, objects=(*element.value, *command.objects[1:]), bare=command.bare + 0.6
+                                ),
+                            )
+                        )
             if element.kind == "objects" and (self._skip(j) > j or self.said(j, j + 2) in _YOU_MUST):
                 # "the can, put it in the bin", "the can you must put it in the bin"
                 for start in self._preambles(self._skip(j), 0):
