@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 
 import pytest
 
-from robosandbox.agent.language.courtesies import COURTESIES
+from robosandbox.agent.language.courtesies import COURTESIES, POLITE
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.idioms import plainly
 from robosandbox.agent.language.interpret import interpret
@@ -209,7 +209,6 @@ _EXAMPLES = """
     two things for the bin : first the can , then the ball -> put the can in the bin , then put the ball in the bin
     two things for the bin : the can and the ball -> put the can and the ball in the bin
     hold the can up a moment -> hold the can up
-    i need that you tap the can -> could you tap the can
     sort : the can in the bin -> the can in the bin
     teacher says tap the can -> tap the can
     i was going to say the can , but no , tap the ball -> tap the ball
@@ -217,7 +216,6 @@ _EXAMPLES = """
     order for bennett : the can in the bin -> the can in the bin
     teddy is not here but tap the can -> tap the can
     where did i , oh never mind , tap the can -> tap the can
-    i do not like pink . tap the can -> tap the can
     tap the can and then stop -> tap the can
     tap the can , tidy up time -> tap the can
     tap the can , i want to hear if it is empty -> tap the can
@@ -305,7 +303,7 @@ def _word_tokens(text: str) -> tuple[Token, ...]:
 
 
 def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
-    tables = (OPENED, WORDINGS, COURTESIES)
+    tables = (POLITE, OPENED, WORDINGS, COURTESIES)
     unused = {template.source for table in tables for template in table.templates}
     for line in _EXAMPLES.strip().splitlines():
         said, becomes = (part.strip() for part in line.split("->"))

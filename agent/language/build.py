@@ -179,6 +179,14 @@ class _Builder(Arranging):
         return command.times
 
     def _push_one(self, name: str, command: Command) -> None:
+        lifted = self.world.held == name != self.start_held and command.place is None
+        if lifted and command.direction and command.distance:
+            # "pick up the can and move it 10 cm to the left": of where it stood.
+            (x, y), _ = self.discourse.origins[name]
+            dx, dy = DIRECTION_AXES[command.direction]
+            where = f"{command.distance:g} m {command.direction}"
+            self._put_at(name, (x + dx * command.distance, y + dy * command.distance), where)
+            return
         self._need_empty(f"push {name}", None)
         if self.world.objects[name].kind == "drawer":
             raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} is a drawer; I can open and close it.", (name,))

@@ -56,6 +56,11 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "<verb> (pour|tip|empty|dump) (everything|all|all of it|what is left|whatever is) [that is] (from|out of|in|inside) {one} {into:into|in|onto|over} {one2}": "pour {one} {into} {one2}",
+    "<verb> (slide|scoot|shift|shove|nudge) {thing} [over|up|along] {next:next to|beside|alongside|close to|near} {one} <end>": "put {thing} {next} {one}",
+    "put two {NOUN} {place} (and|,) [the other] {n:one|two|three|four} {place2} <end>": "put two {NOUN} {place} and {n} other {NOUN} {place2}",
+    "put three {NOUN} {place} (and|,) [the other] {n:one|two|three|four} {place2} <end>": "put three {NOUN} {place} and {n} other {NOUN} {place2}",
+    "put one {NOUN} {place} (and|,) [the other] {n:two|three|four} {place2} <end>": "put one {NOUN} {place} and {n} other {NOUN} {place2}",
     "[and|,|.|;] after! that [,]": ", then",
     "<edge> {one} , {goes:goes|belongs} {place}": "{one} {goes} {place}",
     "(everything|anything|whatever|all things|all objects|every thing) [that|which] [is|are] {NOUN} shaped": "every {NOUN}",

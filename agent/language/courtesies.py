@@ -107,7 +107,9 @@ PURPOSES = {
     "<start> <to> (avoid!|prevent) (accidents|an accident|trouble|a mess|confusion|clutter) <end>": "",
 }
 # fmt: on
-COURTESIES = Constructions(REQUESTS, OPENINGS, ASIDES, parts=PARTS)
+POLITE = Constructions(REQUESTS, parts=PARTS)
+"""Tried first of all: what stands before an order hides that one begins."""
+COURTESIES = Constructions(OPENINGS, ASIDES, parts=PARTS)
 _PURPOSES = Constructions(PURPOSES, parts=PARTS)
 
 

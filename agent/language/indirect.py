@@ -7,8 +7,7 @@ something (`incidental`), then what is left is said as a plain order. `template`
 from __future__ import annotations
 
 from robosandbox.agent.language import colloquial
-from robosandbox.agent.language.courtesies import PARTS as POLITE
-from robosandbox.agent.language.courtesies import REQUESTS
+from robosandbox.agent.language.courtesies import POLITE
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
@@ -206,11 +205,11 @@ INDIRECT = {
     "[about|around|roughly|approximately|pretty much|right|exactly] (halfway|midway|half! way) [in] between": "between",
 }
 # fmt: on
-_PARTS = {**POLITE, **PARTS, **colloquial.PARTS}
-_FORMULAS = Constructions(REQUESTS, FORMULAS, colloquial.FILLERS, parts=_PARTS)
+_PARTS = {**PARTS, **colloquial.PARTS}
+_FORMULAS = Constructions(FORMULAS, colloquial.FILLERS, parts=_PARTS)
 _INDIRECT = Constructions(FOREIGN, colloquial.CLAUSES, INDIRECT, parts=_PARTS)
 
 
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
-    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(said)))
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(POLITE.reworded(said))))

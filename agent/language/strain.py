@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
@@ -42,7 +43,9 @@ def _of_node(value: Any, known: Known) -> float:
     if isinstance(value, Command):
         return _of_command(value)
     if isinstance(value, Sentence):
-        return sum(map(_of_command, value.steps)) + sum(map(_of_ref, value.avoid))
+        # "stack a, b and c on the plate" has one place for all, rather than one of its own for c.
+        apart = sum(a.verb == "stack" and a.place is None and b.bare > 0 for a, b in pairwise(value.steps))
+        return sum(map(_of_command, value.steps)) + sum(map(_of_ref, value.avoid)) + _AGAIN * apart
     if isinstance(value, Element):
         return strain(value.value, known)
     # A relation or another place has noun phrases.
