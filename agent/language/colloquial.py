@@ -56,6 +56,11 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "(,|.|;|!) [actually|no|wait|oh|hmm] [,] (scratch|strike|forget|ignore) (that|it) (:|,|.) {thing} <end>": ", no , {thing}",
+    "(,|.|;|!) [actually|no|wait|oh|hmm] [,] (scratch|strike|forget|ignore) (that|it) (:|,|.) {place} <end>": ", no , {place}",
+    "<verb> (build|make|create|construct|set up) {_A} [two!|three!] [block|cube|brick|high|storey|level] (tower|stack|pile) (with|where|:|of) [the] {one} on [top of] {one2} <end>": "stack {one} on {one2}",
+    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] [then] {one3} (on|at the) top <end>": "put {one2} on {one} , then put {one3} on {one2}",
+    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] then {one3} <end>": "put {one2} on {one} , then put {one3} on {one2}",
     "<verb> (pour|tip|empty|dump) (everything|all|all of it|what is left|whatever is) [that is] (from|out of|in|inside) {one} {into:into|in|onto|over} {one2}": "pour {one} {into} {one2}",
     "<verb> (slide|scoot|shift|shove|nudge) {thing} [over|up|along] {next:next to|beside|alongside|close to|near} {one} <end>": "put {thing} {next} {one}",
     "put two {NOUN} {place} (and|,) [the other] {n:one|two|three|four} {place2} <end>": "put two {NOUN} {place} and {n} other {NOUN} {place2}",
