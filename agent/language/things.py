@@ -111,7 +111,12 @@ KINDS_OF["food"] = (
     )
 ) - {"pepper", "nut", "fish"}
 """Words for many kinds of things, by what an id may call them; never by shape."""
-COMPOUND_HEADS = word_set("brush spoon book driver knife")
+COMPOUND_HEADS = word_set(
+    """
+    brush spoon book driver knife pot board bottle cloth bag lamp light cake berry bread melon fish lid pan paper plate
+    rack saw shell stick stone wheel band case truck mill corn nut boat plane bird tape glass glove
+    """
+)
 """Nouns that end other nouns written in one word, each of which is one of them: a paintbrush is a brush."""
 POTS = word_set("pot jar tub")
 POTTED = word_set("paint glue ink jam honey varnish lacquer primer cream mustard yoghurt yogurt marmalade")
