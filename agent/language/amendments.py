@@ -97,6 +97,9 @@ class Amendments(Commands, ABC):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        if self.said(k, k + 3) == "all of it":
+            # "the ice in the bowl, all of it": the same ice.
+            return [(n, part)] if self._skip(k + 3) >= n else []
         counted = [
             (j, tuple(replace(ref, number=2 if self.text(k) == "both" else None) for ref in last.objects))
             for j in self.all_of_them(k)

@@ -31,6 +31,7 @@ class Hands:
         self.last_side: tuple[str, str] | None = None
         self.put_down: set[str] = set()
         self.dealt: set[str] = set()
+        self.poured: set[str] = set()
         self.set_free: set[str] = set()
         self.spared: set[str] = set()
         self.called: tuple[str, ...] = ()
@@ -52,6 +53,12 @@ class Hands:
     def _need_empty(self, what: str, name: str | None = None) -> None:
         held = self.world.held
         if held and held != name:
+            if held in self.poured and held in self.discourse.origins and self.discourse.origins[held][1] is None:
+                # "pour the rice in the pan, then the beans": what is poured out goes back where it stood.
+                x, y = self.discourse.origins[held][0]
+                self._add("place_at", x=round(x, 4), y=round(y, 4))
+                self.world.put(held, (x, y))
+                return
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
                 f"The gripper holds {held}, so I cannot {what}; say where to put {held} first.",

@@ -154,7 +154,7 @@ class _Incidentals:
         tags = [{tag for _, tag, _ in LEXICON.at(rest, i)} for i in range(len(rest))]
         pronoun = next((i for i in range(len(rest)) if "PRON" in tags[i]), None)
         if pronoun is None:
-            bare = not any("VERB" in found for found in tags)
+            bare = not any("VERB" in found and (k == 0 or "NOUN" not in found) for k, found in enumerate(tags))
             return (*kept[:at], *self.topic, Token(",", ",", "mark"), *rest) if bare else tuple(kept)
         if any(rest[i].text in self.words.forms or "NOUN" in tags[i] for i in range(pronoun)):
             if any("PRON" in found for found in tags[pronoun + 1 :]):
@@ -222,7 +222,9 @@ class _Incidentals:
             return not (bound & {*self.texts[i:end]} or any(self._thing(k) for k in span))
         if self._text(i) in _PRONOUNS and not self._thing(i + 1):
             return self._link(i + 1) and self._idle(i + 1, end)
-        bare = self._thing(i) and self._link(i + 1)
+        name = next((k for k in range(i, end) if not self._thing(k)), end)
+        # "the can is old", "sample c is old"
+        bare = name > i and self._link(name)
         named = bare or bool({"THE", "POSS"} & self.tags[i]) or self._text(i) in ("that", "this", "my", "our")
         if not first or not named:
             return False
@@ -313,7 +315,7 @@ class _Incidentals:
             elif text in _ORDERING - {"again", "go"} or text in BINDING - {"again"} or self._thing(k):
                 return False
             elif text in ("going", "staying"):
-                if self._text(k + 1) not in _GONE:
+                if self._text(k + 1) not in _GONE and not (k + 1 < end and self._unknown(k + 1)):
                     return False
             elif text not in _PREPOSITIONS and self._asks(k) and not (text in _IDLE or text in _LINKS):
                 return False

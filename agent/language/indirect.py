@@ -207,7 +207,7 @@ INDIRECT = {
 # fmt: on
 _PARTS = {**PARTS, **colloquial.PARTS}
 _FORMULAS = Constructions(FORMULAS, colloquial.FILLERS, parts=_PARTS)
-_INDIRECT = Constructions(FOREIGN, colloquial.CLAUSES, INDIRECT, parts=_PARTS)
+_INDIRECT = Constructions(colloquial.CLAUSES, FOREIGN, INDIRECT, parts=_PARTS)
 
 
 def plainly_asked(said: Said) -> Said:

@@ -27,7 +27,9 @@ CLOSE = 0.5
 _MOST_REMEMBERED = 500
 STRANGE = 20.0
 _STEPS_AGAIN = 4_000
-_PERHAPS_MISREAD = frozenset({RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED})
+_PERHAPS_MISREAD = frozenset(
+    {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
+)
 Readings = tuple[tuple[float, Sentence], ...]
 VERBS_FOR_PEOPLE = "pick up, place, stack, push, pour, open, close, tap, swap, sort, go home"
 

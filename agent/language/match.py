@@ -166,7 +166,10 @@ def with_noun(
     if best == 0:
         return []
     top = [item for item, fit in fits if fit == best]
-    if kinds and best >= SYNONYM:
+    if kinds and best == SYNONYM and not count:
+        # "the smallest ball" of a marble and a pearl: nothing there is called a ball.
+        top = [item for item, fit in fits if fit >= SHAPE]
+    elif kinds and best >= SYNONYM:
         words = frozenset(w for noun in nouns for w in things.HYPONYMS.get(NOUN_CLASS.get(noun, noun), ()) if noun != w)
         top = [item for item, fit in fits if fit == best or (fit and words & {*id_parts(item.id)})]
     if len(nouns) > 1 or (several and len(top) < (count or 2)):

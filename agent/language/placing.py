@@ -169,6 +169,7 @@ class Placing(Hands):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in {vessel} to pour.", (vessel,))
         self._take(vessel)
         self._add("pour", target=target)
+        self.poured.add(vessel)
         self.discourse.mention((vessel,), ("thing",))
         for name in beads:
             world.parent[name] = ("in", target)

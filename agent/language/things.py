@@ -8,7 +8,7 @@ from __future__ import annotations
 from robosandbox.agent.language.wordlist import word_set
 
 NOUNS: dict[str, str] = {
-    "cube": "cube, dice, die",
+    "cube": "cube, dice, die, square",
     "block": "block, brick, building block, wooden block, cuboid, lego",
     "box": "box",
     "ball": (
