@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.language import places, speech, things, verbs
 from robosandbox.agent.language.real_words import REAL_WORDS
+from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 if TYPE_CHECKING:
@@ -115,7 +116,8 @@ def _build() -> Phrases:
             if phrase == "fruit":
                 # "put the fruit in the bowl" may be one or all of them.
                 lexicon.add(phrase, "NOUN", (noun, phrase, True))
-    for noun in things.ABSENT_NOUNS:
+    shaped = {phrase for phrases in things.NOUNS.values() for phrase in phrase_list(phrases)}
+    for noun in things.ABSENT_NOUNS | {*SAME_AS} - shaped:
         lexicon.add(noun, "ABSENT", (noun, False))
         lexicon.add(_plural(noun), "ABSENT", (noun, True))
     for tag, table in (

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from robosandbox.agent.language import things
 from robosandbox.agent.language.lexicon import words_plural
+from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import CONTAINER_KINDS, DetectedObject
 
@@ -84,7 +85,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         # "the waste bin" is the bin called waste, rather than a tray.
         return NAMED
     own = {NOUN_CLASS[part] for part in parts if part in NOUN_CLASS} - {"thing", "one"}
-    if noun_class in own:
+    if noun_class in own or _head(parts) in SAME_AS.get(noun, ()):
         return SYNONYM
     if any(part in things.KINDS_OF.get(noun_class, ()) for part in parts):
         head = _head(parts)

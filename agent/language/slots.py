@@ -191,7 +191,7 @@ PEOPLE = word_set(
     """
     daughter son wife husband mommy mummy daddy granny nan grandad mum mom mother dad father boss friend kid kids child children baby teacher customer guest chef
     doctor professor colleague partner girlfriend boyfriend brother sister neighbour neighbor client manager supervisor nurse
-    cook cat dog grandma grandpa roommate flatmate team family student patient waiter barista bartender lab lady man woman
+    cook cat dog kitty kitten doggy doggie puppy bunny grandma grandpa roommate flatmate team family student patient waiter barista bartender lab lady man woman
     """
 )
 _KNOWN = GRAMMAR_WORDS | QUESTIONS | CONDITIONS | UNSUPPORTED_VERBS | word_set("i we he she they who someone somebody")
