@@ -76,6 +76,9 @@ class Orders(ABC):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
         if rank.nth == 0:
             return order
+        if not rank.strict and ref.number == len(order):
+            # "the two little balls", where there are two.
+            return order
         if not rank.strict:
             return self._extreme(order, score, ref)
         index = rank.nth - 1 if rank.nth > 0 else len(order) + rank.nth
