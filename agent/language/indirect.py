@@ -6,9 +6,12 @@ something (`incidental`), then what is left is said as a plain order. `template`
 
 from __future__ import annotations
 
+from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
 from robosandbox.agent.language.incidental import without_incidentals
+from robosandbox.agent.language.initials import in_full
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
+from robosandbox.agent.language.terse import TERSE
 
 # fmt: off
 PARTS = {
@@ -203,10 +206,10 @@ INDIRECT = {
     "[about|around|roughly|approximately|pretty much|right|exactly] (halfway|midway|half! way) [in] between": "between",
 }
 # fmt: on
-_FORMULAS = Constructions(FORMULAS, parts=PARTS)
-_INDIRECT = Constructions(FOREIGN, INDIRECT, parts=PARTS)
+_FORMULAS = Constructions(FORMULAS, ASIDES_ABROAD, TERSE, parts=PARTS)
+_INDIRECT = Constructions(ABROAD, FOREIGN, INDIRECT, parts=PARTS)
 
 
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
-    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(said)))
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(in_full(said))))
