@@ -9,6 +9,7 @@ from __future__ import annotations
 from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.initials import in_full
+from robosandbox.agent.language.ordering import in_order
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
 from robosandbox.agent.language.terse import TERSE
@@ -212,4 +213,4 @@ _INDIRECT = Constructions(ABROAD, FOREIGN, INDIRECT, parts=PARTS)
 
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
-    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(in_full(said))))
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(in_order(in_full(said)))))

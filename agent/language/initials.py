@@ -14,7 +14,8 @@ _COLOURS = {
     "k": ("black",),
 }  # fmt: skip
 _SIZES = {"s": ("small", "little", "tiny"), "m": ("medium",), "l": ("large", "big"), "xl": ("huge", "giant")}
-_JOINTS = frozenset({",", "and", "/", "on", "then", ">"})
+_JOINTS = frozenset({",", "and", "/", "then"})
+_AXES = frozenset({"positive", "negative", "in", "along", "minus"})
 
 
 def in_full(said: Said) -> Said:
@@ -25,27 +26,42 @@ def in_full(said: Said) -> Said:
 
 
 def _colours(tokens: list[Token], words: SceneWords) -> list[Token]:
-    """As in "bottom to top R, G, B": two letters or more, each of which begins one colour of the scene."""
-    at: list[int] = []
-    runs: list[list[int]] = []
-    for i, token in enumerate(tokens):
-        if token.kind == "word" and token.text in _COLOURS:
-            at.append(i)
-        elif token.text not in _JOINTS:
-            runs.append(at)
-            at = []
-    runs.append(at)
-    for run in runs:
-        letters = [tokens[i].text for i in run]
-        if len(set(letters)) < 2 or len(set(letters)) < len(letters) or not set(letters) - words.parts:
-            continue
-        named = [_of_colour(letter, words) for letter in letters]
-        shared = set.intersection(*(set(nouns) for nouns in named))
-        if len(shared) == 1 and all(named):
-            noun = shared.pop()
-            for i, nouns in zip(run, named, strict=True):
-                tokens[i] = Token(nouns[noun], tokens[i].raw, "id")
+    """As in "bottom to top R, G, B", "R on G": two letters or more, each of which begins one colour of the scene."""
+    at = [i for i in range(len(tokens)) if _is_colour(tokens, i, words)]
+    letters = {tokens[i].text for i in at}
+    if len(letters) < 2 or not letters - words.parts:
+        return tokens
+    named = {letter: _of_colour(letter, words) for letter in letters}
+    shared = set.intersection(*(set(nouns) for nouns in named.values()))
+    if len(shared) == 1:
+        noun = shared.pop()
+        for i in reversed(at):
+            tokens[i] = Token(named[tokens[i].text][noun], tokens[i].raw, "id")
+            if i and tokens[i - 1].text in (noun, words_plural(noun)):
+                # "cubes R and G"
+                del tokens[i - 1]
     return tokens
+
+
+def _is_colour(tokens: Sequence[Token], i: int, words: SceneWords) -> bool:
+    """Say whether a letter stands alone: after no noun that it numbers, before no number, or as one of three in a row."""
+    if tokens[i].kind != "word" or tokens[i].text not in _COLOURS:
+        return False
+    before = tokens[i - 1].text if i else ""
+    after = tokens[i + 1] if i + 1 < len(tokens) else None
+    if before in _AXES or (
+        tokens[i].text == "y" and after is not None and (after.kind == "number" or after.text == "=")
+    ):
+        return False
+    return tokens[i].text not in words.parts or _row(tokens, i, -1) + _row(tokens, i, 1) >= 2
+
+
+def _row(tokens: Sequence[Token], i: int, step: int) -> int:
+    """Return how many letters stand beside the one at `i`, joined to it by commas, "and" or slashes."""
+    count = 0
+    while 0 <= (i := i + step) < len(tokens) and (tokens[i].text in _JOINTS or tokens[i].text in _COLOURS):
+        count += tokens[i].text in _COLOURS
+    return count
 
 
 def _of_colour(letter: str, words: SceneWords) -> dict[str, str]:
@@ -67,7 +83,16 @@ def _sizes(tokens: list[Token], words: SceneWords) -> list[Token]:
     for i, token in enumerate(tokens):
         meant = [size for size in _SIZES.get(token.text, ()) if size in words.parts]
         before = tokens[i - 1] if i else None
-        plain = token.kind == "word" and token.text not in words.parts and before is not None
+        plain = token.kind == "word" and token.text not in words.parts
+        if (
+            plain
+            and len(meant) == 1
+            and _sized(tokens[i + 1 : i + 2], meant[0], words)
+            and (not before or before.kind != "number")
+        ):
+            # "S cubes to the tray"
+            made.append(Token(meant[0], token.raw, "word"))
+            continue
         if not (plain and len(meant) == 1 and before and before.kind == "word"):
             made.append(token)
             continue
@@ -84,6 +109,12 @@ def _sizes(tokens: list[Token], words: SceneWords) -> list[Token]:
     return made
 
 
+def _sized(tokens: Sequence[Token], size: str, words: SceneWords) -> bool:
+    """Say whether a word names what comes in a size."""
+    named = tokens[0].text.removesuffix("s") if tokens else ""
+    return any({named, size} <= {*id_parts(name)} for name in words.ids)
+
+
 def _compounds(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     """As in "the board of cutting", "the bin for the sharp things": a cutting board, a sharps bin."""
     pairs = {pair for name in words.ids for pair in pairwise(id_parts(name))}
@@ -97,9 +128,9 @@ def _compounds(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
             k += tokens[k].text == "the"
             said = tokens[k].text if k < len(tokens) else ""
             first = next((a for a, b in pairs if b == head and said in (a, words_plural(a), a.removesuffix("s"))), "")
-            if first and said:
-                end = k + 1
-                end += end < len(tokens) and tokens[end].text in ("things", "stuff", "items")
+            end = k + 1
+            end += end < len(tokens) and tokens[end].text in ("things", "stuff", "items")
+            if first and said and not (end < len(tokens) and tokens[end].text in words.parts):
                 made[-1:] = [Token(first, tokens[k].raw, "word"), tokens[i]]
                 i = end
                 continue

@@ -21,10 +21,15 @@ _CALL_OF_TWO = re.compile(
 _CALL_OF_ONE = re.compile(rf"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\({_ARGUMENT}\)", re.IGNORECASE)
 _CALL_OF_NONE = re.compile(r"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\(\s*\)", re.IGNORECASE)
 _LABEL = (
-    r"(?:(?:step|task|operation|op|phase|stage|action|command|cmd|item|point|no\.?|nr\.?|pos\.?|[tsp#])\s*#?\s*)?"
-    r"\(?{number}(?:[.):]|\s+[-=]+>?)\s+(?=[a-z])"
+    r"(?:(?:(?:step|task|operation|op|phase|stage|action|command|cmd|seq|item|point|no|nr|pos|[tsp#])\.?\s*#?\s*)?"
+    r"\(?{number}(?:[.):]|\s+[-=]+>?)|(?:step|task|phase|stage|action)\s+{word}(?:[:,]|\s+[-=]+>?)|\(?{roman}\))\s+(?=[a-z])"
 )
-"""What opens step `number`: "1.", "(1)", "T1:", "step 1:", "op #1 -"."""
+"""What opens step `number`: "1.", "(1)", "T1:", "step 1:", "op #1 -", "step one:", "i)"."""
+_WORDS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+_ROMAN = ("", "i", "ii", "iii", "iv", "v", "vi", "vii", "viii", "ix", "x")
+_LENGTH = r"(\d[\d.]*\s?(?:mm|cm|m))"
+_CHANGE = re.compile(rf"(?<=\s)(?:by\s+)?[dΔ]([xy])\s*[=:]?\s*([-+−]?)\s*{_LENGTH}\b", re.IGNORECASE)
+_ALONG = re.compile(rf"(?<=\s)(?:by\s+)?([-+−])\s?{_LENGTH}\s+(?:in |along |on )?([xy])\b(?!\s*[-=\d])", re.IGNORECASE)
 _CALL_AT = re.compile(
     rf"\b(?:put|place|move|place_at|put_at|move_to)\({_ARGUMENT},\s*\(?\s*(-?[\d.]+)\s*,\s*(-?[\d.]+)\s*\)?\s*\)",
     re.IGNORECASE,
@@ -37,6 +42,10 @@ _RANGE = re.compile(
     r"\b([a-z]{2,}s) (\d+)\s*[-–—]\s*(\d+)(?!\s?[-–—]|\d|\.\d|\s*(?:cm|mm|m|inch|inches|times|x)\b)", re.IGNORECASE
 )
 _LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w]) ?[-–—] ?([a-w])(?!\s?[-–—]|\w)", re.IGNORECASE)
+_HEADING = re.compile(
+    r"^\s*(?:seq|sequence|prog|program|cmd|cmds|req|todo|to-do|instr|instruction|instructions)\s*:\s+(?=\w)",
+    re.IGNORECASE,
+)
 _NOT_APPLICABLE = re.compile(
     r"[:=]?\s+\(?n/a\b\)?[\s,:(-]*(?:(?:to )?(?:stays?|remains?)\b\)?)?|[:=]\s*\(?(?:stays?|remains?)\)?(?=\s*(?:[.,;]|$))",
     re.IGNORECASE,
@@ -53,9 +62,16 @@ def written_out(text: str) -> str:
         text = _CALL_OF_TWO.sub(_call_of_two, text)
         text = _CALL_OF_ONE.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", text)
         text = _CALL_OF_NONE.sub(lambda call: f"{call[1].replace('_', ' ')} ", text)
+    text = _HEADING.sub("", text)
     text = _RANGE.sub(r"\1 \2 to \3", text)
     text = _LETTERS.sub(_letters, text)
     text = _NOT_APPLICABLE.sub(" stay ", text)
+    text = re.sub(r"\s*<(?:-+|=+)\s+(?=\w)", " gets ", text)
+    text = re.sub(
+        r"(?<=\s)@\s*(?=[(\d.-]|[xy]\b)", "at ", re.sub(r"(?<=\s)@\s*(?=[a-z_]{2})", "to ", text, flags=re.IGNORECASE)
+    )
+    text = _CHANGE.sub(lambda change: f"{change[2] or '+'}{change[1]} {change[3]}", text)
+    text = re.sub(r"(?<=\s)by\s+(?=[-+−] ?[xy]\b)", "", _ALONG.sub(r"\1\3 \2", text), flags=re.IGNORECASE)
     if not re.search(r"\by(?![a-z])", text):
         text = _TIMES.sub(lambda times: f"{times[1] or times[2]} times", text)
     return re.sub(r"\b([xy]\s*[=:]?)\s*minus\s+(?=\d)", r"\1 -", text, flags=re.IGNORECASE)
@@ -64,7 +80,11 @@ def written_out(text: str) -> str:
 def in_steps(text: str) -> str:
     """Replace "1. ... 2. ...", "T1: ... T2: ...", "step 1: ... step 2: ..." by sentences."""
     start, number = 0, 1
-    while match := re.compile(rf"(?:^|(?<=[\s.;,])){_LABEL.format(number=number)}", re.IGNORECASE).search(text, start):
+    while number < len(_WORDS):
+        label = _LABEL.format(number=number, word=_WORDS[number], roman=_ROMAN[number])
+        match = re.compile(rf"(?:^|(?<=[\s.;,])){label}", re.IGNORECASE).search(text, start)
+        if match is None:
+            break
         if number == 1 and text[: match.start()].strip(" ,"):
             break
         text = f"{text[: match.start()]} . {text[match.end() :]}"

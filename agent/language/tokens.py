@@ -61,7 +61,7 @@ class Token(NamedTuple):
 ABBREVIATIONS = {
     "cyl": "cylinder", "cyls": "cylinders", "obj": "object", "objs": "objects", "btl": "bottle", "btls": "bottles",
     "drwr": "drawer", "lg": "large", "lrg": "large", "sml": "small", "ylw": "yellow", "yel": "yellow", "grn": "green",
-    "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target",
+    "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
 }  # fmt: skip
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
