@@ -39,9 +39,11 @@ _CALL_ALONG = re.compile(
     re.IGNORECASE,
 )
 _RANGE = re.compile(
-    r"\b([a-z]{2,}s) (\d+)\s*[-–—]\s*(\d+)(?!\s?[-–—]|\d|\.\d|\s*(?:cm|mm|m|inch|inches|times|x)\b)", re.IGNORECASE
+    r"\b([a-z]{2,}s) (?:no\.?\s|nos\.?\s)?[#\[(]?(\d+)(?:\s*[-–—]\s*|\.{2,}|…)#?(\d+)[\])]?(?!\s?[-–—](?![->])|\d|\.\d|\s*(?:cm|mm|m|inch|inches|times|x)\b)",
+    re.IGNORECASE,
 )
-_LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w]) ?[-–—] ?([a-w])(?!\s?[-–—]|\w)", re.IGNORECASE)
+_NAMED_RANGE = re.compile(r"\b([a-z]+)([_ ]?)(\d+)(?:[-–—]|\.{2,}|…| (?:through|thru) )\1\2(\d+)\b", re.IGNORECASE)
+_LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w]) ?[-–—] ?([a-w])(?!\s?[-–—](?![->])|\w)", re.IGNORECASE)
 _HEADING = re.compile(
     r"^\s*(?:seq|sequence|prog|program|cmd|cmds|req|todo|to-do|instr|instruction|instructions)\s*:\s+(?=\w)",
     re.IGNORECASE,
@@ -63,8 +65,9 @@ def written_out(text: str) -> str:
         text = _CALL_OF_ONE.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", text)
         text = _CALL_OF_NONE.sub(lambda call: f"{call[1].replace('_', ' ')} ", text)
     text = _HEADING.sub("", text)
+    text = _NAMED_RANGE.sub(r"\1s \3 to \4", text)
     text = _RANGE.sub(r"\1 \2 to \3", text)
-    text = _LETTERS.sub(_letters, text)
+    text = re.sub(r"(?<=\d)[–—](?=\d)", "-", _LETTERS.sub(_letters, text))
     text = _NOT_APPLICABLE.sub(" stay ", text)
     text = re.sub(r"\s*<(?:-+|=+)\s+(?=\w)", " gets ", text)
     text = re.sub(
