@@ -8,7 +8,7 @@ from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.readings import Part, sentence_of
-from robosandbox.agent.language.strain import strain
+from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
@@ -131,20 +131,24 @@ class Grammar(Amendments):
             found += self._two_verbs(start)
             for j, command in self.clause(start):
                 found.append((j, (command,)))
-                if i == 0 and not command.bare and self.text(j) in ("first", "beforehand"):
+                if i == 0 and _plainly_done(command) and self.text(j) in ("first", "beforehand"):
                     # "tap the can first, then go home"
                     found.append((j + 1, (command,)))
                 comma = self._skip(j)
                 for tag in ("BEFORE", "AFTER"):
+                    hits = [k for k, _ in self.tag(comma, tag)]
+                    apart = [k for k in hits if self._afterwards(j, k)] if tag == "AFTER" else []
                     second_at = [
                         (end, _inside_it(second, command))
-                        for k, _ in self.tag(comma, tag)
+                        for k in hits
+                        if k not in apart or self.text(k - 1) == "you"
                         for end, second in self.clause(k)
                         if not (second.bare and self.text(k) in _THAT)
                     ]
                     done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
                     for end, second in second_at + (done if tag == "AFTER" else []):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
+                    found += [(end, (command, second)) for k in apart for end, second in self.clause(k)]
             for tag in ("BEFORE", "AFTER"):
                 second_at = [hit for k, _ in self.tag(start, tag) for hit in self.clause(k)]
                 for j, second in second_at + (self._accomplished(start) if tag == "AFTER" else []):
@@ -181,6 +185,21 @@ class Grammar(Amendments):
                         negated_verb = "drop" if dropped else command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
+
+    def _afterwards(self, j: int, k: int) -> bool:
+        """Say whether the "after" that leads to `k` may mean afterwards, as those say it who have English from a school.
+
+        As in "put it in the drawer, and after close it", "..., and after you must close it"; a comma alone and "after you"
+        may mean either.
+        """
+        start = self._skip(j)
+        if self.text(start) == "and":
+            return self.text(start + 1) == "after" and not self.text(k).endswith("ing") and self.text(k - 1) != "have"
+        if self.text(start) != "after" or start == j:
+            return False
+        asked = self.text(k) in BASE_FORMS and "VERB" in self.tags[k]
+        must = self.text(k - 1) == "after" and self.text(k) == "you"
+        return (asked or must) and self.text(k - 1) in ("after", "you")
 
     def _two_verbs(self, i: int) -> Found[tuple[Part, ...]]:
         """As in "open and then close the drawer"."""
@@ -222,6 +241,11 @@ class Grammar(Amendments):
                     for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
+
+
+def _plainly_done(command: Command) -> bool:
+    """Say whether a command names all it is about: "..., the green one first" tells of an order."""
+    return not command.bare and all(ref.nouns or ref.names or ref.determiner == "it" for ref in parties(command))
 
 
 def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]:

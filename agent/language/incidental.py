@@ -38,6 +38,7 @@ _ORDERING = word_set(
     should must shall ought supposed meant let lets allowed rather instead myself yourself ourselves himself herself
     tomorrow tonight later soon yesterday nobody nothing none never no neither nor without only except unless until till
     if whether otherwise else or when while whenever once again first last stop wait cancel please
+    unchanged constant untouched unmoved
     """
 )
 _WISHES = word_set("want wants need needs wish wishes prefer prefers expect expects wanted needed require requires")

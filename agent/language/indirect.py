@@ -7,10 +7,14 @@ something (`incidental`), then what is left is said as a plain order. `template`
 from __future__ import annotations
 
 from robosandbox.agent.language import colloquial
+from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
 from robosandbox.agent.language.courtesies import POLITE
 from robosandbox.agent.language.incidental import without_incidentals
+from robosandbox.agent.language.initials import in_full
+from robosandbox.agent.language.ordering import in_order
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
+from robosandbox.agent.language.terse import TERSE
 
 # fmt: off
 PARTS = {
@@ -206,10 +210,10 @@ INDIRECT = {
 }
 # fmt: on
 _PARTS = {**PARTS, **colloquial.PARTS}
-_FORMULAS = Constructions(FORMULAS, colloquial.FILLERS, parts=_PARTS)
-_INDIRECT = Constructions(colloquial.CLAUSES, FOREIGN, INDIRECT, parts=_PARTS)
+_FORMULAS = Constructions(FORMULAS, ASIDES_ABROAD, TERSE, colloquial.FILLERS, parts=_PARTS)
+_INDIRECT = Constructions(colloquial.CLAUSES, ABROAD, FOREIGN, INDIRECT, parts=_PARTS)
 
 
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
-    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(POLITE.reworded(said))))
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(in_full(said))))))

@@ -324,6 +324,13 @@ class Phrasing(Choices):
                                 replace(refs[-1], names=(*noun.names, n), text=f"{self.said(j, k)} {n}") for n in named
                             ]
                             m += 2
+                        elif noun.plural and name.isalpha() and last.isalpha() and 0 < ord(last) - ord(name) < 10:
+                            # "parts A to C": each of them must be there.
+                            named = [chr(n) for n in range(ord(name) + 1, ord(last) + 1)]
+                            refs += [
+                                replace(refs[-1], names=(*noun.names, n), text=f"{self.said(j, k)} {n}") for n in named
+                            ]
+                            m += 2
                     if len(refs) > 1 and base.number in (None, len(refs)):
                         found.append((m + 1, tuple(refs)))
                     m = self._joint(m + 1)

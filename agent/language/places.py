@@ -52,7 +52,7 @@ def _axes(axis: str, sign: str) -> str:
         for lead in ("in", "along", "in direction", "towards", "on")
         for s in signed
         for tail in ("", " direction", " axis")
-    )
+    ) + "".join(f", {s} {axis}{tail}" for s in (sign or "positive",) for tail in ("", " direction"))
 
 
 for _name, _axis, _sign in (

@@ -66,7 +66,11 @@ def _things(said: Said, i: int) -> list[int]:
 
 def _listed(refs: Sequence[Ref]) -> bool:
     """Say whether several things are plainly listed: not "the apple, that ...", nor "cube in the box and the can ..."."""
-    return not any(ref.relations or (k and ref.determiner == "it") for k, ref in enumerate(refs))
+    return not any(
+        # "the cube, close drawer" goes on with an order.
+        ref.relations or (k and (ref.determiner == "it" or ref.text.startswith("close ")))
+        for k, ref in enumerate(refs)
+    )
 
 
 def _one(said: Said, i: int) -> list[int]:

@@ -9,6 +9,8 @@ from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
 
 # A second list of things, or a second place, beside one verb.
 _AGAIN = 0.5
+# "the red, white and green cubes": another white thing is no white cube.
+_SHARED = 1.6
 _LEVELS = (" bottom", " top", " middle")
 
 
@@ -62,7 +64,17 @@ def _of_command(command: Command) -> float:
     # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
     contrast = 0.6 * sum(" but not " in ref.text for ref in getattr(command.place, "refs", ())) if several else 0.0
     levels = [ref for _, ref in command.order] if isinstance(command.order, tuple) else []
-    return command.bare + contrast + sum(map(_of_ref, (*parties(command), *levels)))
+    colours = _SHARED * _colours_before_a_noun(command.objects)
+    return command.bare + contrast + colours + sum(map(_of_ref, (*parties(command), *levels)))
+
+
+def _colours_before_a_noun(refs: tuple[Ref, ...]) -> bool:
+    last = refs[-1] if refs else None
+    shared = last is not None and len(last.colours) == 1 and bool(last.nouns or last.names)
+    return shared and any(
+        ref.one and ref.colours and not (ref.nouns or ref.ranks or ref.text.endswith(("one", "ones")))
+        for ref in refs[:-1]
+    )
 
 
 def _of_ref(ref: Ref) -> float:

@@ -21,6 +21,7 @@ from robosandbox.agent.language.lexicon import (
     WORDS,
     words_plural,
 )
+from robosandbox.agent.language.notation import written_out
 from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
@@ -57,8 +58,12 @@ class Token(NamedTuple):
         return float(self.text)
 
 
+ABBREVIATIONS = {
+    "cyl": "cylinder", "cyls": "cylinders", "obj": "object", "objs": "objects", "btl": "bottle", "btls": "bottles",
+    "drwr": "drawer", "lg": "large", "lrg": "large", "sml": "small", "ylw": "yellow", "yel": "yellow", "grn": "green",
+    "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
+}  # fmt: skip
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
-_CALLED_LIKE_A_FUNCTION = re.compile(r"\b([a-z_]+)\((\w+)\)")
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -171,7 +176,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
         raise TooLongError(f"{len(prompt):,} characters")
     tokens: list[Token] = []
     start = 0
-    prompt = _CALLED_LIKE_A_FUNCTION.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", in_sentences(prompt))
+    prompt = in_sentences(written_out(prompt))
     for match in words.pattern.finditer(prompt) if words.pattern else ():
         tokens += _pieces(prompt[start : match.start()], words)
         tokens.append(Token(words.ids[match[0].lower()], match[0], "id"))
@@ -237,6 +242,8 @@ def _nearest_id(raw: str, words: SceneWords) -> str | None:
 
 def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     """Return the word, its correction, or the two words that were run together ("redcube")."""
+    if raw in ABBREVIATIONS and raw not in words.parts:
+        return (Token(ABBREVIATIONS[raw], raw, "word"),)
     if raw in WORDS or raw in words.parts or raw in REAL_WORDS or _is_plural(raw, words.parts):
         return (Token(raw, raw, "word"),)
     drawn = next(

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from robosandbox.agent.language.notation import in_steps
+
 _CONTRACTIONS = [
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -114,7 +116,7 @@ def plain_text(text: str) -> str:
 
 
 def in_sentences(text: str) -> str:
-    """Replace "1. ... 2. ...", "step 1: ... step 2: ...", "... stop ... stop" by sentences."""
+    """Replace "a) ... b) ...", "1. ... 2. ...", "... stop ... stop" by sentences."""
     if re.search(r"(?i)\b(period|full stop)\W*$", text):
         # As it is dictated.
         text = re.sub(r"(?i)\bcomma\b", ",", re.sub(r"(?i)\b(period|full stop)\b", " . ", text))
@@ -124,12 +126,4 @@ def in_sentences(text: str) -> str:
     if re.match(r"\s*a[.)] ", text) and re.search(r"\sb[.)] ", text):
         # "a) ... b) ..."
         text = re.sub(r"(?:^|(?<=\s))[a-f][.)]\s", " . ", text)
-    start, number = 0, 1
-    while match := re.compile(rf"(?:^|(?<=[\s.;,]))(?:step\s+)?\(?{number}[.):]\s+(?=[a-z])", re.IGNORECASE).search(
-        text, start
-    ):
-        if number == 1 and text[: match.start()].strip(" ,"):
-            break
-        text = f"{text[: match.start()]} . {text[match.end() :]}"
-        start, number = match.start() + 3, number + 1
-    return text
+    return in_steps(text)

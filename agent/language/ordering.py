@@ -1,0 +1,138 @@
+"""Lists whose order is told apart from them: "the bolt, the nut and the gear in reverse order", "the can and the jar, jar first"."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.slots import Said
+from robosandbox.agent.language.tokens import SceneWords, Token
+
+_REVERSED = tuple(
+    ("in", *the, reverse, *sorted_, "order")
+    for the in ((), ("the",))
+    for reverse in ("reverse", "reversed", "inverse", "opposite")
+    for sorted_ in ((), ("alphabetical",), ("numerical",), ("numeric",))
+)
+_JOINTS = frozenset({",", "and"})
+_NAMING = frozenset({"COLOUR", "SIZE", "SHADE", "NOUN"})
+Item = tuple[int, int]
+
+
+def in_order(said: Said) -> Said:
+    """Return a sentence with its list in the order that is told beside it; the same sentence if none is."""
+    texts = said.texts
+    if "order" in texts:
+        for words in _REVERSED:
+            for i in range(len(texts) - len(words) + 1):
+                if tuple(texts[i : i + len(words)]) == words:
+                    return _reversed(said, i, i + len(words))
+    if "first" in texts:
+        return _first_named(said)
+    return said
+
+
+def _reversed(said: Said, i: int, end: int) -> Said:
+    """As in "put the bolt, the nut and the gear in the tray in reverse order"."""
+    items = _only_list(said, 0, i)
+    if not items:
+        return said
+    tokens = said.tokens
+    spans = [tokens[a:b] for a, b in items]
+    if not said.texts[end - 2].startswith(("reverse", "inverse", "opposite")):
+        spans.sort(key=lambda span: [(token.number if token.kind == "number" else 0.0, token.text) for token in span])
+    return said.now((*_relisted(tokens, items, spans[::-1], i), *tokens[end:]))
+
+
+def _first_named(said: Said) -> Said:
+    """As in "tap the can and the jar, the jar first": one of the things listed, and nothing after it."""
+    tokens, texts = said.tokens, said.texts
+    end = len(texts)
+    while end and texts[end - 1] in (".", "!"):
+        end -= 1
+    if texts[end - 1 : end] != ["first"]:
+        return said
+    comma = max((k for k in range(end) if texts[k] == ","), default=-1)
+    items = _only_list(said, 0, comma) if comma > 0 else []
+    which = {text for text in texts[comma + 1 : end - 1] if text not in ("the", "one", "with", "and")}
+    meant = [k for k, (a, b) in enumerate(items) if which and which <= _words(tokens[a:b])]
+    if len(meant) != 1 or len(items) != 2:
+        return said
+    spans = [tokens[a:b] for a, b in items]
+    spans.insert(0, spans.pop(meant[0]))
+    return said.now(_relisted(tokens, items, spans, comma))
+
+
+def _words(tokens: Sequence[Token]) -> set[str]:
+    return {part for token in tokens for part in (token.text, *token.text.split("_"))}
+
+
+def _relisted(
+    tokens: Sequence[Token], items: Sequence[Item], spans: Sequence[Sequence[Token]], end: int
+) -> tuple[Token, ...]:
+    made: list[Token] = []
+    at = 0
+    for (a, b), span in zip(items, spans, strict=True):
+        made += [*tokens[at:a], *span]
+        at = b
+    return (*made, *tokens[at:end])
+
+
+def _only_list(said: Said, start: int, end: int) -> list[Item]:
+    """Return the things of the one list of a sentence, each in full or all of them letters or numbers; none if it is not plain."""
+    lists: list[list[Item]] = []
+    i, joined = start, False
+    while i < end:
+        b = i
+        while b < end and _names(said.tokens, b, said.words):
+            b += 1
+        if b == i:
+            joined = joined and said.texts[i] in _JOINTS
+            i += 1
+            continue
+        if joined and lists:
+            lists[-1].append((i, b))
+        else:
+            lists.append([(i, b)])
+        i, joined = b, True
+    lists = [items for items in lists if len(items) > 1]
+    if len(lists) != 1:
+        return []
+    items = lists[0]
+    short = [_numbering(said.tokens[b - 1], said.words) and b - a == 1 for a, b in items[1:]]
+    a, b = items[0]
+    if all(short):
+        # "samples A, B and C": the noun stays where it is.
+        return [(b - 1, b), *items[1:]] if _numbering(said.tokens[b - 1], said.words) and b - a > 1 else []
+    full = [_full(said.tokens[a:b], said.words) for a, b in items]
+    return items if all(full) else []
+
+
+def _names(tokens: Sequence[Token], i: int, words: SceneWords) -> bool:
+    tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
+    text = tokens[i].text
+    if text in _JOINTS or ("VERB" in tags and text not in words.forms):
+        return False
+    return (
+        tokens[i].kind == "id"
+        or text == "the"
+        or text in words.forms
+        or bool(tags & _NAMING)
+        or _numbering(tokens[i], words)
+    )
+
+
+def _numbering(token: Token, words: SceneWords) -> bool:
+    text = str(int(token.number)) if token.kind == "number" and token.number.is_integer() else token.text
+    return text in words.parts and (len(text) == 1 or text.isdigit())
+
+
+def _full(tokens: Sequence[Token], words: SceneWords) -> bool:
+    """Say whether an item names its thing by itself, and one thing: not "the red" of "the red and the green cube"."""
+    last = tokens[-1]
+    singular = last.text in words.parts or any(
+        tag == "NOUN" and not value[2] for _, tag, value in LEXICON.at(tokens, len(tokens) - 1)
+    )
+    return last.kind == "id" or (
+        singular and not any(tag == "COLOUR" for _, tag, _ in LEXICON.at(tokens, len(tokens) - 1))
+    )
