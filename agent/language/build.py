@@ -8,6 +8,7 @@ from robosandbox.agent.language import match
 from robosandbox.agent.language.arranging import Arranging
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
+from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
@@ -74,7 +75,9 @@ class _Builder(Arranging):
     """A plan for one sentence."""
 
     def sentence(self, sentence: Sentence) -> Draft:
-        avoid = self._avoided(sentence.avoid)
+        # "put the left cube in the bin, leave the other one": other than what is then moved.
+        others = [ref for ref in sentence.avoid if ref.other and ref.determiner != "all"]
+        avoid = self._avoided([ref for ref in sentence.avoid if ref not in others])
         self.spared = avoid
         if all(command.verb == "nothing" for command in sentence.steps):
             for command in map(_each_spared, sentence.steps):
@@ -86,7 +89,8 @@ class _Builder(Arranging):
             )
         for command in _fused(_dealt_first(tuple(map(_each_spared, sentence.steps)))):
             self._check_condition(command)
-            getattr(self, f"_{command.verb}")(command)
+            getattr(self, f"_{command.verb}")(self._sparing_what_is_denied(command))
+        avoid |= self._avoided(others)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
         if touched:
@@ -100,6 +104,24 @@ class _Builder(Arranging):
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
 
+    def _sparing_what_is_denied(self, command: Command) -> Command:
+        """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks."""
+        place, whole = command.place, command.objects[0] if len(command.objects) == 1 else None
+        if whole is None or not isinstance(place, Relation) or not (whole.plural or whole.determiner == "all"):
+            return command
+        ground = Grounder(self.world, Discourse())
+        spared: list[Ref] = []
+        for ref in place.refs:
+            for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():
+                own = _of_kind(denied, whole)
+                contrast = denied.one and not denied.nouns and bool(ref.colours or ref.ranks or ref.relations)
+                if contrast and ground.has(_of_kind(denied, ref)):
+                    # "in the blue bowl, not the red one"
+                    continue
+                if ground.has(own, whole):
+                    spared.append(own)
+        return replace(command, objects=(replace(whole, without=(*whole.without, *spared)),)) if spared else command
+
     def _check_condition(self, command: Command) -> None:
         """As in "if the drawer is open, close it": done only if it is so."""
         if command.condition is None:
@@ -107,6 +129,9 @@ class _Builder(Arranging):
         place = command.place
         if command.condition.determiner == "it" and isinstance(place, Relation) and place.refs:
             raise RefusedError(RefusalCode.UNSUPPORTED, f"“{command.condition.text}”: which of the things is meant?")
+        if any(relation.kind == "full" for relation in command.condition.relations):
+            # That something is in it does not say that no more goes in.
+            raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether “{command.condition.text}”.")
         if any(relation.kind == "empty" for relation in command.condition.relations):
             thing = self.ground.one(replace(command.condition, relations=()), lambda name: True).ids[0]
             if self.world.objects[thing].kind not in match.CONTAINERS:

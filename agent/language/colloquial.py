@@ -15,6 +15,8 @@ PARTS = {
     "slip": "(silly me|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
 }
 FILLERS = {
+    "(,|and) (just|obviously|maybe|certainly|definitely|clearly|only!) not": ", not",
+    "though <end>": "",
     "<start> (closing|opening|tidy up|clean up|cleanup|lunch|home|bed|packing|show|story|bath|play|tea|dinner|coffee|break) time (:|,|!|.)": "",
     "and [then] (leave|keep) (it|them) (there|like that|be|at that|so|that way) <edge>": "",
     "(,|and|but) [and|but|please] do not! (spill|lose|drop|waste) (any|it|them|anything|a drop|any of (it|them)|a single {_word}) <edge>": "",
@@ -65,6 +67,14 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    # "it would be nice", without what is said out of politeness.
+    "<start> it to (see|have) {thing} [standing|sitting|lying|being|put|placed] (side by side|next! to each other|together|beside each other) <end>": "put {thing} side by side",
+    "<start> it to (see|have) {thing} [standing|sitting|lying|being|put|placed] {place} <end>": "put {thing} {place}",
+    "{cup:mug|cup|jar|bowl|glass|jug|vial|beaker|pot|tin|pitcher|tumbler} with the {word} (and|,|<end>)": "{cup} with {word} in it ,",
+    "{cup:mug|cup|jar|bowl|glass|jug|vial|beaker|pot|tin|pitcher|tumbler} without! [any|the] {word} (and|,|<end>)": "{cup} with no {word} in it ,",
+    "the one (furthest|farthest|most) to the {side:left|right}": "the one on the far {side}",
+    "{that} (furthest|farthest) to the {side:left|right}": "{that} on the far {side}",
+    "<verb> (clear away|clear|remove|get rid of|take away) {thing} (:|,|.|;) (it|they) (belongs|goes|belong|go|should go) {place}": "put {thing} {place}",
     "<edge> [and] [now] (let us|i want to|i would like to|i would love to|we want to|can we|could we|can i|could i) [now] see {thing} [go|move|end up|being put|sitting|standing|put|placed|going] {place}": "put {thing} {place}",
     "<verb> [build|make] [a|one] (tower|stack|pile) : {one} , (on that|on it|on top of that|on top of it|then) {one2} [,] [and|then] {one3} (at the|on|at the very) top <end>": "put {one2} on {one} , then put {one3} on {one2}",
     "{except:except|except for|apart from|but not} {one} , (that one|it|that) {_words} <end>": "{except} {one}",

@@ -62,6 +62,14 @@ class Grounder(Vicinity):
         self.discourse.mention(meaning.ids)
         return meaning
 
+    def has(self, ref: Ref, whole: Ref | None = None) -> bool:
+        """Say whether anything fits a description, and is one of what another description means."""
+        try:
+            names = {*self._loosely(ref, list(self.world.objects))}
+            return bool(names & {*self._loosely(whole, list(self.world.objects))}) if whole else bool(names)
+        except RefusedError:
+            return False
+
     def _one_of(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
         """As in "the can or the ball, whichever is closer": what any of the descriptions means, in order."""
         names: list[str] = []
@@ -300,6 +308,8 @@ class Grounder(Vicinity):
         elif kind == "empty":
             holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
             found = [name for name in holders if not world.inside(name)] if holders else names
+        elif kind == "full":
+            found = [name for name in names if world.inside(name)]
         elif kind in ("open", "closed"):
             found = [
                 name

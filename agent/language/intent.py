@@ -51,7 +51,7 @@ class Relation(NamedTuple):
 
     Attributes:
         kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
-            closed (of drawers), empty (of containers), holds or lacks (something inside), than ("taller than the can"), discard (where waste goes).
+            closed (of drawers), empty or full (of containers), holds or lacks (something inside), than ("taller than the can"), discard (where waste goes).
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
@@ -146,6 +146,7 @@ class Ref(NamedTuple):
         ranks: Orders, applied one after the other, the one next to the noun first.
         relations: Where it is.
         without: What is left out ("except").
+        instead: What was said not to be meant ("the red cube, not the blue one").
         names: Parts of an id ("b" in "block b").
         other: "the other one", "the rest": not what was spoken of before.
         one: The noun is "one": inherits the noun spoken of before.
@@ -179,6 +180,7 @@ class Ref(NamedTuple):
     share: float | None = None
     total: int | None = None
     distinct: bool = False
+    instead: tuple[Ref, ...] = ()
 
 
 class Command(NamedTuple):

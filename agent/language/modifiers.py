@@ -15,7 +15,10 @@ STATES = {
     "shut": Relation("closed"),
     "empty": Relation("empty"),
     "vacant": Relation("empty"),
+    "full": Relation("full"),
+    "filled": Relation("full"),
 }
+_DENIED = {"empty": Relation("full"), "full": Relation("empty"), "filled": Relation("empty")}
 _COLOUR_WORDS = frozenset({"colour", "color"})
 _COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
 _SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
@@ -153,6 +156,8 @@ class Modifiers(Positions):
         if self.text(i) in ("with", "of", "in"):
             found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
         for k, _ in self.tag(start, "NOT_IS"):
+            if self.text(k) in _DENIED:
+                found.append((k + 1, replace(ref, relations=(*ref.relations, _DENIED[self.text(k)]))))
             found += [
                 (j, replace(ref, without=(*ref.without, replace(kind, determiner="all"))))
                 for j, kind in (self.np(k) if not self.tag(k, "COLOUR") else ())
@@ -207,6 +212,8 @@ class Modifiers(Positions):
         plain = self.text(k) in ("contains", "holds", "containing", "holding")
         if self.text(k + 1) in ("nothing", "none"):
             found = [(k + 2, replace(ref, relations=(*ref.relations, Relation("empty"))))]
+        elif self.text(k + 1) in ("something", "stuff", "anything", "things"):
+            found = [(k + 2, replace(ref, relations=(*ref.relations, Relation("full"))))]
         else:
             lacks = self.text(k + 1) == "no"
             found = [

@@ -99,7 +99,7 @@ class Phrasing(Choices):
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
                     plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
                     chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
-                    full = replace(ref, without=(*ref.without, *others)) if chosen else ref
+                    full = replace(ref, without=(*ref.without, *others)) if chosen else replace(ref, instead=others)
                     if self.said(m - 2, m) == "but not":
                         full = replace(full, text=self.said(i, end))
                     found.append((end, full))
