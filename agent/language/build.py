@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.arranging import Arranging
@@ -87,7 +88,7 @@ class _Builder(Arranging):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        for command in _fused(_dealt_first(tuple(map(_each_spared, sentence.steps)))):
+        for command in _fused(_dealt_first(self._members_apart(tuple(map(_each_spared, sentence.steps))))):
             self._check_condition(command)
             getattr(self, f"_{command.verb}")(self._sparing_what_is_denied(command))
         avoid |= self._avoided(others)
@@ -103,6 +104,23 @@ class _Builder(Arranging):
         if not self.steps:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
+
+    def _members_apart(self, commands: tuple[Command, ...]) -> tuple[Command, ...]:
+        """As in "the fruit in the bowl, the lime in the bin", "tap the cubes, the red one twice": one goes its own way."""
+        made = list(commands)
+        ground = Grounder(self.world, Discourse())
+        for k, (group, own) in enumerate(pairwise(commands)):
+            whole = group.objects[0] if len(group.objects) == 1 else None
+            if whole is None or not (whole.plural or whole.determiner == "all") or whole.number or whole.share:
+                continue
+            alike = group.verb == own.verb and own.bare and (group.place, group.times) != (own.place, own.times)
+            if whole.determiner == "it" or not alike or len(own.objects) != 1:
+                continue
+            apart = _of_kind(own.objects[0], whole)
+            if _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other):
+                if ground.has(apart, whole):
+                    made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
+        return tuple(made)
 
     def _sparing_what_is_denied(self, command: Command) -> Command:
         """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks."""

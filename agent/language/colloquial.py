@@ -12,9 +12,15 @@ PARTS = {
     "find": "(find|locate|identify|spot|look for|search for|seek out|seek|track down|find me|go find|go and find|look out for)",
     "come": "(rings|opens|arrives|arrive|comes|come|closes|close|starts|start|leaves|leave|ends|begins|begin|wakes up|wake up|gets here|get here|gets back|get back|notices|notice|goes off|is over|is here|are here|turns up|turn up|shows up|show up|returns|return)",
     "tidy_home": "(its|your|the) [home|start|starting|rest|resting|initial|default|original|parking|base] (position|pose|place|point|spot|posture|configuration|location)",
-    "slip": "(silly me|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
+    "slip": "(silly me|god no|good god no|what am i saying|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
 }
 FILLERS = {
+    "(,|and) [be] careful (with it|with that|now|there) (,|.|and)": ",",
+    "(,|.|!) (just|only!) (kidding|joking) (,|.|!) {place} <end>": ", no , {place}",
+    "(,|.|!) (just|only!) (kidding|joking) (,|.|!) {thing} <end>": ", no , {thing}",
+    "(,|.|;) [oh|no|wait] actually [,] (leave|forget|skip|drop) (it|that|that one) (,|.|and)": ", no ,",
+    "[,] (could|can|would|will) you (see to|arrange|manage|sort out|take care of|do) (that|it) [for me|for us] <end>": "",
+    "<start> (would|could) (my|the|our) {_word} [{_word2}] be so (good|kind) as to": "could you",
     "(,|and) (just|obviously|maybe|certainly|definitely|clearly|only!) not": ", not",
     "though <end>": "",
     "<start> (closing|opening|tidy up|clean up|cleanup|lunch|home|bed|packing|show|story|bath|play|tea|dinner|coffee|break) time (:|,|!|.)": "",
@@ -67,6 +73,11 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "<edge> {thing} (has to|have to|must|should|needs to|need to|is to|are to|ought to) (move|be moved|go|be pushed|shift|slide) {distance}": "move {thing} {distance}",
+    "<edge> (i|we) (would|will) {_praise} if! {thing} (could|can|would) be (put|placed|moved|stored) [away|over|back] {place}": "put {thing} {place}",
+    "<start> {one} , (that one|that|this one) {goes:goes|should go|belongs|can go|must go}": "{one} {goes}",
+    "<start> {thing} {place} first! , [and] [then] {thing2} (after! [it|that]|next!|second!|afterwards) <end>": "{thing} {place} , then {thing2} {place}",
+    "<start> {thing} (:|,) (all of it|all of them|everything|the lot|all three!|all four!|both|all) {place} <end>": "put {thing} {place}",
     # "it would be nice", without what is said out of politeness.
     "<start> it to (see|have) {thing} [standing|sitting|lying|being|put|placed] (side by side|next! to each other|together|beside each other) <end>": "put {thing} side by side",
     "<start> it to (see|have) {thing} [standing|sitting|lying|being|put|placed] {place} <end>": "put {thing} {place}",
@@ -133,7 +144,7 @@ CLAUSES = {
     "<verb> roll {thing} {distance}": "push {thing} {distance}",
     "<verb> ring {that} <end>": "tap {that}",
     "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {push:push|shove|nudge} [of] {distance} [,] {way}": "{push} {thing} {distance} {way}",
-    "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {push:push|shove|nudge} {way}": "{push} {thing} {way}",
+    "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {push:push|shove|nudge} [,] {way}": "{push} {thing} {way}",
     "[,] (one on [top of] (the other|another)|one on top of (the other|another)|on top of each other|on top of one another|atop (each other|one another)) <end>": "on top of each other",
     "<verb> (make|turn) {thing} [into] (neighbours|neighbors|buddies)": "put {thing} side by side",
     "<edge> i (want|need|would like) {thing} [to be] (together|side by side|next! to (each other|one another)|beside (each other|one another)) <end>": "put {thing} side by side",

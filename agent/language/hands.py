@@ -76,6 +76,11 @@ class Hands:
             )
         if self.world.objects[name].kind == "beads":
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads; I can pour them into something.", (name,))
+        kind, holder = self.world.parent.get(name, ("", ""))
+        if kind == "in" and self.world.objects[holder].kind == "drawer" and holder not in self.world.opened:
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is in {holder}, which is closed by then.", (name, holder)
+            )
         above = self.world.on_top_of(name)
         if above:
             raise RefusedError(

@@ -55,7 +55,7 @@ _IDIOMS: dict[str, str] = {
         + "".join(f", {go}{rest} {at} {home}" for go in ("", "go ") for rest in ("rest", "relax", "settle", "sleep", "park", "stay", "retire", "wait")
                   for at in ("at", "in") for home in ("home", "your home position", "the home position"))
     ),
-    "pour": "slosh, dribble, upend, tip the contents of, transfer the contents of, empty the contents of, dump the contents of, tip up",
+    "pour": "slosh, dribble, sprinkle, scatter, drizzle, upend, tip the contents of, transfer the contents of, empty the contents of, dump the contents of, tip up",
     "swap": "flip flop, change over, change round, change around, do a swap of, do a swap with, make a swap of",
     "tidy": "declutter, neaten up, spruce up",
 }  # fmt: skip

@@ -125,6 +125,13 @@ def _is_for(noun: str, name: str, kind: str) -> bool:
     return contents and kind in CONTAINERS and head in (*STANDING, "box") and head != noun_class
 
 
+def _is_another(nouns: Sequence[str], name: str) -> bool:
+    """Say whether an id calls a thing something else by its last word, and has the noun before that."""
+    head = _head([part for part in id_parts(name) if len(part) > 1])
+    kinds = {NOUN_CLASS.get(noun, noun) for noun in nouns}
+    return head not in nouns and NOUN_CLASS.get(head, head if head in things.ABSENT_NOUNS else "") not in (*kinds, "")
+
+
 def _is_cubic(item: DetectedObject) -> bool:
     return item.kind == "box" and len(item.size) == 3 and max(item.size) <= 1.15 * min(item.size)
 
@@ -141,6 +148,9 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list
     return seen or [
         item for item in everything if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))
     ]
+
+
+_ANY_CONTAINER = frozenset({"container", "receptacle"})
 
 
 def with_noun(
@@ -166,6 +176,9 @@ def with_noun(
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
         return []
+    if several and {*nouns} & _ANY_CONTAINER and best < NAMED:
+        # "in each container": into bowls as well as bins.
+        return [item for item, fit in fits if fit]
     top = [item for item, fit in fits if fit == best]
     if kinds and best == SYNONYM and not count:
         # "the smallest ball" of a marble and a pearl: nothing there is called a ball.
@@ -173,6 +186,9 @@ def with_noun(
     elif kinds and best >= SYNONYM:
         words = frozenset(w for noun in nouns for w in things.HYPONYMS.get(NOUN_CLASS.get(noun, noun), ()) if noun != w)
         top = [item for item, fit in fits if fit == best or (fit and words & {*id_parts(item.id)})]
+    if best == NAMED:
+        # "the ball" is a golf ball rather than a ball marker, "the pencil" no pencil mug.
+        top = [item for item in top if not _is_another(nouns, item.id)] or top
     if len(nouns) > 1 or (several and len(top) < (count or 2)):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
     return top

@@ -17,6 +17,11 @@ def sentence_of(parts: tuple[Part, ...]) -> Sentence | None:
         if isinstance(part, Command) and part.negated == "same":
             steps += _repeated(steps, part.objects)
         elif isinstance(part, Command):
+            place = part.place
+            again = part.verb == "put" and part.bare and isinstance(place, Relation) and place.kind in ("in", "to")
+            if again and steps and steps[-1].verb == "pour":
+                # "pour the red cup into the bowl and the blue one into the bin"
+                part = replace(part, verb="pour")
             steps.append(part)
         elif isinstance(part, tuple):
             avoid += part

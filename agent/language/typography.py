@@ -55,6 +55,14 @@ _CONTRACTIONS = [
         (r"\bpos\b(?!\s*\()", "position"),
         (r"\bw/o\b", "without"),
         (r"\bw/", "with "),
+        (r",\s*(?:all|both) of (?:them|those|these)\s*,", ","),
+        (r"\bur (?=at it\b)", "you are "),
+        # "the pear too, the plum in the bowl": with what comes before.
+        (
+            r"(?<=\w) (?:too|as well|also)\s*,(?!\s*(?:please|thanks|thank|then|and then|but|not|except|without)\b)",
+            " ;",
+        ),
+        (r"(?<=\w) (?:too|as well),? and (?=the |a |all |both |my |your )", " ; and "),
         (r"\bgonna\b", "going to"),
         (r"\bgimme\b", "give me"),
         (r"\blemme\b", "let me"),

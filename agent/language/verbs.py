@@ -23,7 +23,7 @@ VERBS: dict[str, str] = {
         "lob, whack, settle, arrange, balance, perch, situate, haul, ferry, return, drop, plant, pile, "
         "install, locate, dispose of, discard, bin, throw away, get rid of, set down, put down, place down, "
         "lay down, hang, "
-        "whisk, slap, center, centre, squeeze, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
+        "whisk, slap, center, centre, cram, stuff, fit, plump, land, dunk, file, pack, slip, bring over, hoick, wedge, "
         "push down, hide, stand, shelve, serve, ship, release, collect, gather, gather up, round up, heap"
     ),
     "load": "load, fill, load up, fill up, stock, pack",
