@@ -99,6 +99,7 @@ def test_what_is_written_or_said_in_another_way_is_planned(text: str, calls: tup
         "tap the discs in reverse order",
         "tap the small bolt and the large bolt, blue first",
         "gripper to large bolt, do not grasp",
+        "tap disc 1 and disc 2, the small bolt first",
         "tap the bolt w/o the smallest y",
         "small bolt -> cabinet (do not open / insert)",
         "in the parts tray must not come the small bolt",
