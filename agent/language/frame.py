@@ -149,7 +149,7 @@ def in_sequence(elements: Sequence[Element]) -> Sequence[Element]:
     if isinstance(keys[0], Ref):
         # "all the vials, starting with the blank"
         lead = replace(keys[0], nouns=refs[0].nouns, one=False) if keys[0].one and not keys[0].nouns else keys[0]
-        others = replace(refs[0], number=None, without=(*refs[0].without, lead))
+        others = replace(refs[0], determiner="the", number=None, without=(*refs[0].without, lead))
         ordered = Element("objects", (lead, others))
     else:
         ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))

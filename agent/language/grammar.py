@@ -131,7 +131,12 @@ class Grammar(Amendments):
             found += self._two_verbs(start)
             for j, command in self.clause(start):
                 found.append((j, (command,)))
-                if i == 0 and _plainly_done(command) and self.text(j) in ("first", "beforehand"):
+                if (
+                    self.text(j) in ("first", "beforehand")
+                    and i == 0
+                    and _plainly_done(command)
+                    and not self._set_apart(i, j)
+                ):
                     # "tap the can first, then go home"
                     found.append((j + 1, (command,)))
                 comma = self._skip(j)
@@ -185,6 +190,11 @@ class Grammar(Amendments):
                         negated_verb = "drop" if dropped else command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
+
+    def _set_apart(self, i: int, j: int) -> bool:
+        """Say whether a thing stands alone before `j`: "tap the can and the jar, the jar first" is about the order of both."""
+        comma = max((k for k in range(i, j) if self.text(k) == ","), default=-1)
+        return comma > i and any(end == j for end, _ in self.np(comma + 1))
 
     def _afterwards(self, j: int, k: int) -> bool:
         """Say whether the "after" that leads to `k` may mean afterwards, as those say it who have English from a school.

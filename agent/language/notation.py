@@ -43,7 +43,7 @@ _RANGE = re.compile(
     re.IGNORECASE,
 )
 _NAMED_RANGE = re.compile(r"\b([a-z]+)([_ ]?)(\d+)(?:[-–—]|\.{2,}|…| (?:through|thru) )\1\2(\d+)\b", re.IGNORECASE)
-_LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w]) ?[-–—] ?([a-w])(?!\s?[-–—](?![->])|\w)", re.IGNORECASE)
+_LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w])(?: ?[-–—] ?|\.{2,}|…)([a-w])(?!\s?[-–—](?![->])|\w)", re.IGNORECASE)
 _HEADING = re.compile(
     r"^\s*(?:seq|sequence|prog|program|cmd|cmds|req|todo|to-do|instr|instruction|instructions)\s*:\s+(?=\w)",
     re.IGNORECASE,
@@ -55,10 +55,30 @@ _NOT_APPLICABLE = re.compile(
 _TIMES = re.compile(r"(?<=\s)[x×*] ?([2-9])(?=\s*(?:[.,;!?)]|$))|(?<=[\s(])([2-9]) ?[x×](?=\s*(?:[.,;!?)]|$))")
 
 
+_OF_SKILLS = {
+    ("pick", "object"): "pick up {object}",
+    ("tap", "object"): "tap {object}",
+    ("open_drawer", "drawer"): "open {drawer}",
+    ("close_drawer", "drawer"): "close {drawer}",
+    ("place_in", "container"): "place in {container}",
+    ("place_on", "target"): "place on {target}",
+    ("pour", "target"): "pour into {target}",
+    ("place_at", "x", "y"): "place at {x}, {y}",
+    ("stack", "object", "target"): "stack {object} on {target}",
+    ("push", "object", "direction"): "push {object} {direction}",
+    ("push", "object", "direction", "distance"): "push {object} {direction} {distance} m",
+}
+"""Calls as plans print them, by skill and names of arguments."""
+_NAMED_CALL = re.compile(
+    r"\b([a-z_]+)\((\s*\w+\s*=\s*[\"']?[\w.-]+[\"']?\s*(?:,\s*\w+\s*=\s*[\"']?[\w.-]+[\"']?\s*)*)\)", re.IGNORECASE
+)
+
+
 def written_out(text: str) -> str:
     """Return a prompt with its notation in words: "place_in(nut, tray)" as "place nut in tray", "cubes 1–3" as "cubes 1 to 3"."""
     if "(" in text:
         text = re.sub(r"(?<=[a-z])\(s\)", "s", text)
+        text = _NAMED_CALL.sub(_named_call, text)
         text = _CALL_AT.sub(r"put \1 at \2, \3 ", text)
         text = _CALL_ALONG.sub(lambda call: f"{call[1]} {call[2]} {call[3]} {call[4] or ''} ", text)
         text = _CALL_OF_TWO.sub(_call_of_two, text)
@@ -68,7 +88,7 @@ def written_out(text: str) -> str:
     text = _NAMED_RANGE.sub(r"\1s \3 to \4", text)
     text = _RANGE.sub(r"\1 \2 to \3", text)
     text = re.sub(r"(?<=\d)[–—](?=\d)", "-", _LETTERS.sub(_letters, text))
-    text = _NOT_APPLICABLE.sub(" stay ", text)
+    text = _NOT_APPLICABLE.sub(" stays ", text)
     text = re.sub(r"\s*<(?:-+|=+)\s+(?=\w)", " gets ", text)
     text = re.sub(
         r"(?<=\s)@\s*(?=[(\d.-]|[xy]\b)", "at ", re.sub(r"(?<=\s)@\s*(?=[a-z_]{2})", "to ", text, flags=re.IGNORECASE)
@@ -93,6 +113,12 @@ def in_steps(text: str) -> str:
         text = f"{text[: match.start()]} . {text[match.end() :]}"
         start, number = match.start() + 3, number + 1
     return text
+
+
+def _named_call(call: re.Match[str]) -> str:
+    named = dict(re.findall(r"(\w+)\s*=\s*[\"']?([\w.-]+)", call[2]))
+    form = _OF_SKILLS.get((call[1].lower(), *named))
+    return f"{form.format(**named)} " if form else call[0]
 
 
 def _call_of_two(call: re.Match[str]) -> str:

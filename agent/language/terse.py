@@ -28,7 +28,7 @@ TERSE = {
     f"<start> [move|send|bring] [the] (gripper|tcp|hand|end effector|arm|robot) [move|moves|go|goes] (to|at|over|above|towards) {{one}} {_SEP} {_GRASP} [it] [{_SEP} {_LIFT}] [{_SEP} hold [it] [there|up]] <edge>": "pick up {one}",
     f"<verb> (approach|go to|move to|reach|locate|find) {{one}} {_SEP} {_GRASP} [it] [{_SEP} {_LIFT}] [{_SEP} hold [it] [there|up]] <edge>": "pick up {one}",
     f"<verb> (grasp|grip|grab) {{one}} {_SEP} {_LIFT} [{_SEP} hold [it] [there|up]] <edge>": "pick up {one}",
-    "<verb> (pick|pick up|grab|grasp|take) {one} [,|;|/|and|then|and then] (place|put|insert|deposit) [to] {container} <edge>": "put {one} in {container}",
+    "<verb> (pick|pick up|grab|grasp|take) {one} [,|;|.|/|and|then|and then] (place|put|insert|deposit) [to] {container} <edge>": "put {one} in {container}",
     "<verb> (pick|pick up|grab|grasp|grip|lift) {thing} to {container} <edge>": "put {thing} in {container}",
     "<verb> (mv|xfer|trf|tfr) {thing} [to|,|into|in] {container} <edge>": "put {thing} in {container}",
     "<verb> (mv|xfer|trf|tfr) {thing} {place} <edge>": "put {thing} {place}",
@@ -38,6 +38,7 @@ TERSE = {
     "<edge> {thing} (to|in|into) {drawer} [,|:] open (/|,|;|and|then|to|+) (insert|place|put in|put|load|drop|place in) [it] (/|,|;|and|then|to|+) [then] (close|shut)": "open {drawer} , put {thing} in it , close it",
     "<edge> open {drawer} (,|;|and|then|, then|/) (insert|load|put in|place in|drop in) {thing} <edge>": "open {drawer} , put {thing} in {drawer}",
     "/ {VERB} {thing}": ", {VERB} {thing}",
+    "(,|;|.|and) (rest|others|the others|remaining|all others|all other|others all) (stays|stay|untouched|as is|unchanged|remain|remains) <end>": ", the rest stays",
     # How far, which way, and what stays as it is.
     "away from [the|your|its] [robot|arm] (base|origin) {edge:,|.|;|and|then|by}": "away from you {edge}",
     "away from [the|your|its] [robot|arm] (base|origin) <end>": "away from you",
