@@ -16,6 +16,7 @@ import numpy as np
 
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.outline import Rows
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.types import Array
 
 Shape = Literal["box", "cylinder", "lying", "sphere"]
@@ -221,11 +222,11 @@ def _best_from(
 def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
     """Yield the boxes around the points at several headings."""
     points = seen.surface.points
-    low, high = np.percentile(points[:, 2], [2.0, 98.0])
+    low, high = percentiles(points[:, 2], [2.0, 98.0])
     low = low if resting is None else resting
     for yaw in np.arange(0.0, np.pi / 2.0, _RESTART):
         axes = axes_of("box", float(yaw))
-        near, far = np.percentile(points @ axes[:, :2], [2.0, 98.0], axis=0)
+        near, far = percentiles(points @ axes[:, :2], [2.0, 98.0])
         middle = axes @ np.array([*(near + far) / 2.0, (low + high) / 2.0])
         sizes = np.maximum(np.array([*(far - near), high - low]) / 2.0, _LEAST_SIZE)
         yield Fit("box", middle, sizes, float(yaw), np.inf, np.zeros((0, 0)), len(points))

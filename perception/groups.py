@@ -9,6 +9,7 @@ from itertools import combinations
 import numpy as np
 from scipy.spatial import KDTree
 
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.types import Array
 
@@ -39,7 +40,7 @@ class Group:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """The corners (3,), (3,) of its points' box, single outliers left out."""
-        low, high = np.percentile(self.points, [1.0, 99.0], axis=0)
+        low, high = percentiles(self.points, [1.0, 99.0])
         return low, high
 
 

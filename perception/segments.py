@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.quantiles import median
 from robosandbox.perception.view import Image, Mask, Table, View
 from robosandbox.types import Array
 
@@ -94,6 +95,8 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     segments = []
     for part in _parts(standing):
         inside = _within(crop, part)
+        if standing[part].sum() < _WIDE and raised[inside].sum() < _LEAST_PIXELS:
+            continue
         segments += _cut(view, standing[part], painted[part], raised[inside], height[inside], inside)
     return segments
 
@@ -176,14 +179,14 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
         kept = design[keep]
         shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
         off = np.abs(seen - design @ shade).sum(axis=1)
-        keep = off < 3.0 * np.median(off) + 6.0
+        keep = off < 3.0 * median(off) + 6.0
     size = (len(range(0, height, _COARSE)), len(range(0, width, _COARSE)))
     rough_rows, rough_columns = np.mgrid[: size[0], : size[1]] * float(_COARSE)
     plain = _quadratic(rough_rows.ravel() / height, rough_columns.ravel() / width) @ shade
     whole = cv2.resize(
         np.clip(plain, 0.0, 255.0).reshape(*size, 3).astype(np.uint8), (width, height), interpolation=cv2.INTER_LINEAR
     )
-    noise = float(np.median(off))
+    noise = float(median(off))
     off_table = cv2.transform(cv2.absdiff(view.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
     # An edge lies where half of its contrast is reached.
     half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
@@ -303,7 +306,7 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
     if len(points) < _LEAST_PIXELS:
         return None
     colours = view.rgb[picture][core].astype(np.float64)
-    rgb = np.median(colours, axis=0)
+    rgb = median(colours)
     step = max(1, len(points) // _POINTS)
     height, width = view.depth.shape
     rows, columns = np.nonzero(mask)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robosandbox.errors import SensorError
+from robosandbox.perception.quantiles import median
 from robosandbox.types import Array, Intrinsics, RgbdFrame
 
 Image = NDArray[np.float32]
@@ -109,10 +110,10 @@ def check_frame(frame: RgbdFrame) -> str | None:
             )
     if not all(np.isfinite([lens.fx, lens.fy, lens.cx, lens.cy, *lens.distortion])) or min(lens.fx, lens.fy) <= 0.0:
         raise SensorError(f"camera {frame.camera!r}: its intrinsics hold a focal length or number that is none: {lens}")
-    grey = frame.rgb[::8, ::8].max(axis=2)
-    if np.mean(grey <= _DARK) > 0.95:
+    channels = cv2.split(np.ascontiguousarray(frame.rgb[::8, ::8]))
+    if np.mean(np.maximum.reduce(channels) <= _DARK) > 0.95:
         return f"{frame.camera}: too dark to see anything; give it light or a longer exposure"
-    if np.mean(frame.rgb[::8, ::8].min(axis=2) >= _BRIGHT) > 0.8:
+    if np.mean(np.minimum.reduce(channels) >= _BRIGHT) > 0.8:
         return f"{frame.camera}: over-exposed; give it less light or a shorter exposure"
     depth = frame.depth[::8, ::8]
     usable = np.isfinite(depth) & (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
@@ -201,8 +202,8 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     points, off = points[:, near], off[near]
     middle = points[:2].mean(axis=1)
     design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
-    plane = np.array([0.0, 0.0, float(np.median(off))])
-    noise = float(1.4826 * np.median(np.abs(off - plane[2])))
+    plane = np.array([0.0, 0.0, float(median(off))])
+    noise = float(1.4826 * median(np.abs(off - plane[2])))
     prior = np.diag([_TILT_PRIOR**-2, _TILT_PRIOR**-2, _SHIFT_PRIOR**-2])
     for _ in range(_PLANE_TRIMS):
         rest = off - design @ plane
@@ -212,7 +213,7 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
             return view.rotation, view.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
-        noise = float(1.4826 * np.median(np.abs(rest[keep])))
+        noise = float(1.4826 * median(np.abs(rest[keep])))
     if abs(plane[2]) > _MOST_SHIFT or max(abs(plane[0]), abs(plane[1])) > _MOST_TILT:
         return view.rotation, view.position, noise
     # The small rotation that takes the seen plane's normal (-a, -b, 1) to the vertical, about the middle of what is seen.
