@@ -10,8 +10,9 @@ import numpy as np
 from robosandbox.perception.contents import take_out
 from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Shape, fit, lean_of
+from robosandbox.perception.fit import Fit, Shape, fit
 from robosandbox.perception.groups import Group, alike, group
+from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look, Scenery

@@ -129,7 +129,7 @@ def _free_ends(look: Look, others: Mask, extreme: Array, points: Array, *, wary:
     hidden = (out & close) | (look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02))
     # The table before a thing is nearer than it is, and covers nothing.
     hidden |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
-    covered = hidden.any(axis=0)
+    covered: Mask = hidden.any(axis=0)
     # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
     # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
     level = valid & ~((depth > here + _OCCLUDES) | lower)

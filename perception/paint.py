@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.perception.evidence import Surface
-from robosandbox.perception.fit import Fit, surface_normals
+from robosandbox.perception.fit import Fit, normals_on
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.scenery import BARE_STRIDE, Look, Scenery
 from robosandbox.perception.segments import Segment
@@ -14,7 +14,7 @@ from robosandbox.types import CONTAINER_WALL, Array
 
 # Light is read off the table so many pixels around, or farther where there is none, as within a bin.
 _AROUND = (40, 120)
-_LEAST_TABLE = 30
+_LEAST_TABLE = 12
 _ON_TABLE = 0.006
 _FACING_UP = 0.8
 _LEAST = 8
@@ -33,7 +33,7 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
         light = _light(segment, scenery.table, scenery.looks[segment.view.camera])
         if light is None:
             continue
-        normals = surface_normals(found, Surface(segment.points, segment.view.position, 1.0))
+        normals = normals_on(found, Surface(segment.points, segment.view.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
             # Of a container rim and floor face up; what lies between them are walls.

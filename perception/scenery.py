@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 from robosandbox.perception.view import Image, Mask, Table, View
 
-BARE_STRIDE = 2
+BARE_STRIDE = 4
 _ON_TABLE = 0.006
 _FROM_EDGE = 0.005
 _TABLE_HUE = 0.15

@@ -144,7 +144,10 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     rgb, depth = frame.rgb, frame.depth
     if any(lens.distortion):
         places, shares, nearest = _straightening(lens)
-        rgb = as_picture(cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        # Four channels are straightened in little more than half of the time that three take.
+        padded = cv2.cvtColor(rgb, cv2.COLOR_RGB2RGBA)
+        padded = cv2.remap(padded, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        rgb = as_picture(cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB))
         nothing: Any = None
         depth = as_image(cv2.remap(depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
     finite = np.isfinite(depth)
@@ -191,15 +194,15 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     """Return the camera's rotation and position such that the table that it sees lies at its height, and the noise."""
     step = _PLANE_STRIDE
     depth = view.depth[::step, ::step]
-    usable = view.valid[::step, ::step] & ~robot[::step, ::step]
     x, y = _rays(view.frame.intrinsics)
-    points = _world(depth, x[::step], y[::step], view.rotation, view.position)[:, usable].astype(np.float64)
-    inner = (np.abs(points[:2]) < table.half_extent - 0.02).all(axis=0)
-    off = points[2] - table.height
-    near = inner & (np.abs(off) < _PLANE_BAND)
-    if near.sum() < _PLANE_LEAST:
+    xyz = _world(depth, x[::step], y[::step], view.rotation, view.position)
+    near = view.valid[::step, ::step] & ~robot[::step, ::step]
+    near &= np.abs(xyz[2] - np.float32(table.height)) < _PLANE_BAND
+    near &= np.maximum(np.abs(xyz[0]), np.abs(xyz[1])) < table.half_extent - 0.02
+    if np.count_nonzero(near) < _PLANE_LEAST:
         return view.rotation, view.position, _USUAL_NOISE
-    points, off = points[:, near], off[near]
+    points = xyz[:, near].astype(np.float64)
+    off = points[2] - table.height
     middle = points[:2].mean(axis=1)
     design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
     plane = np.array([0.0, 0.0, float(median(off))])
@@ -208,7 +211,7 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     for _ in range(_PLANE_TRIMS):
         rest = off - design @ plane
         keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
-        if keep.sum() < _PLANE_LEAST // 2:
+        if np.count_nonzero(keep) < _PLANE_LEAST // 2:
             # What is seen near the table's height is no plane.
             return view.rotation, view.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
