@@ -313,7 +313,7 @@ def _solve(design: Array, values: Array, weights: Array, prior: Prior) -> Array:
     normal = weighted.transpose(0, 2, 1) @ weighted + np.diag(_stiffness(prior))
     right = (values * weights) @ weighted
     right[:, 3:] += prior.sizes * prior.spread**-2
-    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0], dtype=np.float64)
 
 
 def _stiffness(prior: Prior, turn: float | None = None) -> Array:

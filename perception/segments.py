@@ -272,7 +272,7 @@ def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
     _, numbers = cv2.distanceTransformWithLabels(
         (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
     )
-    labels = numbers.reshape(-1)
+    labels: Labels = np.asarray(numbers, dtype=np.int32).reshape(-1)
     zeros = np.flatnonzero(mask)
     # Each set pixel has a label of its own.
     positions = np.zeros(len(zeros) + 1, dtype=np.int64)
