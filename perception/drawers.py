@@ -11,6 +11,7 @@ from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, Shape, fit
 from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.scenery import Scenery
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import Array, Pose
@@ -86,7 +87,7 @@ def _may_be_grip(item: Group, table: float) -> bool:
 
 def _near(family: Sequence[Group], grip: Group) -> bool:
     points = np.vstack([item.points for item in family])
-    low, high = np.percentile(points, [1.0, 99.0], axis=0)
+    low, high = percentiles(points, [1.0, 99.0])
     large = (high - low)[:2].min() > _LEAST_SIDE and high[2] - low[2] > _LEAST_HEIGHT / 2.0
     first, last = grip.bounds
     return bool(large and (first - _STAND_OFF[1] < high).all() and (low < last + _STAND_OFF[1]).all())

@@ -15,7 +15,7 @@ _ROUGH = 0.008
 _COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Surface:
     """Surface points, each with where it was seen from.
 
@@ -28,6 +28,11 @@ class Surface:
     points: Array
     camera: Array
     weight: float | Array
+
+    @cached_property
+    def to_camera(self) -> Array:
+        """From each point to where it was seen from, (n, 3), metres."""
+        return np.asarray(self.camera - self.points)
 
     @staticmethod
     def stack(parts: Sequence[Surface]) -> Surface:

@@ -15,7 +15,9 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.types import Array
 
 Shape = Literal["box", "cylinder", "lying", "sphere"]
@@ -26,20 +28,22 @@ _GRID = np.radians(6.0)
 _ITERATIONS = 4
 _SETTLED = 0.0001
 _CLIP = 3.0
+_HUBER = 1.5
+_LOOSE = 1e-3
+_MOST_SHIFT = 0.03
+_MOST_TURN = 0.15
 _LEAST_SIZE = 0.003
 _LEAST_EVIDENCE = 12
 _STANDS = 0.0008
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 _HOPELESS = 0.25
+# Beside a shape of such a cost one that starts so much above where that one started is not tried.
+_GOOD = 0.5
+_FAR = 1.0
 # Above this cost a box is looked for from more headings, so far apart.
 _POOR = 0.6
 _RESTART = np.pi / 8.0
-_DRAWS = 120
-_IN_PLANE = 0.003
-_MUCH_OF_IT = 0.3
-_LEAST_LEAN = np.radians(8.0)
-_MOST_LEAN = np.radians(65.0)
 _UP = np.array([0.0, 0.0, 1.0])
 _CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
 
@@ -211,21 +215,24 @@ def _best_from(
     starts: Iterable[Fit], seen: Evidence, resting: float | None, charge: float, best: Fit | None
 ) -> Fit | None:
     least = np.inf if best is None else best.cost + charge * len(best.covariance)
+    started = np.inf
     for start in starts:
+        if least < _GOOD and start.cost > started + _FAR:
+            continue
         found = _refined_or_none(start, seen, resting, None, least)
         if found is not None and found.cost + charge * len(found.covariance) < least:
-            best, least = found, found.cost + charge * len(found.covariance)
+            best, least, started = found, found.cost + charge * len(found.covariance), start.cost
     return best
 
 
 def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
     """Yield the boxes around the points at several headings."""
     points = seen.surface.points
-    low, high = np.percentile(points[:, 2], [2.0, 98.0])
+    low, high = percentiles(points[:, 2], [2.0, 98.0])
     low = low if resting is None else resting
     for yaw in np.arange(0.0, np.pi / 2.0, _RESTART):
         axes = axes_of("box", float(yaw))
-        near, far = np.percentile(points @ axes[:, :2], [2.0, 98.0], axis=0)
+        near, far = percentiles(points @ axes[:, :2], [2.0, 98.0])
         middle = axes @ np.array([*(near + far) / 2.0, (low + high) / 2.0])
         sizes = np.maximum(np.array([*(far - near), high - low]) / 2.0, _LEAST_SIZE)
         yield Fit("box", middle, sizes, float(yaw), np.inf, np.zeros((0, 0)), len(points))
@@ -234,7 +241,7 @@ def _box_starts(seen: Evidence, resting: float | None) -> Iterator[Fit]:
 def fit_leaning(seen: Evidence) -> Fit | None:
     """Return the box that leans with its largest face in the plane of most points; None where no such plane is seen.
 
-    The plane is the best of many through three points (Fischler and Bolles, Random Sample Consensus, 1981).
+    Its plane is found by `lean_of`.
     """
     lean = lean_of(seen.surface.points)
     if lean is None:
@@ -242,35 +249,6 @@ def fit_leaning(seen: Evidence) -> Fit | None:
     there = seen.turned(lean)
     found = _refined_or_none(_start("box", there, None, None), there, None, None, np.inf)
     return None if found is None else replace(found, centre=lean @ found.centre, lean=lean)
-
-
-def lean_of(points: Array) -> Array | None:
-    """Return the least rotation (3, 3) that takes the vertical to the normal of the points' plane, if that is oblique."""
-    rng = np.random.default_rng(0)
-    a, b, c = (points[rng.integers(len(points), size=_DRAWS)] for _ in range(3))
-    normals = np.cross(b - a, c - a)
-    lengths = np.linalg.norm(normals, axis=1)
-    normals, starts = normals[lengths > 1e-6] / lengths[lengths > 1e-6, None], a[lengths > 1e-6]
-    if not len(normals):
-        return None
-    near = np.abs(points @ normals.T - np.einsum("ij,ij->i", normals, starts)) < _IN_PLANE
-    best = near[:, int(near.sum(axis=0).argmax())]
-    if best.mean() < _MUCH_OF_IT:
-        return None
-    chosen = points[best]
-    normal = np.linalg.svd(chosen - chosen.mean(axis=0), full_matrices=False)[2][2]
-    normal = normal * np.sign(normal[2])
-    if not _LEAST_LEAN < np.arccos(np.clip(normal[2], -1.0, 1.0)) < _MOST_LEAN:
-        return None
-    x, y, z = normal
-    # Rodrigues' rotation about the horizontal axis across the normal's slope.
-    return np.array(
-        [
-            [1.0 - x * x / (1.0 + z), -x * y / (1.0 + z), x],
-            [-x * y / (1.0 + z), 1.0 - y * y / (1.0 + z), y],
-            [-x, -y, z],
-        ]
-    )
 
 
 def _start(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
@@ -299,7 +277,11 @@ def _levels(top: float, sigma: float, resting: float | None) -> Rows:
 
 def cost_of(known: Fit, seen: Evidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
-    every = Rows.stack([seen.rows, _on_surface(known, seen.surface)])
+    surface, normals = seen.surface, normals_on(known, seen.surface)
+    on_faces = Rows(
+        normals, np.einsum("ij,ij->i", normals, surface.points), np.broadcast_to(surface.weight, len(normals))
+    )
+    every = Rows.stack([seen.rows, on_faces])
     rest = (every.values - every.normals @ known.centre - known.terms(every.normals) @ known.sizes) * every.weights
     return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
 
@@ -310,7 +292,7 @@ def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
     terms = support_terms(shape, yaws, rows.normals)
     design = np.concatenate([np.broadcast_to(rows.normals, (len(yaws), *rows.normals.shape)), terms], axis=2)
     solution = _solve(design, rows.values, rows.weights, prior)
-    rest = (np.einsum("gnk,gk->gn", design, solution) - rows.values) * rows.weights
+    rest = ((design @ solution[..., None])[..., 0] - rows.values) * rows.weights
     cost = np.minimum(np.abs(rest), _CLIP) ** 2
     best = int(cost.sum(axis=1).argmin())
     sizes = np.maximum(solution[best, 3:], _LEAST_SIZE)
@@ -328,13 +310,16 @@ def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
 def _solve(design: Array, values: Array, weights: Array, prior: Prior) -> Array:
     """Return weighted least squares solutions (g, k) of designs (g, n, k), sizes held to the prior."""
     weighted = design * weights[:, None]
-    normal = np.einsum("gnk,gnl->gkl", weighted, weighted)
-    right = np.einsum("gnk,n->gk", weighted, values * weights)
-    for k, size in enumerate(prior.sizes, start=3):
-        normal[:, k, k] += prior.spread**-2
-        right[:, k] += size * prior.spread**-2
-    normal[:, range(3), range(3)] += 1e-3
-    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0])
+    normal = weighted.transpose(0, 2, 1) @ weighted + np.diag(_stiffness(prior))
+    right = (values * weights) @ weighted
+    right[:, 3:] += prior.sizes * prior.spread**-2
+    return np.asarray(np.linalg.solve(normal, right[..., None])[..., 0], dtype=np.float64)
+
+
+def _stiffness(prior: Prior, turn: float | None = None) -> Array:
+    """Return how much is known of centre, sizes and, where it counts, heading before anything is measured: 1 / variance."""
+    known = [*(_LOOSE,) * 3, *(prior.spread**-2,) * len(prior.sizes)]
+    return np.array(known if turn is None else [*known, turn])
 
 
 def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: float) -> Fit | None:
@@ -342,72 +327,71 @@ def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: flo
 
     None as soon as it is clear that its cost will not come down to `least`.
     """
-    found, turning = start, _TURNS[start.shape] > 0.0
-    count = 3 + SIZES[start.shape]
+    shape, centre, sizes, yaw = start.shape, start.centre, start.sizes, start.yaw
+    turning = _TURNS[shape] > 0.0
+    count = 3 + SIZES[shape]
+    stiffness = _stiffness(prior, 1.0 if turning else None)
+    # A tangent plane too is known by a point of it.
+    points = np.concatenate([fixed.normals * fixed.values[:, None], surface.points])
+    certain = np.concatenate([fixed.weights, np.broadcast_to(surface.weight, len(surface.points))])
+    design = np.empty((len(points), len(stiffness)))
+    normals, terms = design[:, :3], design[:, 3:count]
+    normals[: len(fixed.values)] = fixed.normals
     last = False
     for iteration in range(_ITERATIONS + 1):
-        rows = Rows.stack([fixed, _on_surface(found, surface)])
-        terms = support_terms(found.shape, found.yaw, rows.normals)
-        rest = rows.values - rows.normals @ found.centre - terms @ found.sizes
-        scaled = np.abs(rest * rows.weights)
-        cost = float((np.minimum(scaled, _CLIP) ** 2).mean())
+        normals[len(fixed.values) :] = _normals(shape, centre, sizes, axes_of(shape, yaw), surface)
+        terms[:] = support_terms(shape, yaw, normals)
+        rest = np.einsum("ij,ij->i", normals, points - centre) - terms @ sizes
+        scaled = np.abs(rest) * certain
+        clipped = np.minimum(scaled, _CLIP)
+        cost = float(clipped @ clipped) / len(points)
         if iteration >= _TRIES and cost > least + _HOPELESS:
             return None
         # Huber's weights: what is far off says little.
-        weights = rows.weights * np.sqrt(np.minimum(1.0, 1.5 / np.maximum(scaled, 1e-9)))
-        design = np.empty((len(rest), count + turning))
-        design[:, :3], design[:, 3:count] = rows.normals, terms
+        weights = certain * np.sqrt(_HUBER / np.maximum(scaled, _HUBER))
         if turning:
-            design[:, count] = turn_terms(found.shape, found.yaw, rows.normals) @ found.sizes
+            design[:, count] = turn_terms(shape, yaw, normals) @ sizes
         weighted = design * weights[:, None]
-        normal = weighted.T @ weighted
-        right = weighted.T @ (rest * weights)
-        sized = range(3, count)
-        normal[sized, sized] += prior.spread**-2
-        right[sized] += (prior.sizes - found.sizes) * prior.spread**-2
-        normal[range(3), range(3)] += 1e-3
-        if turning:
-            normal[-1, -1] += 1.0
+        normal = weighted.T @ weighted + np.diag(stiffness)
         if last:
-            return replace(
-                found, cost=cost, covariance=np.array(np.linalg.inv(normal), dtype=np.float64), rows=len(rows.values)
-            )
+            return Fit(shape, centre, sizes, yaw, cost, np.linalg.inv(normal), len(points))
+        right = (rest * weights) @ weighted
+        right[3:count] += (prior.sizes - sizes) * prior.spread**-2
         change = np.linalg.solve(normal, right)
         settled = float(np.abs(change[:3]).max()) < _SETTLED
-        yaw = found.yaw + (float(np.clip(change[-1], -0.15, 0.15)) if turning else 0.0)
-        found = replace(
-            found,
-            centre=found.centre + np.clip(change[:3], -0.03, 0.03),
-            sizes=np.maximum(found.sizes + change[3:count], _LEAST_SIZE),
-            yaw=yaw,
-        )
+        centre = centre + np.minimum(np.maximum(change[:3], -_MOST_SHIFT), _MOST_SHIFT)
+        sizes = np.maximum(sizes + change[3:count], _LEAST_SIZE)
+        if turning:
+            yaw += min(max(float(change[count]), -_MOST_TURN), _MOST_TURN)
         last = settled or iteration == _ITERATIONS - 1
     raise AssertionError("the last iteration returns")
 
 
-def _on_surface(found: Fit, surface: Surface) -> Rows:
-    """Return the rows of points, each with the outward normal of the face that it lies on."""
-    normals = surface_normals(found, surface)
-    values = np.einsum("ij,ij->i", normals, surface.points)
-    return Rows(normals, values, np.broadcast_to(surface.weight, values.shape))
+def normals_on(found: Fit, surface: Surface) -> Array:
+    """Return the outward normal (n, 3) of a fitted shape's face that each point lies on, of those that the camera sees."""
+    return _normals(found.shape, found.centre, found.sizes, found.axes, surface)
 
 
-def surface_normals(found: Fit, surface: Surface) -> Array:
-    """Return the outward normal (n, 3) of the shape's face that each point lies on, of those that the camera sees."""
-    offset = surface.points - found.centre
-    to_camera = surface.camera - surface.points
-    if found.shape == "sphere":
-        return np.asarray(offset / np.maximum(np.linalg.norm(offset, axis=1, keepdims=True), 1e-9))
-    if found.shape == "box":
-        axes = found.axes
-        local = offset @ axes
-        signs = np.where(to_camera @ axes >= 0.0, 1.0, -1.0)
-        face = (signs * local - found.sizes).argmax(axis=1)
-        return np.asarray(axes.T[face] * signs[np.arange(len(face)), face][:, None])
-    axis = found.axes[:, 2]
+def _normals(shape: Shape, centre: Array, sizes: Array, axes: Array, surface: Surface) -> Array:
+    offset = surface.points - centre
+    if shape == "sphere":
+        return np.asarray(offset / np.maximum(_lengths(offset), 1e-9)[:, None])
+    if shape == "box":
+        signs = np.copysign(1.0, surface.to_camera @ axes)
+        face = (signs * (offset @ axes) - sizes).argmax(axis=1)
+        # The faces' normals, those that point against the axes last.
+        faces = np.concatenate([axes.T, -axes.T])
+        return np.asarray(faces.take(face + 3 * (signs[np.arange(len(face)), face] < 0.0), axis=0))
+    axis = axes[:, 2]
     along = offset @ axis
     across = offset - along[:, None] * axis
-    radius = np.linalg.norm(across, axis=1)
-    sign = np.where(to_camera @ axis >= 0.0, 1.0, -1.0)
-    flat = sign * along - found.sizes[1] > radius - found.sizes[0]
-    return np.where(flat[:, None], sign[:, None] * axis, across / np.maximum(radius, 1e-9)[:, None])
+    radius = _lengths(across)
+    sign = np.copysign(1.0, surface.to_camera @ axis)
+    flat = sign * along - sizes[1] > radius - sizes[0]
+    across /= np.maximum(radius, 1e-9)[:, None]
+    across[flat] = sign[flat, None] * axis
+    return across
+
+
+def _lengths(vectors: Array) -> Array:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

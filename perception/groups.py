@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
+from math import dist
 
 import numpy as np
 from scipy.spatial import KDTree
 
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.types import Array
 
@@ -39,7 +41,7 @@ class Group:
     @cached_property
     def bounds(self) -> tuple[Array, Array]:
         """The corners (3,), (3,) of its points' box, single outliers left out."""
-        low, high = np.percentile(self.points, [1.0, 99.0], axis=0)
+        low, high = percentiles(self.points, [1.0, 99.0])
         return low, high
 
 
@@ -55,7 +57,9 @@ def group(segments: list[Segment]) -> list[Group]:
     trees = [KDTree(segment.points) for segment in segments]
     for first, second in combinations(range(len(segments)), 2):
         a, b = segments[first], segments[second]
-        if a.view is not b.view and alike(a, b) and _share(trees[first], trees[second]) > _LEAST_SHARE:
+        if a.view is b.view or root(first) == root(second):
+            continue
+        if alike(a, b) and _overlap(trees[first], trees[second]):
             parent[root(first)] = root(second)
     groups: dict[int, list[Segment]] = {}
     for index, segment in enumerate(segments):
@@ -65,18 +69,18 @@ def group(segments: list[Segment]) -> list[Group]:
 
 def alike(a: Segment, b: Segment) -> bool:
     """Tell whether two pieces may have the same colour, in whatever light."""
-    dark, light = sorted((max(float(a.rgb.sum()), 1.0), float(b.rgb.sum())))
-    if float(np.linalg.norm(a.chroma - b.chroma)) > _SAME_CHROMA + _CHROMA_NOISE / dark:
+    dark, light = sorted((max(sum(map(float, a.rgb)), 1.0), sum(map(float, b.rgb))))
+    if dist(a.chroma, b.chroma) > _SAME_CHROMA + _CHROMA_NOISE / dark:
         return False
     return dark > _LEAST_LIGHT * light or light - dark < _BLACK
 
 
-def _share(a: KDTree, b: KDTree) -> float:
-    """Return the larger share of one's points that lie near the other."""
+def _overlap(a: KDTree, b: KDTree) -> bool:
+    """Tell whether enough of one's points lie near the other."""
     if (a.mins - _SAME_PLACE > b.maxes).any() or (b.mins - _SAME_PLACE > a.maxes).any():
-        return 0.0
-    shares = []
+        return False
     for one, other in ((a, b), (b, a)):
         distance, _ = other.query(one.data, distance_upper_bound=_SAME_PLACE)
-        shares.append(float(np.isfinite(distance).mean()))
-    return max(shares)
+        if np.count_nonzero(np.isfinite(distance)) > _LEAST_SHARE * len(distance):
+            return True
+    return False

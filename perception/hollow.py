@@ -10,9 +10,11 @@ import numpy as np
 from robosandbox.perception.contents import take_out
 from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Shape, fit, lean_of
+from robosandbox.perception.fit import Fit, Shape, fit
 from robosandbox.perception.groups import Group, alike, group
+from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
 
@@ -176,7 +178,7 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     points = np.vstack([item.points for item in chosen])
     if len(points) < _LEAST_POINTS:
         return None
-    rim = float(np.percentile(points[:, 2], 96))
+    rim = float(percentiles(points[:, 2], [96.0])[0])
     if rim - scenery.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
         return None
     members = Group(tuple(segment for item in chosen for segment in item.segments))
@@ -205,7 +207,7 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
 def _has_a_top(points: Array, low: Array, high: Array, rim: float) -> bool:
     """Tell whether the middle is as high as the rim, as is plain of most solid things."""
     inner = (np.abs(points[:, :2] - (low + high)[:2] / 2.0) < _MIDDLE * (high - low)[:2]).all(axis=1)
-    return bool(inner.sum() >= _FEW and np.median(points[inner, 2]) > rim - _RIM)
+    return bool(inner.sum() >= _FEW and median(points[inner, 2]) > rim - _RIM)
 
 
 def _walled(points: Array, middle: Array) -> bool:

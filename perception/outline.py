@@ -8,13 +8,14 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.view import Mask, View
 from robosandbox.types import Array
 
 _DIRECTIONS = 32
-_OUTSIDE = (2.0, 3.0, 5.0, 7.0)
+_OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])
 _OCCLUDES = 0.012
 _BESIDE = 3.0
 _ASIDE = 0.6
@@ -87,53 +88,60 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
     last = (reach > reach.max(axis=0) - _EDGE).astype(np.float64)
     extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
-    own = np.array(
-        [number for number, one in enumerate(look.segments, start=1) if any(one is each for each in (*segments, *kin))]
-    )
-    free = _free_ends(look, own, extreme, points, wary=wary)
+    own = {id(segment) for segment in (*segments, *kin)}
+    others = np.array([False, *(id(segment) not in own for segment in look.segments)])
+    free = _free_ends(look, others, extreme, points, wary=wary)
     if not free.any():
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
     normals, ends = _NORMALS[free], reach.max(axis=0)[free] + _PIXEL_BIAS
     planes = np.column_stack([normals, -ends]) @ view.matrix
     planes /= np.linalg.norm(planes, axis=1, keepdims=True)
     world = planes @ view.rotation.T
-    distance = float(np.median(np.linalg.norm(points - view.position, axis=1)))
+    distance = float(median(np.linalg.norm(points - view.position, axis=1)))
     sigma = np.hypot(_PIXEL_SIGMA * distance / view.focal, _CALIBRATION)
     return Rows(world, world @ view.position, np.full(len(world), 1.0 / sigma))
 
 
-def _free_ends(look: Look, own: Array, extreme: Array, points: Array, *, wary: bool) -> Mask:
-    """Return which extreme pixels (k, 2) end against the table or something clearly farther away."""
+def _free_ends(look: Look, others: Mask, extreme: Array, points: Array, *, wary: bool) -> Mask:
+    """Return which extreme pixels (k, 2) end against the table or something clearly farther away.
+
+    Args:
+        look: The view.
+        others: Which pieces are of something else, by their number in `look.pieces`.
+        extreme: The pixels.
+        points: Surface points of the thing in the world, (n, 3).
+        wary: As for `tangents`.
+    """
     view = look.view
     height, width = view.depth.shape
     here = _depth_at(view, extreme - 2.0 * _NORMALS)
-    usual = float(np.median((points - view.position) @ view.rotation[:, 2]))
+    usual = float(median((points - view.position) @ view.rotation[:, 2]))
     here = np.where(np.abs(here - usual) < 0.15, here, usual)
-    low = float(np.percentile(points[:, 2], 3))
-    covered = np.zeros(len(extreme), dtype=bool)
+    low = float(percentiles(points[:, 2], [3.0])[0])
+    # All steps outwards at once: (steps, k).
+    pixels = np.rint(extreme + _OUTSIDE[:, None, None] * _NORMALS).astype(int)
+    columns, rows = np.clip(pixels[..., 0], 0, width - 1), np.clip(pixels[..., 1], 0, height - 1)
+    close = (_OUTSIDE <= _BESIDE)[:, None]
+    out = (columns != pixels[..., 0]) | (rows != pixels[..., 1])
+    depth, valid = view.depth[rows, columns], view.valid[rows, columns]
+    strange = others[look.pieces[rows, columns]]
+    lower = view.xyz[2, rows, columns] < low + _UNDER
+    hidden = (out & close) | (look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02))
+    # The table before a thing is nearer than it is, and covers nothing.
+    hidden |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
+    covered: Mask = hidden.any(axis=0)
+    # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
+    # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
+    level = valid & ~((depth > here + _OCCLUDES) | lower)
     beside = np.zeros(len(extreme), dtype=bool)
     unknown = np.zeros(len(extreme), dtype=bool)
-    for step in _OUTSIDE:
-        pixels = np.rint(extreme + step * _NORMALS).astype(int)
-        inside = (pixels >= 0).all(axis=1) & (pixels < [width, height]).all(axis=1)
-        if step <= _BESIDE:
-            covered |= ~inside
-        columns, rows = np.clip(pixels, 0, [width - 1, height - 1]).T
-        covered |= look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02)
-        depth, valid = view.depth[rows, columns], view.valid[rows, columns]
-        piece = look.pieces[rows, columns]
-        strange = (piece > 0) & ~np.isin(piece, own)
-        lower = view.xyz[2, rows, columns] < low + _UNDER
-        # The table before a thing is nearer than it is, and covers nothing.
-        covered |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
-        # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
-        # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
-        asked = strange & (unknown | (step <= _BESIDE))
-        beside |= asked & valid & ~((depth > here + _OCCLUDES) | lower)
-        unknown = (unknown | asked) & ~(asked & valid)
+    for step in range(len(_OUTSIDE)):
+        asked = strange[step] & (unknown | close[step])
+        beside |= asked & level[step]
+        unknown = (unknown | asked) & ~(asked & valid[step])
     beside |= unknown
     if wary:
-        beside |= _next_to_others(look, own, extreme, here, low)
+        beside |= _next_to_others(look, others, extreme, here, low)
     # A corner where a cut begins is no end of the thing either, whichever way it points.
     pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
     columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
@@ -154,7 +162,7 @@ def _free_ends(look: Look, own: Array, extreme: Array, points: Array, *, wary: b
     return free
 
 
-def _next_to_others(look: Look, own: Array, extreme: Array, here: Array, low: float) -> Mask:
+def _next_to_others(look: Look, others: Mask, extreme: Array, here: Array, low: float) -> Mask:
     """Return which extreme pixels (k, 2) have something else as near close to them, on the outer side: depth ends before edges do."""
     view = look.view
     height, width = view.depth.shape
@@ -162,8 +170,7 @@ def _next_to_others(look: Look, own: Array, extreme: Array, here: Array, low: fl
     outer = _NORMALS @ ways.T > _OUTER * _AT_CUT
     pixels = np.rint(extreme[:, None] + ways).astype(int)
     columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
-    piece, valid = look.pieces[rows, columns], view.valid[rows, columns]
-    strange = (piece > 0) & ~np.isin(piece, own)
+    valid, strange = view.valid[rows, columns], others[look.pieces[rows, columns]]
     behind = valid & (
         (view.depth[rows, columns] > here[:, None] + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER)
     )

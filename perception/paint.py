@@ -5,17 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.perception.evidence import Surface
-from robosandbox.perception.fit import Fit, surface_normals
-from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.fit import Fit, normals_on
+from robosandbox.perception.quantiles import median
+from robosandbox.perception.scenery import BARE_STRIDE, Look, Scenery
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.view import Table
 from robosandbox.types import CONTAINER_WALL, Array
 
 # Light is read off the table so many pixels around, or farther where there is none, as within a bin.
 _AROUND = (40, 120)
-_LEAST_TABLE = 30
+_LEAST_TABLE = 12
 _ON_TABLE = 0.006
-_TABLE_HUE = 0.15
 _FACING_UP = 0.8
 _LEAST = 8
 # A face that is turned from the light sends about this share of what the same colour lying flat sends.
@@ -33,17 +33,17 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
         light = _light(segment, scenery.table, scenery.looks[segment.view.camera])
         if light is None:
             continue
-        normals = surface_normals(found, Surface(segment.points, segment.view.position, 1.0))
+        normals = normals_on(found, Surface(segment.points, segment.view.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
             # Of a container rim and floor face up; what lies between them are walls.
             height = segment.points[:, 2]
             up = (height > found.top - _ON_TABLE) | (height < found.bottom + CONTAINER_WALL + _ON_TABLE)
         if up.sum() >= _LEAST:
-            readings.append(np.median(segment.colours[up], axis=0) / light)
+            readings.append(median(segment.colours[up]) / light)
             weights.append(float(up.sum()))
         else:
-            readings.append(np.median(segment.colours, axis=0) / light / _SIDE_LIGHT)
+            readings.append(median(segment.colours) / light / _SIDE_LIGHT)
             weights.append(1e-3 * len(segment.points))
     if not readings:
         return np.asarray(segments[0].rgb / 255.0)
@@ -52,19 +52,12 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
 
 def _light(segment: Segment, table: Table, look: Look) -> Array | None:
     """Return what a white table would send here, 0..255 per channel, (3,)."""
-    view = segment.view
+    rgb = segment.view.rgb[::BARE_STRIDE, ::BARE_STRIDE]
     left, top, right, bottom = segment.box
     for around in _AROUND:
-        # Every other pixel tells the light as well as all do.
-        picture = np.s_[max(top - around, 0) : bottom + around : 2, max(left - around, 0) : right + around : 2]
-        xyz = view.xyz[:, picture[0], picture[1]]
-        bare = view.valid[picture] & ~look.robot[picture] & (look.pieces[picture] == 0)
-        bare &= np.abs(xyz[2] - table.height) < max(_ON_TABLE, 2.0 * view.noise)
-        bare &= (np.abs(xyz[:2]) < table.half_extent - 0.005).all(axis=0)
-        seen = view.rgb[picture][bare].astype(np.float64)
-        # A bin's floor lies hardly higher than the table, and is not of its colour.
-        shares, usual = seen / np.maximum(seen.sum(axis=1, keepdims=True), 1.0), np.array(table.rgb) / sum(table.rgb)
-        seen = seen[np.abs(shares - usual).sum(axis=1) < _TABLE_HUE]
+        rows = slice(max(top - around, 0) // BARE_STRIDE, (bottom + around) // BARE_STRIDE)
+        columns = slice(max(left - around, 0) // BARE_STRIDE, (right + around) // BARE_STRIDE)
+        seen = rgb[rows, columns][look.bare[rows, columns]]
         if len(seen) >= _LEAST_TABLE:
-            return np.asarray(np.median(seen, axis=0) / np.array(table.rgb))
+            return np.asarray(median(seen.astype(np.float64)) / np.array(table.rgb))
     return None

@@ -17,6 +17,7 @@ from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, families, find_containers
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
+from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.view import Mask
@@ -314,7 +315,7 @@ def _foot(members: Group) -> Array:
     level = float(np.hypot(sight[0], sight[1]))
     ahead = sight[:2] / max(level, 1e-9)
     axes = np.column_stack([ahead, [-ahead[1], ahead[0]]])
-    low, high = np.percentile(members.points[:, :2] @ axes, _MOST_POINTS, axis=0)
+    low, high = percentiles(members.points[:, :2] @ axes, _MOST_POINTS)
     deep, wide = high - low
     hidden = max(wide - deep, 0.0) * level / float(np.linalg.norm(sight))
     return np.asarray(axes @ ((low + high) / 2.0) + hidden / 2.0 * ahead)

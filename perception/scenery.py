@@ -5,11 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 from robosandbox.perception.view import Image, Mask, Table, View
+
+BARE_STRIDE = 4
+_ON_TABLE = 0.006
+_FROM_EDGE = 0.005
+_TABLE_HUE = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -21,6 +27,7 @@ class Look:
         robot: Where the robot is, (height, width).
         robot_near: How near its nearest part is there, metres.
         pieces: Which of `segments` each pixel belongs to, counted from 1; 0 for none.
+        bare: Where nothing but the table is seen, of every `BARE_STRIDE`th row and column.
         segments: What stands out of the table.
     """
 
@@ -28,6 +35,7 @@ class Look:
     robot: Mask
     robot_near: Image
     pieces: NDArray[np.int16]
+    bare: Mask
     segments: tuple[Segment, ...]
 
     def divided(self, whole: Segment, part: Segment) -> tuple[Look, Segment | None]:
@@ -60,7 +68,21 @@ def take_look(view: View, table: Table, robot: Mask, robot_near: Image) -> Look:
     for number, segment in enumerate(segments, start=1):
         left, top, right, bottom = segment.box
         pieces[top:bottom, left:right][segment.mask] = number
-    return Look(view, robot, robot_near, pieces, segments)
+    return Look(view, robot, robot_near, pieces, _bare(view, table, robot | (pieces > 0)), segments)
+
+
+def _bare(view: View, table: Table, covered: Mask) -> Mask:
+    """Return where nothing but the table is seen, by place and hue; a bin's floor lies hardly higher than the table."""
+    some = np.s_[::BARE_STRIDE, ::BARE_STRIDE]
+    bare = view.valid[some] & ~covered[some]
+    x, y, z = (plane[some] for plane in view.xyz)
+    bare &= np.abs(z - np.float32(table.height)) < max(_ON_TABLE, 2.0 * view.noise)
+    bare &= np.maximum(np.abs(x), np.abs(y)) < table.half_extent - _FROM_EDGE
+    red, green, blue = (channel[some].astype(np.float32) for channel in cv2.split(view.rgb))
+    total = np.maximum(red + green + blue, 1.0)
+    r, g, b = np.array(table.rgb, dtype=np.float32) / np.float32(sum(table.rgb))
+    off = np.abs(red - r * total) + np.abs(green - g * total) + np.abs(blue - b * total)
+    return np.asarray(bare & (off < _TABLE_HUE * total))
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -10,6 +11,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.quantiles import median
 from robosandbox.perception.view import Image, Mask, Table, View
 from robosandbox.types import Array
 
@@ -36,6 +38,7 @@ _BUMP = 60
 _LEAST_PAINT = 0.2
 _LEAST_FLOOR = 0.0025
 _BAND = 4
+_ALIKE = 30.0
 _REACH = 14
 _POINTS = 220
 
@@ -94,6 +97,8 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     segments = []
     for part in _parts(standing):
         inside = _within(crop, part)
+        if np.count_nonzero(standing[part]) < _WIDE and np.count_nonzero(raised[inside]) < _LEAST_PIXELS:
+            continue
         segments += _cut(view, standing[part], painted[part], raised[inside], height[inside], inside)
     return segments
 
@@ -165,32 +170,33 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
     The table's picture is taken to vary slowly: a quadratic in the pixel's place for each channel.
     """
     height, width = bare.shape
-    rows, columns = np.nonzero(bare[::_COARSE, ::_COARSE])
-    if len(rows) < _LEAST_TABLE:
+    coarse = bare[::_COARSE, ::_COARSE]
+    if np.count_nonzero(coarse) < _LEAST_TABLE:
         return np.zeros_like(bare[crop])
-    seen = view.rgb[::_COARSE, ::_COARSE][rows, columns].astype(np.float64)
-    design = _quadratic(rows * (_COARSE / height), columns * (_COARSE / width))
+    seen = view.rgb[::_COARSE, ::_COARSE][coarse].astype(np.float64)
+    grid = _quadratic(height, width)
+    design = grid[coarse.reshape(-1)]
     keep: Any = slice(None)
-    shade, off = np.zeros((6, 3)), np.zeros(len(rows))
+    shade, off = np.zeros((6, 3)), np.zeros(len(seen))
     for _ in range(2):
         kept = design[keep]
         shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
-        off = np.abs(seen - design @ shade).sum(axis=1)
-        keep = off < 3.0 * np.median(off) + 6.0
-    size = (len(range(0, height, _COARSE)), len(range(0, width, _COARSE)))
-    rough_rows, rough_columns = np.mgrid[: size[0], : size[1]] * float(_COARSE)
-    plain = _quadratic(rough_rows.ravel() / height, rough_columns.ravel() / width) @ shade
-    whole = cv2.resize(
-        np.clip(plain, 0.0, 255.0).reshape(*size, 3).astype(np.uint8), (width, height), interpolation=cv2.INTER_LINEAR
-    )
-    noise = float(np.median(off))
+        off = np.abs(seen - design @ shade) @ np.ones(3)
+        keep = off < 3.0 * median(off) + 6.0
+    plain = np.clip(grid @ shade, 0.0, 255.0).reshape(*coarse.shape, 3).astype(np.uint8)
+    whole = cv2.resize(plain, (width, height), interpolation=cv2.INTER_LINEAR)
+    noise = float(median(off))
     off_table = cv2.transform(cv2.absdiff(view.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
     # An edge lies where half of its contrast is reached.
     half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
     return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * noise)))
 
 
-def _quadratic(v: Array, u: Array) -> Array:
+@lru_cache(maxsize=8)
+def _quadratic(height: int, width: int) -> Array:
+    """Return the terms (n, 6) of a quadratic in the place of each `_COARSE`th row and column of a picture."""
+    rows, columns = np.meshgrid(np.arange(0, height, _COARSE), np.arange(0, width, _COARSE), indexing="ij")
+    v, u = rows.ravel() / height, columns.ravel() / width
     return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
 
 
@@ -227,54 +233,51 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tupl
     near = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
     reach = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
     other = ~(near | (reach & (standing | painted)))
-    inner, outer = _nearest(sure), _nearest(other)
     band = ~other & ~sure
-    rgb = view.rgb[crop].astype(np.float64)
-    rows, columns = np.nonzero(band)
-    source = _positions(inner, sure)
-    piece = labels.reshape(-1)[source[inner[band]]]
-    flat = rgb.reshape(-1, 3)
-    here = rgb[rows, columns]
-    to_piece = np.abs(here - flat[source[inner[band]]]).sum(axis=1)
+    pixels = np.flatnonzero(band)
+    source = _nearest(sure, pixels)
+    piece = labels.reshape(-1)[source]
     if other.any():
-        away = _positions(outer, other)
-        to_other = np.abs(here - flat[away[outer[band]]]).sum(axis=1)
-        mine = to_piece < to_other
+        flat = view.rgb[crop].reshape(-1, 3)
+        here, nearest, away = (
+            flat[chosen].T.astype(np.float32) for chosen in (pixels, source, _nearest(other, pixels))
+        )
+        mine = _apart(here, nearest) < _apart(here, away)
         # Where colours say nothing, depth does.
-        alike = np.abs(flat[source[inner[band]]] - flat[away[outer[band]]]).sum(axis=1) < 30.0
-        mine = np.where(alike, standing[rows, columns], mine)
-        hue, nearest = _chroma(here), flat[source[inner[band]]]
-        shares = np.abs(hue - _chroma(nearest)).sum(axis=1)
-        others = np.abs(hue - _chroma(flat[away[outer[band]]])).sum(axis=1)
-        dark = np.maximum(np.minimum(here.sum(axis=1), nearest.sum(axis=1)), 1.0)
-        same = (shares < others) & (shares < 1.4 * _CHROMA_JUMP + _CHROMA_NOISE / dark)
-        mine = np.where(painted[rows, columns], same, mine)
+        mine = np.where(_apart(nearest, away) < _ALIKE, standing.reshape(-1)[pixels], mine)
+        hue = _chroma(here)
+        shares = _apart(hue, _chroma(nearest))
+        dark = np.maximum(np.minimum(here.sum(axis=0), nearest.sum(axis=0)), 1.0)
+        same = (shares < _apart(hue, _chroma(away))) & (shares < 1.4 * _CHROMA_JUMP + _CHROMA_NOISE / dark)
+        mine = np.where(painted.reshape(-1)[pixels], same, mine)
     else:
-        mine = np.ones(len(rows), dtype=bool)
+        mine = np.ones(len(pixels), dtype=bool)
     grown = labels.copy()
-    grown[rows[mine], columns[mine]] = piece[mine]
+    grown.reshape(-1)[pixels[mine]] = piece[mine]
     return grown
 
 
-def _chroma(rgb: Array) -> Array:
-    """Return the shares of red and green (n, 2) of colours (n, 3): colour without brightness."""
-    return np.asarray(rgb[:, :2] / np.maximum(rgb.sum(axis=1, keepdims=True), 1.0))
+def _apart(a: Image, b: Image) -> Image:
+    """Return how far colours (k, n) are apart, the sum over their channels."""
+    return np.asarray(np.abs(a - b).sum(axis=0))
 
 
-def _nearest(mask: Mask) -> Labels:
-    """Return for every pixel the number of the set pixel nearest to it, as `_positions` tells where it is."""
+def _chroma(rgb: NDArray[Any]) -> NDArray[Any]:
+    """Return the shares of red and green (2, n) of colours (3, n): colour without brightness."""
+    return np.asarray(rgb[:2] / np.maximum(rgb.sum(axis=0), 1.0))
+
+
+def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the flat set pixel (n,) that is nearest to each of these flat pixels (n,)."""
     _, numbers = cv2.distanceTransformWithLabels(
         (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
     )
-    return np.asarray(numbers, dtype=np.int32)
-
-
-def _positions(numbers: Labels, zeros: Mask) -> NDArray[np.int64]:
-    """Return the flat pixel of each label that a labelled distance transform gave to its zero pixels."""
-    positions = np.zeros(int(numbers.max()) + 1, dtype=np.int64)
-    flat = np.flatnonzero(zeros)
-    positions[numbers.reshape(-1)[flat]] = flat
-    return positions
+    labels: Labels = np.asarray(numbers, dtype=np.int32).reshape(-1)
+    zeros = np.flatnonzero(mask)
+    # Each set pixel has a label of its own.
+    positions = np.zeros(len(zeros) + 1, dtype=np.int64)
+    positions[labels[zeros]] = zeros
+    return np.asarray(positions[labels[pixels]])
 
 
 def _segment(
@@ -303,7 +306,7 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
     if len(points) < _LEAST_PIXELS:
         return None
     colours = view.rgb[picture][core].astype(np.float64)
-    rgb = np.median(colours, axis=0)
+    rgb = median(colours)
     step = max(1, len(points) // _POINTS)
     height, width = view.depth.shape
     rows, columns = np.nonzero(mask)
@@ -320,7 +323,7 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
         points=points[::step],
         colours=colours[::step],
         rgb=rgb,
-        chroma=_chroma(rgb[None])[0],
+        chroma=_chroma(rgb),
         touches_border=border,
     )
 
@@ -335,13 +338,13 @@ def _largest(mask: Mask) -> Mask:
 
 
 def _box_around(mask: Mask, margin: int) -> tuple[int, int, int, int] | None:
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    if not len(rows):
+    left, top, wide, high = cv2.boundingRect(mask.view(np.uint8))
+    if not wide:
         return None
     height, width = mask.shape
     return (
-        max(int(columns[0]) - margin, 0),
-        max(int(rows[0]) - margin, 0),
-        min(int(columns[-1]) + margin + 1, width),
-        min(int(rows[-1]) + margin + 1, height),
+        max(left - margin, 0),
+        max(top - margin, 0),
+        min(left + wide + margin, width),
+        min(top + high + margin, height),
     )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import cv2
 import mujoco
@@ -88,19 +87,19 @@ class RobotSilhouette:
             ends.append(len(every))
         depths = np.maximum(every[:, 2], _NEAR)
         flat = every[:, :2] / depths[:, None] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
-        covered = []
-        for first, end in pairwise(ends):
-            pixels, depth = flat[first:end], float(depths[first:end].min())
-            if (every[first:end, 2] < _NEAR).all():
-                continue
-            if (pixels.max(axis=0) < 0).any() or (pixels.min(axis=0) > [lens.width, lens.height]).any():
-                continue
-            outline = cv2.convexHull(np.clip(pixels, -4000, 4000).astype(np.float32)).astype(np.int32)
-            covered.append((depth, outline))
+        first = np.array(ends[:-1], dtype=int)
+        near = np.minimum.reduceat(depths, first)
+        ahead = np.maximum.reduceat(every[:, 2], first) >= _NEAR
+        inside = (np.maximum.reduceat(flat, first) >= 0).all(axis=1)
+        inside &= (np.minimum.reduceat(flat, first) <= [lens.width, lens.height]).all(axis=1)
+        seen = np.flatnonzero(ahead & inside)
+        corners = np.clip(flat, -4000, 4000).astype(np.float32)
         # Near parts last, so that the nearest depth stays.
-        for depth, outline in sorted(covered, key=lambda item: -item[0]):
-            cv2.fillConvexPoly(nearest, outline, depth - _IN_FRONT)
-            cv2.polylines(nearest, [outline], True, depth - _IN_FRONT, 2 * _MARGIN_PIXELS)
+        for part in seen[np.argsort(-near[seen], kind="stable")]:
+            outline = cv2.convexHull(corners[ends[part] : ends[part + 1]]).astype(np.int32)
+            depth = float(near[part]) - _IN_FRONT
+            cv2.fillConvexPoly(nearest, outline, depth)
+            cv2.polylines(nearest, [outline], True, depth, 2 * _MARGIN_PIXELS)
         return np.isfinite(nearest), nearest
 
 

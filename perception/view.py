@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from robosandbox.errors import SensorError
+from robosandbox.perception.quantiles import median
 from robosandbox.types import Array, Intrinsics, RgbdFrame
 
 Image = NDArray[np.float32]
@@ -19,9 +20,9 @@ Mask = NDArray[np.bool_]
 LEAST_DEPTH = 0.05
 MOST_DEPTH = 4.0
 _DARK, _BRIGHT = 12, 250
-_PLANE_STRIDE = 6
+_PLANE_STRIDE = 8
 _PLANE_BAND = 0.03
-_PLANE_LEAST = 300
+_PLANE_LEAST = 170
 _PLANE_TRIMS = 4
 _LEAST_TRIM = 0.001
 _USUAL_NOISE = 0.0035
@@ -109,10 +110,10 @@ def check_frame(frame: RgbdFrame) -> str | None:
             )
     if not all(np.isfinite([lens.fx, lens.fy, lens.cx, lens.cy, *lens.distortion])) or min(lens.fx, lens.fy) <= 0.0:
         raise SensorError(f"camera {frame.camera!r}: its intrinsics hold a focal length or number that is none: {lens}")
-    grey = frame.rgb[::8, ::8].max(axis=2)
-    if np.mean(grey <= _DARK) > 0.95:
+    channels = cv2.split(np.ascontiguousarray(frame.rgb[::8, ::8]))
+    if np.mean(np.maximum.reduce(channels) <= _DARK) > 0.95:
         return f"{frame.camera}: too dark to see anything; give it light or a longer exposure"
-    if np.mean(frame.rgb[::8, ::8].min(axis=2) >= _BRIGHT) > 0.8:
+    if np.mean(np.minimum.reduce(channels) >= _BRIGHT) > 0.8:
         return f"{frame.camera}: over-exposed; give it less light or a shorter exposure"
     depth = frame.depth[::8, ::8]
     usable = np.isfinite(depth) & (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
@@ -143,7 +144,10 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     rgb, depth = frame.rgb, frame.depth
     if any(lens.distortion):
         places, shares, nearest = _straightening(lens)
-        rgb = as_picture(cv2.remap(rgb, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE))
+        # Four channels are straightened in little more than half of the time that three take.
+        padded = cv2.cvtColor(rgb, cv2.COLOR_RGB2RGBA)
+        padded = cv2.remap(padded, places, shares, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        rgb = as_picture(cv2.cvtColor(padded, cv2.COLOR_RGBA2RGB))
         nothing: Any = None
         depth = as_image(cv2.remap(depth, nearest, nothing, cv2.INTER_NEAREST, borderMode=cv2.BORDER_CONSTANT))
     finite = np.isfinite(depth)
@@ -190,29 +194,29 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
     """Return the camera's rotation and position such that the table that it sees lies at its height, and the noise."""
     step = _PLANE_STRIDE
     depth = view.depth[::step, ::step]
-    usable = view.valid[::step, ::step] & ~robot[::step, ::step]
     x, y = _rays(view.frame.intrinsics)
-    points = _world(depth, x[::step], y[::step], view.rotation, view.position)[:, usable].astype(np.float64)
-    inner = (np.abs(points[:2]) < table.half_extent - 0.02).all(axis=0)
-    off = points[2] - table.height
-    near = inner & (np.abs(off) < _PLANE_BAND)
-    if near.sum() < _PLANE_LEAST:
+    xyz = _world(depth, x[::step], y[::step], view.rotation, view.position)
+    near = view.valid[::step, ::step] & ~robot[::step, ::step]
+    near &= np.abs(xyz[2] - np.float32(table.height)) < _PLANE_BAND
+    near &= np.maximum(np.abs(xyz[0]), np.abs(xyz[1])) < table.half_extent - 0.02
+    if np.count_nonzero(near) < _PLANE_LEAST:
         return view.rotation, view.position, _USUAL_NOISE
-    points, off = points[:, near], off[near]
+    points = xyz[:, near].astype(np.float64)
+    off = points[2] - table.height
     middle = points[:2].mean(axis=1)
     design = np.column_stack([points[0] - middle[0], points[1] - middle[1], np.ones(len(off))])
-    plane = np.array([0.0, 0.0, float(np.median(off))])
-    noise = float(1.4826 * np.median(np.abs(off - plane[2])))
+    plane = np.array([0.0, 0.0, float(median(off))])
+    noise = float(1.4826 * median(np.abs(off - plane[2])))
     prior = np.diag([_TILT_PRIOR**-2, _TILT_PRIOR**-2, _SHIFT_PRIOR**-2])
     for _ in range(_PLANE_TRIMS):
         rest = off - design @ plane
         keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
-        if keep.sum() < _PLANE_LEAST // 2:
+        if np.count_nonzero(keep) < _PLANE_LEAST // 2:
             # What is seen near the table's height is no plane.
             return view.rotation, view.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
-        noise = float(1.4826 * np.median(np.abs(rest[keep])))
+        noise = float(1.4826 * median(np.abs(rest[keep])))
     if abs(plane[2]) > _MOST_SHIFT or max(abs(plane[0]), abs(plane[1])) > _MOST_TILT:
         return view.rotation, view.position, noise
     # The small rotation that takes the seen plane's normal (-a, -b, 1) to the vertical, about the middle of what is seen.

@@ -14,6 +14,7 @@ from robosandbox.perception.fit import SIZES, fit, support_terms, turn_terms
 from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
+from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.relations import inside
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.setup import Setup
@@ -112,6 +113,15 @@ def test_a_shape_is_recovered_from_its_tangent_planes(shape):
     assert np.abs(found.centre - centre).max() < 0.0015
     assert np.abs(np.sort(found.sizes) - np.sort(sizes)).max() < 0.0015
     assert found.cost < 0.6
+
+
+@pytest.mark.parametrize("count", [1, 2, 7, 100])
+def test_medians_and_percentiles_are_those_of_numpy(count):
+    rng = np.random.default_rng(count)
+    for values in (rng.standard_normal(count), rng.standard_normal((count, 3))):
+        assert np.allclose(median(values), np.median(values, axis=0), atol=1e-12)
+        percents = [0.0, 3.0, 50.0, 96.0, 100.0]
+        assert np.allclose(percentiles(values, percents), np.percentile(values, percents, axis=0), atol=1e-12)
 
 
 @pytest.mark.parametrize("shape", ["box", "lying"])
