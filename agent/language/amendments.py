@@ -129,7 +129,9 @@ class Amendments(Commands, ABC):
             ]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
-            again = replace(last, objects=refs, bare=0.9)
+            # "tap the can twice, then the ball": a new order, done once.
+            afresh = self.text(k - 1) in ("then", "next", "that", "afterwards", "finally", "lastly")
+            again = replace(last, objects=refs, bare=0.9, times=1 if afresh else last.times)
             j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
             for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
                 # "tap the can once, then the ball twice"

@@ -117,28 +117,39 @@ class _Builder(Arranging):
             if whole.determiner == "it" or not alike or len(own.objects) != 1:
                 continue
             apart = _of_kind(own.objects[0], whole)
-            if _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other):
-                if ground.has(apart, whole):
-                    made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
+            single = _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other)
+            if single and ground.has(apart, whole):
+                made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
         return tuple(made)
 
     def _sparing_what_is_denied(self, command: Command) -> Command:
         """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks."""
-        place, whole = command.place, command.objects[0] if len(command.objects) == 1 else None
-        if whole is None or not isinstance(place, Relation) or not (whole.plural or whole.determiner == "all"):
+        place, groups = command.place, [ref for ref in command.objects if ref.plural or ref.determiner == "all"]
+        if not groups or not isinstance(place, Relation):
             return command
         ground = Grounder(self.world, Discourse())
-        spared: list[Ref] = []
+        spared: dict[Ref, list[Ref]] = {whole: [] for whole in groups}
+
+        def holds(name: str) -> bool:
+            return place.kind not in ("in", "to") or self.world.objects[name].kind in match.CONTAINERS
+
         for ref in place.refs:
             for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():
-                own = _of_kind(denied, whole)
                 contrast = denied.one and not denied.nouns and bool(ref.colours or ref.ranks or ref.relations)
-                if contrast and ground.has(_of_kind(denied, ref)):
+                if contrast and ground.has(_of_kind(denied, ref), fits=holds):
                     # "in the blue bowl, not the red one"
                     continue
-                if ground.has(own, whole):
-                    spared.append(own)
-        return replace(command, objects=(replace(whole, without=(*whole.without, *spared)),)) if spared else command
+                for whole in groups:
+                    own = _of_kind(denied, whole)
+                    if ground.has(own, whole):
+                        spared[whole].append(own)
+        return replace(
+            command,
+            objects=tuple(
+                replace(ref, without=(*ref.without, *spared[ref])) if spared.get(ref) else ref
+                for ref in command.objects
+            ),
+        )
 
     def _check_condition(self, command: Command) -> None:
         """As in "if the drawer is open, close it": done only if it is so."""

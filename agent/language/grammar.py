@@ -255,7 +255,8 @@ class Grammar(Amendments):
 
 def _plainly_done(command: Command) -> bool:
     """Say whether a command names all it is about: "..., the green one first" tells of an order."""
-    return not command.bare and all(ref.nouns or ref.names or ref.determiner == "it" for ref in parties(command))
+    named = all((ref.nouns or ref.names or ref.determiner == "it") and not ref.without for ref in parties(command))
+    return named and not command.bare
 
 
 def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]:

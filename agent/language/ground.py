@@ -62,10 +62,10 @@ class Grounder(Vicinity):
         self.discourse.mention(meaning.ids)
         return meaning
 
-    def has(self, ref: Ref, whole: Ref | None = None) -> bool:
-        """Say whether anything fits a description, and is one of what another description means."""
+    def has(self, ref: Ref, whole: Ref | None = None, fits: Fits | None = None) -> bool:
+        """Say whether anything fits a description, is one of what another means, and will do."""
         try:
-            names = {*self._loosely(ref, list(self.world.objects))}
+            names = {name for name in self._loosely(ref, list(self.world.objects)) if fits is None or fits(name)}
             return bool(names & {*self._loosely(whole, list(self.world.objects))}) if whole else bool(names)
         except RefusedError:
             return False
@@ -184,6 +184,13 @@ class Grounder(Vicinity):
             if counted is not None and len(gone) > counted:
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))
+            if excluded.text.startswith("but ") and ref.nouns and gone and not gone & {*names}:
+                # "tap the cubes, but the cans first" leaves no can out.
+                raise RefusedError(
+                    RefusalCode.UNRECOGNIZED,
+                    f"“{ref.text}”: {listed(sorted(gone))} would not be among them anyway; what about it?",
+                    sorted(gone),
+                )
             names = [name for name in names if name not in gone]
         if fits:
             preferred = [name for name in names if fits(name)]

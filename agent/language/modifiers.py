@@ -263,7 +263,12 @@ class Modifiers(Positions):
     def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
         if not (ref.plural or ref.determiner in ("all", "a") or "not" in (self.text(i), self.text(i + 1))):
             return []
-        return [found for j, _ in self.tag(i, "EXCEPT") for found in self.np_list(j)]
+        return [(end, self._but(i, j, refs)) for j, _ in self.tag(i, "EXCEPT") for end, refs in self.np_list(j)]
+
+    def _but(self, i: int, j: int, refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
+        """Return what "but" alone leaves out with that word: it may as well begin something else."""
+        alone = j == i + 1 and self.text(i) == "but"
+        return tuple(replace(ref, text=f"but {ref.text}") for ref in refs) if alone else refs
 
     def _anchored(self, i: int, ref: Ref) -> Found[Ref]:
         """As in "nearest to the bin", also "the nearest cube to the bin"."""

@@ -53,6 +53,9 @@ class Placing(Hands):
                 return (self.last_side[1],)
             # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
             barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
+            if ref.determiner == "it" and world.held in self.poured and world.held not in names:
+                # "pour the beads into the bowl and put the ball in it": not in the cup that they were in.
+                barred = (*barred, str(world.held))
             meaning = self.ground.one(ref, fits, barred)
             if meaning.others:
                 self.substitutes[meaning.ids[0]] = meaning.others
@@ -170,6 +173,7 @@ class Placing(Hands):
         self._take(vessel)
         self._add("pour", target=target)
         self.poured.add(vessel)
+        self._theme((target,))
         self.discourse.mention((vessel,), ("thing",))
         for name in beads:
             world.parent[name] = ("in", target)

@@ -56,6 +56,8 @@ _CONTRACTIONS = [
         (r"\bw/o\b", "without"),
         (r"\bw/", "with "),
         (r",\s*(?:all|both) of (?:them|those|these)\s*,", ","),
+        (r"(?<=[,;.]) (and )?rest (?=(?:in|into|to|on|onto|goes|go|belongs|belong)\b|[-=]+>|[→⇒➔])", r" \1the rest "),
+        (r"\band rest (?=(?:in|into|to|on|onto|goes|go)\b|[-=]+>|[→⇒➔])", "and the rest "),
         (r"\bur (?=at it\b)", "you are "),
         # "the pear too, the plum in the bowl": with what comes before.
         (
