@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache
@@ -27,6 +28,12 @@ CLOSE = 0.5
 _MOST_REMEMBERED = 500
 STRANGE = 20.0
 _STEPS_AGAIN = 4_000
+_ON_THE_WAY = frozenset(
+    """
+    then after afterwards before first next finally later again back once lastly last second followed subsequently until
+    when over swap exchange trade switch . ; :
+    """.split()
+)
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
 )
@@ -54,10 +61,10 @@ def interpret(
     readings = read(prompt, scene, names)
     if isinstance(readings, Refusal):
         return readings
-    made = choose(readings, scene, names, discourse, chosen)
+    made = _once_each(prompt, choose(readings, scene, names, discourse, chosen))
     if isinstance(made, Refusal) and made.code in _PERHAPS_MISREAD:
         plainer = _reread(prompt, tuple(item.id for item in scene.objects)) if len(prompt) <= _MOST_REMEMBERED else ()
-        better = choose(plainer, scene, names, discourse, chosen) if plainer else made
+        better = _once_each(prompt, choose(plainer, scene, names, discourse, chosen)) if plainer else made
         return better if isinstance(better, Draft) else made
     return made
 
@@ -87,6 +94,28 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
         return _unrecognized("That is too complicated for me; please say it in shorter sentences.")
+
+
+def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
+    """Refuse to put a thing in two places one after the other where no word says that it goes on.
+
+    As in "mum says the lemon goes in the tray, but I want it in the bowl".
+    """
+    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"[a-z]+|[.;:]", prompt.lower())}:
+        return made
+    held, places = "", dict[str, str]()
+    for call in made.calls:
+        held = str(call.arguments["object"]) if call.skill in ("pick", "stack") else held
+        place = str(call.arguments.get("container") or call.arguments.get("target") or "")
+        if call.skill not in ("place_in", "place_on", "stack"):
+            continue
+        if places.setdefault(held, place) != place:
+            return Refusal(
+                code=RefusalCode.AMBIGUOUS,
+                message=f"Should {held} go to {places[held]} or to {place}? Say “then” if to one after the other.",
+                candidates=(places[held], place),
+            )
+    return made
 
 
 @lru_cache(maxsize=32)
