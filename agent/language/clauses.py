@@ -71,7 +71,11 @@ class Clauses(Phrasing):
         found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
         found += [(j, Element("home")) for j in self._home(i)]
         for k, _ in self.tag(i, "EXCEPT"):
-            found += [(j, Element("except", self._but(i, k, refs))) for j, refs in self.np_list(k)]
+            found += [
+                (j, Element("except", self._but(i, k, refs)))
+                for j, refs in self.np_list(k)
+                if self.text(k) != "first" or j > k + 1
+            ]
         found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
         if self.text(i) == "for":
             found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]

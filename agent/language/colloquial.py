@@ -73,6 +73,8 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "(.|!|;) not {thing} <end>": ", not {thing}",
+    "<verb> do not! (put|place|drop|stick|move) {thing} {_place} [,] (but|rather) [rather] {place} <end>": "put {thing} {place}",
     "<edge> {thing} (has to|have to|must|should|needs to|need to|is to|are to|ought to) (move|be moved|go|be pushed|shift|slide) {distance}": "move {thing} {distance}",
     "<edge> (i|we) (would|will) {_praise} if! {thing} (could|can|would) be (put|placed|moved|stored) [away|over|back] {place}": "put {thing} {place}",
     "<start> {one} , (that one|that|this one) {goes:goes|should go|belongs|can go|must go}": "{one} {goes}",

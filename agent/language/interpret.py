@@ -101,20 +101,22 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
 
     As in "mum says the lemon goes in the tray, but I want it in the bowl".
     """
-    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"[a-z]+|[.;:]", prompt.lower())}:
+    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+|[.;:]", prompt.lower())}:
         return made
     held, places = "", dict[str, str]()
     for call in made.calls:
         held = str(call.arguments["object"]) if call.skill in ("pick", "stack") else held
-        place = str(call.arguments.get("container") or call.arguments.get("target") or "")
-        if call.skill not in ("place_in", "place_on", "stack"):
+        if call.skill != "stack" and not call.skill.startswith("place_"):
             continue
-        if places.setdefault(held, place) != place:
+        place = str(call.arguments.get("container") or call.arguments.get("target") or "another place")
+        if places.get(held, place) != place:
             return Refusal(
                 code=RefusalCode.AMBIGUOUS,
                 message=f"Should {held} go to {places[held]} or to {place}? Say “then” if to one after the other.",
                 candidates=(places[held], place),
             )
+        if call.skill != "place_at":
+            places[held] = place
     return made
 
 

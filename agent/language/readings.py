@@ -26,7 +26,18 @@ def sentence_of(parts: tuple[Part, ...]) -> Sentence | None:
         elif isinstance(part, tuple):
             avoid += part
             after += part if steps else ()
-    return _spared(Sentence(_on_the_way(steps), tuple(avoid)), after) if steps or avoid else None
+    return _spared(Sentence(_on_the_way(_named_later(steps)), tuple(avoid)), after) if steps or avoid else None
+
+
+def _named_later(steps: list[Command]) -> list[Command]:
+    """As in "put the red block and the ball in the tray, but first tap each of them": what is done first is named last."""
+    if len(steps) < 2 or len(steps[0].objects) != 1 or not steps[1].objects:
+        return steps
+    they, named = steps[0].objects[0], steps[1].objects
+    several = len(named) > 1 or (len(named) == 1 and named[0].plural)
+    if they.determiner != "it" or not they.plural or not several or named[0].determiner == "it":
+        return steps
+    return [replace(steps[0], objects=named), replace(steps[1], objects=(they,)), *steps[2:]]
 
 
 def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:

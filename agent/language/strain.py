@@ -78,7 +78,10 @@ def _colours_before_a_noun(refs: tuple[Ref, ...]) -> bool:
 
 
 def _of_ref(ref: Ref) -> float:
-    bare = 0.2 * (ref.determiner == "bare") + 0.3 * (ref.one and not ref.nouns)
+    # "each of them" means those spoken of, rather than all there is.
+    bare = 0.2 * (ref.determiner == "bare") + (0.9 if ref.text.endswith("of them") else 0.3) * (
+        ref.one and not ref.nouns
+    )
     if not (ref.relations or ref.without or ref.options or ref.unknown or ref.ranks):
         return bare
     # "everything but the trays and the tin" leaves both out.

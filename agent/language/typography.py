@@ -58,6 +58,8 @@ _CONTRACTIONS = [
         (r",\s*(?:all|both) of (?:them|those|these)\s*,", ","),
         (r"(?<=[,;.]) (and )?rest (?=(?:in|into|to|on|onto|goes|go|belongs|belong)\b|[-=]+>|[→⇒➔])", r" \1the rest "),
         (r"\band rest (?=(?:in|into|to|on|onto|goes|go)\b|[-=]+>|[→⇒➔])", "and the rest "),
+        (r",\s*also ((?:the |a |my )?\w+(?: \w+)?),? and (?=the |a |my )", r" ; \1 ; and "),
+        (r"[.,;!]\s*(?:that is |oh )?wrong\s*[,.!]\s*", ", no, "),
         (r"\bur (?=at it\b)", "you are "),
         # "the pear too, the plum in the bowl": with what comes before.
         (
