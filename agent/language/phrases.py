@@ -96,6 +96,9 @@ class Phrasing(Choices):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
                 for end, others in self._either(m):
+                    if any(other.unknown for other in others):
+                        # "that box, not the usual one": who knows which that is?
+                        continue
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
                     plain = not (ref.colours or ref.ranks or ref.relations or ref.names)
                     chosen = ref.determiner in ("a", "all") or ref.plural or (plain and len(others) > 1)
@@ -141,7 +144,8 @@ class Phrasing(Choices):
                 apposed += [
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
                 ]
-            if ref.one and not ref.nouns and ref.ranks and not ref.plural and self.text(j) == ",":
+            told = ref.ranks or ref.shades or ref.colours
+            if ref.one and not ref.nouns and told and not ref.plural and self.text(j) == ",":
                 # "the smallest one, the dice"
                 apposed += [
                     (k + (self.text(k) == ","), replace(named, text=ref.text, plural=False))
