@@ -22,17 +22,18 @@ from robosandbox.agent.language.spelling import respelled
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordings import in_plain_words
+from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
 _MOST_REMEMBERED = 500
 STRANGE = 20.0
 _STEPS_AGAIN = 4_000
-_ON_THE_WAY = frozenset(
+_ON_THE_WAY = word_set(
     """
     then after afterwards before first next finally later again back once lastly last second followed subsequently until
     when over swap exchange trade switch . ; :
-    """.split()
+    """
 )
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
