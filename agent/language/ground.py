@@ -148,6 +148,19 @@ class Grounder(Vicinity):
         )
 
     def _candidates(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
+        """Return the ids that a description fits, the first choice first."""
+        world = self.world
+        moved = {name for name, xy in world.start_at.items() if world.at[name] != xy} | world.put_in | {world.held}
+        if any(rank.key in _SIDEWAYS and rank.nth not in (0, 1) for rank in ref.ranks) and (moved - {None} or barred):
+            # "the leftmost on the second from the left": counted as they stood when that was said.
+            now, world.at, put_in, world.put_in = world.at, world.start_at, world.put_in, set()
+            try:
+                return self._fitting(ref, lambda name: fits is None or name in moved | barred or fits(name), set())
+            finally:
+                world.at, world.put_in = now, put_in
+        return self._fitting(ref, fits, barred)
+
+    def _fitting(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
         self._known(ref)
         objects = self.world.objects
         pool = [item for item in objects.values() if item.id not in barred]

@@ -20,6 +20,7 @@ STATES = {
 }
 _DENIED = {"empty": Relation("full"), "full": Relation("empty"), "filled": Relation("empty")}
 _COLOUR_WORDS = frozenset({"colour", "color"})
+_IT = Ref(text="it", determiner="it")
 _COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
 _SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
 _ALL_OF_THEM = tuple(
@@ -105,6 +106,9 @@ class Modifiers(Positions):
                 found.append((j, replace(ref, nouns=best.nouns, without=(*ref.without, best))))
                 continue
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
+        found += [
+            (j, replace(ref, relations=(*ref.relations, Relation(side, (_IT,))))) for j, side in self.tag(i, "ITS_SIDE")
+        ]
         for k in self.optional(start, "IS"):
             if k == start and start > i:
                 continue
@@ -296,6 +300,9 @@ class Modifiers(Positions):
             elif len(region.sides) == 1:
                 found.append((j, Rank(region.sides[0])))
         for j, direction in self.tag(i, "DIR"):
+            if "its" in self.texts[i:j]:
+                # "the one to its right" is no rightmost one.
+                continue
             side = {"left": "left", "right": "right"}.get(direction)
             if side and j > i + 1:
                 found.append((j, Rank(side)))

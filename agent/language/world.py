@@ -110,6 +110,7 @@ class World:
         self.at: dict[str, tuple[float, float]] = {
             item.id: (item.pose.xyz[0], item.pose.xyz[1]) for item in scene.objects
         }
+        self.start_at = dict(self.at)
         self.held = scene.held
         self._table_height = scene.table_height
         self._extents, parents = _seen(scene)
