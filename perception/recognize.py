@@ -14,7 +14,7 @@ from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.familiar import GAIN, Known, as_one_of, candidates, pairs
 from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import Hull, families, find_containers
+from robosandbox.perception.hollow import Hull, families, find_containers, outer
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.quantiles import percentiles
@@ -99,8 +99,8 @@ def recognize(
     drawers, groups = find_drawers(families(groups), scenery)
     containers, rest, scenery = find_containers(groups, scenery, hulls)
     things = [
-        _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
-        for kind, found, members in containers
+        _thing(kind, hull, members, outer(members, (), hull.top, scenery), scenery.table.height, scenery)
+        for kind, hull, members in containers
     ]
     things += [_as_thing(drawer, scenery) for drawer in drawers]
     waiting = list(rest)

@@ -27,6 +27,7 @@ _EXPLAINED = 0.7
 _AS_WELL = 0.25
 _WORSE = 0.5
 _KNOWN_SIZE = 0.001
+_CONTAINER_SIZE = 0.0001
 _REFITTED = 0.5
 _MOST_LOOKS = 6
 _SEEN_THROUGH = 0.03
@@ -324,6 +325,9 @@ def _changed(track: Track, thing: Thing) -> bool:
     ratio = float(np.abs(np.log(extents(old.kind, old.size) / extents(thing.kind, thing.size))).max())
     if track.tangents > 0 and (thing.kind != old.kind or ratio > _SURELY_ANOTHER_SIZE):
         return True
+    if thing.kind in CONTAINER_KINDS and _tangents(thing) < _AS_MUCH * track.tangents:
+        # It was known by walls all around; what is seen less well may tell where it is, not how large.
+        return not _same_size(old, thing.fit)
     return old.confidence > _SURELY and ratio > _ANOTHER_SIZE
 
 
@@ -349,9 +353,10 @@ def _is_part(thing: Thing, known: Thing) -> bool:
 
 def _with_known_size(thing: Thing, old: Thing) -> Thing:
     """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
-    if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS or _same_size(old, thing.fit):
+    hollow = old.kind in CONTAINER_KINDS, thing.kind in CONTAINER_KINDS
+    if hollow[0] != hollow[1] or _same_size(old, thing.fit):
         return thing
-    prior = Prior(old.fit.sizes, _KNOWN_SIZE)
+    prior = Prior(old.fit.sizes, _CONTAINER_SIZE if all(hollow) else _KNOWN_SIZE)
     found = fit(old.fit.shape, thing.seen, thing.resting, prior)
     if found is None or found.cost > thing.fit.cost + _WORSE:
         return thing
