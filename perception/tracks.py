@@ -274,11 +274,14 @@ def _renew(track: Track, thing: Thing) -> None:
         return
     clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
     if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
-        if cost_of(old.fit, thing.seen) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
+        unmoved = cost_of(old.fit, thing.seen)
+        free = thing
+        if unmoved > max(_EXPLAINED, free.fit.cost + _AS_WELL):
+            thing = free if clearly and not _changed(track, free) else _with_known_size(free, old)
+        if unmoved <= max(_EXPLAINED, thing.fit.cost + _AS_WELL):
             # Half hidden it may look like something else; what was known explains it as well, where it was.
-            track.confidence = max(track.confidence * _FADING, thing.confidence)
+            track.confidence = max(track.confidence * _FADING, free.confidence)
             return
-        thing = thing if clearly and not _changed(track, thing) else _with_known_size(thing, old)
         if _changed(track, thing) and _is_seen_no_better(track, thing):
             # Things do not grow or shrink; with no better a view this is a wrong one.
             track.confidence *= _FADING
