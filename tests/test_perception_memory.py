@@ -116,5 +116,6 @@ def test_a_cube_that_the_hand_hid_is_known_again_where_it_was_pushed():
         after = session.observe().find("red_cube")
         true = session.sim.truth().objects["red_cube"].pose.position
     assert episode.success and not episode.replans
+    assert before is not None and after is not None
     assert np.linalg.norm(after.pose.position - true) < 0.004
     assert np.abs(np.subtract(after.size, before.size)).max() < 0.002
