@@ -33,7 +33,7 @@ from robosandbox.perception.naming import extents
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import bottom, centre, gap, support
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
-from robosandbox.perception.tracks import Track
+from robosandbox.perception.track import Track
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, find_sensor

@@ -30,6 +30,8 @@ _FROM_SIDES = 0.02
 _BIN = 0.006
 _EMPTY = 0.25
 _SHUT = 0.012
+_ROOM = 0.006
+_MOSTLY = 0.8
 _ROUND: tuple[Shape, ...] = ("lying", "cylinder", "sphere")
 # How far it slides is not seen before it is opened.
 _MOST_OPEN = 0.75
@@ -73,9 +75,13 @@ def find_drawers(families: Sequence[list[Group]], scenery: Scenery) -> tuple[lis
                 continue
             drawer = _as_drawer(family, grip, scenery)
             if drawer is not None:
-                found.append(drawer)
-                others = ([item for item in each if item is not grip] for each in left if each is not family)
-                left = [each for each in others if each]
+                # What is cut off of the grip, or of the arm that it sits on, is of it too.
+                others = [each for each in left if each is not family]
+                grips = [item for each in others for item in each if item is grip or _is_of_grip(item, drawer)]
+                segments = (segment for item in grips if item is not grip for segment in item.segments)
+                found.append(replace(drawer, members=Group((*drawer.members.segments, *segments))))
+                kept = ([item for item in each if not any(item is one for one in grips)] for each in others)
+                left = [each for each in kept if each]
                 break
     return found, [item for family in left for item in family]
 
@@ -83,6 +89,16 @@ def find_drawers(families: Sequence[list[Group]], scenery: Scenery) -> tuple[lis
 def _may_be_grip(item: Group, table: float) -> bool:
     low, high = item.bounds
     return bool((high - low).max() < _LARGEST_GRIP and low[2] > table + _GRIP_OVER_TABLE)
+
+
+def _is_of_grip(item: Group, drawer: Drawer) -> bool:
+    """Tell whether a group lies where a drawer's grip is, or between that and the front."""
+    shape = DrawerShape.of(drawer.size)
+    local = (item.points - grip_of(drawer.size, drawer.pose, drawer.opening)) @ drawer.pose.rotation
+    to_front = -float(shape.cabinet[0]) - float(shape.grip_centre[0])
+    before = (local[:, 0] > -shape.grip[0] - _ROOM) & (local[:, 0] < to_front + _ROOM)
+    within = (np.abs(local[:, 1:]) < shape.grip[1:] + _ROOM).all(axis=1)
+    return float((before & within).mean()) > _MOSTLY
 
 
 def _near(family: Sequence[Group], grip: Group) -> bool:

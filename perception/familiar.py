@@ -6,17 +6,19 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from robosandbox.perception.doubles import same_colour
+from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence
 from robosandbox.perception.fit import Fit, Prior, fit_near
 from robosandbox.perception.groups import Group
+from robosandbox.perception.scenery import Scenery
 
 # A known thing may explain a group so much worse than any other shape, and not worse than this.
 GAIN = 0.7
-_WORST = 1.5
+WORST = 1.5
+# What shows so much of what told a size best may tell it anew.
+AS_MUCH = 0.9
 _SPREAD = 0.00005
 _NEAR = 0.03
-_AS_MUCH = 0.9
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,37 +29,50 @@ class Known:
         fit: Its size, and where it is thought to be.
         group: The pieces that it was last seen by.
         tangents: How many told its size.
+        lost: Whether it is known not to be there any more.
     """
 
     fit: Fit
     group: Group
     tangents: int
+    lost: bool = False
 
 
 def candidates(members: Group, known: Sequence[Known]) -> list[Known]:
-    """Return the known things of a group's colour that are thought to be where it is seen."""
+    """Return the known things of a group's colour that are thought to be where it is seen, or over it: what is let go of falls."""
     low, high = members.bounds
     return [
         each
         for each in known
         if (low - _NEAR < each.fit.centre).all()
-        and (each.fit.centre < high + _NEAR).all()
+        and (each.fit.centre[:2] < high[:2] + _NEAR).all()
         and same_colour(each.group, members)
     ]
 
 
-def as_one_of(near: Sequence[Known], seen: Evidence, resting: float | None) -> Fit | None:
+def is_gone(known: Known, scenery: Scenery) -> bool:
+    """Tell whether a known thing is seen not to be where it was thought to be: pushed, or taken away."""
+    return known.lost or seen_through(known.fit, scenery)
+
+
+def as_one_of(options: Sequence[Known], seen: Evidence, resting: float | None, worst: float) -> Fit | None:
     """Return the known thing, moved from where it was, that explains measurements best; None where none does well.
 
     None too where it is seen as well as it ever was, so that its size can be told anew.
+
+    Args:
+        options: Which it may be.
+        seen: The measurements.
+        resting: As for `fit`.
+        worst: What its cost must be below.
     """
     fits = [
         fit_near(each.fit, seen, resting, Prior(each.fit.sizes, _SPREAD))
-        for each in near
-        if len(seen.rows.values) < _AS_MUCH * each.tangents
+        for each in options
+        if len(seen.rows.values) < AS_MUCH * each.tangents
     ]
     found = min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
-    return found if found is not None and found.cost < _WORST else None
+    return found if found is not None and found.cost < worst else None
 
 
 def pairs(near: Sequence[Known]) -> Iterator[tuple[Fit, Fit]]:

@@ -16,6 +16,7 @@ from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.segments import Segment
 from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
 
 _NEAR = 0.015
@@ -185,7 +186,7 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
-    seen = _outer(members, family, rim, scenery)
+    seen = outer(members, [segment for item in family for segment in item.segments], rim, scenery)
     options: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
         found = fit(shape, seen, scenery.table.height)
@@ -260,14 +261,21 @@ def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def _outer(members: Group, family: Sequence[Group], rim: float, scenery: Scenery) -> Evidence:
-    """Return the outer hull's tangents, and the points on the rim; those on inner walls say nothing of the hull."""
+def outer(members: Group, kin: Sequence[Segment], rim: float, scenery: Scenery) -> Evidence:
+    """Return what tells a container's outer hull: tangents, and points on the rim; those inside say nothing of it.
+
+    Args:
+        members: The container's pieces.
+        kin: Others that may be of it.
+        rim: How high it ends, metres.
+        scenery: Where they are seen.
+    """
     rows, surfaces = [], []
     for camera, look in scenery.looks.items():
         own = [segment for segment in members.segments if segment.view.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look, [segment for item in family for segment in item.segments]))
+        rows.append(tangents(own, look, kin))
         points = np.vstack([segment.points for segment in own])
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import support
 from robosandbox.perception.scenery import Look, Scenery
-from robosandbox.perception.tracks import Track
+from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
 
 _AXES = ((230, 40, 40), (30, 170, 40), (50, 80, 250))

@@ -11,10 +11,10 @@ import numpy as np
 from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.familiar import GAIN, Known, as_one_of, candidates, pairs
+from robosandbox.perception.familiar import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
 from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import Hull, families, find_containers
+from robosandbox.perception.hollow import Hull, families, find_containers, outer
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.paint import paint_of
 from robosandbox.perception.quantiles import percentiles
@@ -99,8 +99,8 @@ def recognize(
     drawers, groups = find_drawers(families(groups), scenery)
     containers, rest, scenery = find_containers(groups, scenery, hulls)
     things = [
-        _thing(kind, found, members, measurements(members, scenery), scenery.table.height, scenery)
-        for kind, found, members in containers
+        _thing(kind, hull, members, outer(members, (), hull.top, scenery), scenery.table.height, scenery)
+        for kind, hull, members in containers
     ]
     things += [_as_thing(drawer, scenery) for drawer in drawers]
     waiting = list(rest)
@@ -226,10 +226,11 @@ def _solid(members: Group, things: Sequence[Thing], scenery: Scenery, known: Seq
 def _as_known(members: Group, under: float, scenery: Scenery, known: Sequence[Known]) -> Thing | None:
     """Return a group as the known thing of its colour that explains it, with the size that it has; None where none does."""
     near = candidates(members, known)
-    if not near:
+    astray = [] if near else [each for each in known if same_colour(each.group, members) and is_gone(each, scenery)]
+    if not near and not astray:
         return None
     seen = measurements(members, scenery, wary=True)
-    found = as_one_of(near, seen, under)
+    found = as_one_of(near or astray, seen, under, WORST if near else _WELL)
     return None if found is None else _thing(named(found.shape), found, members, seen, under, scenery)
 
 

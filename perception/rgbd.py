@@ -13,7 +13,8 @@ from robosandbox.perception.scenery import Scenery, take_look
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
-from robosandbox.perception.tracks import Track, Tracker
+from robosandbox.perception.track import Track
+from robosandbox.perception.tracks import Tracker
 from robosandbox.perception.view import Table, check_frame, make_view
 from robosandbox.protocols import Sim
 from robosandbox.types import ObservedScene, RgbdFrame

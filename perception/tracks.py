@@ -11,28 +11,20 @@ from scipy.optimize import linear_sum_assignment
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.familiar import Known
-from robosandbox.perception.fit import Fit, Prior, cost_of, fit
+from robosandbox.perception.fit import Fit
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
-from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import inside
 from robosandbox.perception.scenery import Scenery
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, DetectedObject, ObjectKind, Pose
+from robosandbox.perception.track import FADING, SURELY, Track, carry, renew
+from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0
 _SIZE_GATE = 0.45
-_STILL = 0.004
-_AS_CLEAR = 0.8
-_EXPLAINED = 0.7
-_AS_WELL = 0.25
-_WORSE = 0.5
-_KNOWN_SIZE = 0.001
-_REFITTED = 0.5
-_MOST_LOOKS = 6
 _SEEN_THROUGH = 0.03
 _SHARE_THROUGH = 0.6
 _ALL_THROUGH = 0.95
-_FADING = 0.97
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
@@ -40,51 +32,7 @@ _FALLEN = 0.4
 # Too little to be acted on, or to be claimed.
 _MAYBE = 0.25
 _PIECE = 0.01
-_SURELY = 0.6
-_CLEARLY = 0.9
-_AS_MUCH = 0.9
-_ANOTHER_SIZE = 0.3
-_SURELY_ANOTHER_SIZE = 0.15
-_FAR_BETTER = 1.5
 _SLID = 0.0005
-
-
-@dataclass(slots=True, eq=False)
-class Track:
-    """A thing over time.
-
-    Attributes:
-        id: Its name.
-        thing: As seen best or last.
-        looks: How many looks its present place is an average of.
-        hidden: Whether the last look did not show it.
-        confidence: 0..1.
-        tangents: How many its size is told by; 0 while it was not clearly seen.
-    """
-
-    id: str
-    thing: Thing
-    looks: int = 1
-    hidden: bool = False
-    confidence: float = 1.0
-    tangents: int = 0
-
-    def __post_init__(self) -> None:
-        self.tangents = _tangents(self.thing)
-
-    def detected(self) -> DetectedObject:
-        """Return it in the planner's words."""
-        r, g, b = (float(value) for value in self.thing.rgb)
-        return DetectedObject(
-            id=self.id,
-            kind=self.thing.kind,
-            size=self.thing.size,
-            colour=colour_name((r, g, b)),
-            rgba=(r, g, b, 1.0),
-            pose=self.thing.pose,
-            confidence=round(self.confidence, 3),
-            opening=self.thing.opening,
-        )
 
 
 @dataclass
@@ -96,24 +44,27 @@ class Tracker:
 
     Attributes:
         tracks: By id.
+        lost: What was clearly seen once, is not where it was, and has not turned up elsewhere; by id.
     """
 
     declared: Sequence[Declared] = ()
     tracks: dict[str, Track] = field(default_factory=dict)
+    lost: dict[str, Track] = field(default_factory=dict)
 
     def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
         """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
         return [
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
-            if track.thing.kind in CONTAINER_KINDS - {"drawer"} and track.id != held and track.confidence > _SURELY
+            if track.thing.kind in CONTAINER_KINDS - {"drawer"} and track.id != held and track.confidence > SURELY
         ]
 
     def solids(self, held: str | None) -> list[Known]:
         """Return the solid upright things that were clearly seen once, without the held one."""
         return [
-            Known(track.thing.fit, track.thing.group, track.tangents)
-            for track in self.tracks.values()
+            Known(track.thing.fit, track.thing.group, track.tangents, lost)
+            for lost, tracks in ((False, self.tracks), (True, self.lost))
+            for track in tracks.values()
             if track.thing.kind not in CONTAINER_KINDS
             and track.thing.fit.lean is None
             and track.id != held
@@ -149,17 +100,17 @@ class Tracker:
         back = _assign(hidden, new, near=False)
         drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
         for track, thing in (*pairs, *moved, *back):
-            _renew(track, thing)
+            renew(track, thing)
         seen = {track.id for track, _ in (*moved, *back)}
         for track in left:
             if track.id in seen:
                 continue
             if track in gone:
                 if not self._falls_into_something(track):
-                    del self.tracks[track.id]
+                    self.lost[track.id] = self.tracks.pop(track.id)
             else:
                 track.hidden = True
-                track.confidence *= _FADING
+                track.confidence *= FADING
         unseen = [track for track in free if track.hidden and track.id in self.tracks]
         for before, opening in drawers:
             now = self.tracks[before.id].thing.opening if before.id in self.tracks else None
@@ -167,16 +118,25 @@ class Tracker:
         for name, thing in named:
             known = next(item for item in self.declared if item.id == name)
             self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
+        new = [thing for thing in new if not any(thing is known for _, known in back)]
         for thing in new:
-            if thing.confidence >= _STRANGER_CONFIDENCE and not any(thing is known for _, known in back):
-                close = float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND
-                if close or any(_is_part(thing, track.thing) for track in self.tracks.values()):
-                    continue
-                if self._is_known_inside(thing):
-                    continue
-                r, g, b = (float(value) for value in thing.rgb)
-                name = invented(colour_name((r, g, b)), thing.kind, self.tracks)
-                self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+            if not self._is_strange(thing, hand):
+                continue
+            r, g, b = (float(value) for value in thing.rgb)
+            turned_up = _assign(
+                [track for track in self.lost.values() if track.id not in self.tracks], [thing], near=False
+            )
+            name = turned_up[0][0].id if turned_up else invented(colour_name((r, g, b)), thing.kind, self.tracks)
+            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+        self.lost = {name: track for name, track in self.lost.items() if name not in self.tracks and track.tangents > 0}
+
+    def _is_strange(self, thing: Thing, hand: Array) -> bool:
+        """Tell whether a new thing is one of its own: no piece of another, and none between the fingers."""
+        if thing.confidence < _STRANGER_CONFIDENCE or float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND:
+            return False
+        if any(_is_part(thing, track.thing) for track in self.tracks.values()):
+            return False
+        return not self._is_known_inside(thing)
 
     def _is_known_inside(self, thing: Thing) -> bool:
         """Tell whether a new thing lies in a container with something of its colour that is known to be there, and hidden."""
@@ -220,13 +180,6 @@ class Tracker:
         return [(name, thing) for name, thing in zip(names, sure, strict=True) if name is not None]
 
 
-def carry(track: Track, pose: Pose) -> None:
-    """Take a thing to be somewhere else than it was seen."""
-    shift = pose.position - track.thing.pose.position
-    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
-    track.thing = replace(track.thing, pose=pose, fit=moved)
-
-
 def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
     """Move what lies in a drawer with it, so far farther out, metres."""
     if abs(out) < _SLID:
@@ -258,80 +211,6 @@ def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:
     return replace(thing, fit=hull, size=size, pose=pose, opening=opened(size, total))
 
 
-def _renew(track: Track, thing: Thing) -> None:
-    """Take a new look at a known thing: averaged with the last ones while it lies still."""
-    old = track.thing
-    track.hidden = False
-    if old.kind == "drawer" and thing.kind == "drawer":
-        total = thing.size[1] + (thing.opening or 0.0)
-        track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
-        track.confidence = max(thing.confidence, track.confidence * _FADING)
-        return
-    if old.kind == "drawer" or (old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS):
-        # A container half hidden shows a wall or two; that it is one is known.
-        track.confidence = max(track.confidence * _FADING, thing.confidence)
-        return
-    clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
-    if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
-        if cost_of(old.fit, thing.seen) < max(_EXPLAINED, thing.fit.cost + _AS_WELL):
-            # Half hidden it may look like something else; what was known explains it as well, where it was.
-            track.confidence = max(track.confidence * _FADING, thing.confidence)
-            return
-        thing = thing if clearly and not _changed(track, thing) else _with_known_size(thing, old)
-        if _changed(track, thing) and _is_seen_no_better(track, thing):
-            # Things do not grow or shrink; with no better a view this is a wrong one.
-            track.confidence *= _FADING
-            return
-        found = aligned(thing.fit, old.fit)
-        size, pose = described(thing.kind, found)
-        track.thing = replace(thing, fit=found, size=size, pose=pose)
-        track.looks, track.confidence = 1, thing.confidence
-        if not _same_size(old, found):
-            track.tangents = _tangents(thing)
-        return
-    share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
-    track.looks += 1
-    seen = aligned(thing.fit, old.fit)
-    better = seen if thing.confidence > old.confidence else old.fit
-    # Half hidden it tells where it is; how large it is has been seen better.
-    sized = share if _tangents(thing) >= _AS_MUCH * track.tangents else 0.0
-    if seen.shape == old.fit.shape:
-        better = replace(
-            better,
-            centre=(1.0 - share) * old.fit.centre + share * seen.centre,
-            sizes=(1.0 - sized) * old.fit.sizes + sized * seen.sizes,
-            yaw=(1.0 - share) * old.fit.yaw + share * seen.yaw,
-        )
-    if sized:
-        track.tangents = max(track.tangents, _tangents(thing))
-    size, pose = described(old.kind, better)
-    track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
-    track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
-
-
-def _tangents(thing: Thing) -> int:
-    """Return how many tangents tell a thing's size; 0 for one not clearly seen."""
-    return len(thing.seen.rows.values) if thing.confidence > _CLEARLY else 0
-
-
-def _same_size(old: Thing, new: Fit) -> bool:
-    return new.shape == old.fit.shape and float(np.abs(new.sizes - old.fit.sizes).max()) < _KNOWN_SIZE
-
-
-def _changed(track: Track, thing: Thing) -> bool:
-    """Tell whether a thing that was clearly seen is now seen with quite another size, or as quite another thing."""
-    old = track.thing
-    ratio = float(np.abs(np.log(extents(old.kind, old.size) / extents(thing.kind, thing.size))).max())
-    if track.tangents > 0 and (thing.kind != old.kind or ratio > _SURELY_ANOTHER_SIZE):
-        return True
-    return old.confidence > _SURELY and ratio > _ANOTHER_SIZE
-
-
-def _is_seen_no_better(track: Track, thing: Thing) -> bool:
-    best = max(track.tangents, len(track.thing.seen.rows.values))
-    return len(thing.seen.rows.values) < _FAR_BETTER * best
-
-
 def _is_part(thing: Thing, known: Thing) -> bool:
     """Tell whether a new thing is but a piece of a known one, cut off by what stands before it."""
     if colour_difference(thing.rgb, known.rgb) > _COLOUR_GATE:
@@ -345,18 +224,6 @@ def _is_part(thing: Thing, known: Thing) -> bool:
         local[:, 0] += known.opening * np.clip(-local[:, 0] / half[0], 0.0, 1.0)
     local = np.abs(local)
     return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)
-
-
-def _with_known_size(thing: Thing, old: Thing) -> Thing:
-    """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
-    if old.kind in CONTAINER_KINDS or thing.kind in CONTAINER_KINDS or _same_size(old, thing.fit):
-        return thing
-    prior = Prior(old.fit.sizes, _KNOWN_SIZE)
-    found = fit(old.fit.shape, thing.seen, thing.resting, prior)
-    if found is None or found.cost > thing.fit.cost + _WORSE:
-        return thing
-    size, pose = described(old.kind, found)
-    return replace(thing, kind=old.kind, fit=found, size=size, pose=pose, confidence=max(thing.confidence, _REFITTED))
 
 
 def _assign(tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
@@ -375,7 +242,7 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     size = float(np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size))).mean()) / _SIZE_GATE
     if near:
         # What was clearly seen to be solid does not become hollow where it stands.
-        changed = new.kind in CONTAINER_KINDS and old.kind not in CONTAINER_KINDS and old.confidence > _SURELY
+        changed = new.kind in CONTAINER_KINDS and old.kind not in CONTAINER_KINDS and old.confidence > SURELY
         return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance
 

@@ -221,6 +221,14 @@ def test_a_drawer_is_known_by_its_grip_and_how_far_it_is_open(task, opening):
 
 
 @pytest.mark.gl
+def test_a_grip_that_is_seen_in_pieces_is_the_drawer_s():
+    with open_session("put_in_drawer", perception="rgbd", sensor="realsense") as session:
+        session.reset(11)
+        seen = {item.id: item.kind for item in session.observe().objects}
+    assert seen == {"drawer": "drawer", "red_cube": "box", "can": "cylinder"}
+
+
+@pytest.mark.gl
 def test_two_drawers_are_told_apart():
     places = {
         "brown": ((0.34, 0.16, 0.04), (0.5, 0.34, 0.2, 1.0)),

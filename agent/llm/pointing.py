@@ -19,7 +19,7 @@ from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.setup import Setup
-from robosandbox.perception.tracks import Track
+from robosandbox.perception.track import Track
 from robosandbox.perception.view import View
 from robosandbox.types import Array, StrictModel
 

@@ -1,0 +1,169 @@
+"""A thing over time: what a new look at it changes about what was known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from robosandbox.perception.colour import colour_name
+from robosandbox.perception.drawers import opened
+from robosandbox.perception.familiar import AS_MUCH
+from robosandbox.perception.fit import Fit, Prior, cost_of, fit
+from robosandbox.perception.naming import extents
+from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.types import CONTAINER_KINDS, DetectedObject, Pose
+
+_STILL = 0.004
+_AS_CLEAR = 0.8
+_EXPLAINED = 0.7
+_AS_WELL = 0.25
+_WORSE = 0.5
+_KNOWN_SIZE = 0.001
+_CONTAINER_SIZE = 0.0001
+_REFITTED = 0.5
+_MOST_LOOKS = 6
+FADING = 0.97
+SURELY = 0.6
+_CLEARLY = 0.9
+_ANOTHER_SIZE = 0.3
+_SURELY_ANOTHER_SIZE = 0.15
+_FAR_BETTER = 1.5
+
+
+@dataclass(slots=True, eq=False)
+class Track:
+    """A thing over time.
+
+    Attributes:
+        id: Its name.
+        thing: As seen best or last.
+        looks: How many looks its present place is an average of.
+        hidden: Whether the last look did not show it.
+        confidence: 0..1.
+        tangents: How many its size is told by; 0 while it was not clearly seen.
+    """
+
+    id: str
+    thing: Thing
+    looks: int = 1
+    hidden: bool = False
+    confidence: float = 1.0
+    tangents: int = field(init=False, default=0)
+
+    def __post_init__(self) -> None:
+        self.tangents = _tangents(self.thing)
+
+    def detected(self) -> DetectedObject:
+        """Return it in the planner's words."""
+        r, g, b = (float(value) for value in self.thing.rgb)
+        return DetectedObject(
+            id=self.id,
+            kind=self.thing.kind,
+            size=self.thing.size,
+            colour=colour_name((r, g, b)),
+            rgba=(r, g, b, 1.0),
+            pose=self.thing.pose,
+            confidence=round(self.confidence, 3),
+            opening=self.thing.opening,
+        )
+
+
+def carry(track: Track, pose: Pose) -> None:
+    """Take a thing to be somewhere else than it was seen."""
+    shift = pose.position - track.thing.pose.position
+    moved = replace(track.thing.fit, centre=track.thing.fit.centre + shift)
+    track.thing = replace(track.thing, pose=pose, fit=moved)
+
+
+def renew(track: Track, thing: Thing) -> None:
+    """Take a new look at a known thing: averaged with the last ones while it lies still."""
+    old = track.thing
+    track.hidden = False
+    if old.kind == "drawer" and thing.kind == "drawer":
+        total = thing.size[1] + (thing.opening or 0.0)
+        track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
+        track.confidence = max(thing.confidence, track.confidence * FADING)
+        return
+    if old.kind == "drawer" or (old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS):
+        # A container half hidden shows a wall or two; that it is one is known.
+        track.confidence = max(track.confidence * FADING, thing.confidence)
+        return
+    clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
+    if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
+        unmoved = cost_of(old.fit, thing.seen)
+        free = thing
+        if unmoved > max(_EXPLAINED, free.fit.cost + _AS_WELL):
+            thing = free if clearly and not _changed(track, free) else _with_known_size(free, old)
+        if unmoved <= max(_EXPLAINED, thing.fit.cost + _AS_WELL):
+            # Half hidden it may look like something else; what was known explains it as well, where it was.
+            track.confidence = max(track.confidence * FADING, free.confidence)
+            return
+        if _changed(track, thing) and _is_seen_no_better(track, thing):
+            # Things do not grow or shrink; with no better a view this is a wrong one.
+            track.confidence *= FADING
+            return
+        found = aligned(thing.fit, old.fit)
+        size, pose = described(thing.kind, found)
+        track.thing = replace(thing, fit=found, size=size, pose=pose)
+        track.looks, track.confidence = 1, thing.confidence
+        if not _same_size(old, found):
+            track.tangents = _tangents(thing)
+        return
+    share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
+    track.looks += 1
+    seen = aligned(thing.fit, old.fit)
+    better = seen if thing.confidence > old.confidence else old.fit
+    # Half hidden it tells where it is; how large it is has been seen better.
+    sized = share if _tangents(thing) >= AS_MUCH * track.tangents else 0.0
+    if seen.shape == old.fit.shape:
+        better = replace(
+            better,
+            centre=(1.0 - share) * old.fit.centre + share * seen.centre,
+            sizes=(1.0 - sized) * old.fit.sizes + sized * seen.sizes,
+            yaw=(1.0 - share) * old.fit.yaw + share * seen.yaw,
+        )
+    if sized:
+        track.tangents = max(track.tangents, _tangents(thing))
+    size, pose = described(old.kind, better)
+    track.confidence = max(thing.confidence, (1.0 - share) * track.confidence + share * thing.confidence)
+    track.thing = replace(thing, size=size, pose=pose, fit=better, rgb=(1.0 - share) * old.rgb + share * thing.rgb)
+
+
+def _tangents(thing: Thing) -> int:
+    """Return how many tangents tell a thing's size; 0 for one not clearly seen."""
+    return len(thing.seen.rows.values) if thing.confidence > _CLEARLY else 0
+
+
+def _same_size(old: Thing, new: Fit) -> bool:
+    return new.shape == old.fit.shape and float(np.abs(new.sizes - old.fit.sizes).max()) < _KNOWN_SIZE
+
+
+def _changed(track: Track, thing: Thing) -> bool:
+    """Tell whether a thing that was clearly seen is now seen with quite another size, or as quite another thing."""
+    old = track.thing
+    ratio = float(np.abs(np.log(extents(old.kind, old.size) / extents(thing.kind, thing.size))).max())
+    if track.tangents > 0 and (thing.kind != old.kind or ratio > _SURELY_ANOTHER_SIZE):
+        return True
+    if thing.kind in CONTAINER_KINDS and _tangents(thing) < AS_MUCH * track.tangents:
+        # It was known by walls all around; what is seen less well may tell where it is, not how large.
+        return not _same_size(old, thing.fit)
+    return old.confidence > SURELY and ratio > _ANOTHER_SIZE
+
+
+def _is_seen_no_better(track: Track, thing: Thing) -> bool:
+    best = max(track.tangents, len(track.thing.seen.rows.values))
+    return len(thing.seen.rows.values) < _FAR_BETTER * best
+
+
+def _with_known_size(thing: Thing, old: Thing) -> Thing:
+    """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
+    hollow = old.kind in CONTAINER_KINDS, thing.kind in CONTAINER_KINDS
+    if hollow[0] != hollow[1] or _same_size(old, thing.fit):
+        return thing
+    prior = Prior(old.fit.sizes, _CONTAINER_SIZE if all(hollow) else _KNOWN_SIZE)
+    found = fit(old.fit.shape, thing.seen, thing.resting, prior)
+    if found is None or found.cost > thing.fit.cost + _WORSE:
+        return thing
+    size, pose = described(old.kind, found)
+    return replace(thing, kind=old.kind, fit=found, size=size, pose=pose, confidence=max(thing.confidence, _REFITTED))

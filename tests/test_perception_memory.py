@@ -1,0 +1,121 @@
+"""What is remembered of a thing while looks at it are poor, or while it is out of sight."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.familiar import Known, candidates
+from robosandbox.perception.fit import fit
+from robosandbox.perception.groups import Group
+from robosandbox.perception.outline import Rows
+from robosandbox.perception.recognize import Thing, described
+from robosandbox.perception.track import Track, renew
+from robosandbox.tasks.session import open_session
+
+TABLE = 0.04
+BIN = np.array([0.074, 0.074, 0.025])
+CAMERAS = (np.array([0.9, -0.6, 0.7]), np.array([0.1, 0.1, 1.1]))
+
+
+def look_at_bin(middle, sizes, *, cameras=CAMERAS, tangents=32, confidence=1.0):
+    """Return a bin as seen: the tangent planes of a box through each camera, and points on its rim."""
+    centre = np.array([*middle, TABLE + sizes[2]])
+    normals, values = [], []
+    for camera in cameras:
+        ahead = (centre - camera) / np.linalg.norm(centre - camera)
+        side = np.cross(ahead, [0.0, 0.0, 1.0])
+        side /= np.linalg.norm(side)
+        around = np.cross(side, ahead)
+        for angle in np.arange(tangents) * 2.0 * np.pi / tangents:
+            out = np.cos(angle) * side + np.sin(angle) * around
+            corners = centre + sizes * np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
+            # The plane holds the camera, and of the corners the one that it leaves farthest outside.
+            rays = corners - camera
+            slopes = (rays @ out) / (rays @ ahead)
+            normal = out - slopes.max() * ahead
+            normal /= np.linalg.norm(normal)
+            normals.append(normal)
+            values.append(float(normal @ camera))
+    u = np.linspace(-0.95, 0.95, 9)
+    rim = np.array([[x, y, 1.0] for x in u for y in (-0.95, 0.95)] + [[x, y, 1.0] for y in u for x in (-0.95, 0.95)])
+    seen = Evidence(
+        Rows(np.array(normals), np.array(values), np.full(len(values), 1.0 / 0.001)),
+        Surface(centre + rim * sizes, cameras[0], 1.0 / 0.002),
+    )
+    hull = fit("box", seen, TABLE)
+    assert hull is not None
+    size, pose = described("bin", hull)
+    return Thing(
+        kind="bin",
+        size=size,
+        pose=pose,
+        rgb=np.array([0.8, 0.2, 0.2]),
+        confidence=confidence,
+        sigma=np.full(4, 0.001),
+        group=Group(()),
+        fit=hull,
+        seen=seen,
+        resting=TABLE,
+    )
+
+
+def test_a_synthetic_bin_is_fitted_as_it_is():
+    seen = look_at_bin((0.1, 0.3), BIN)
+    assert np.allclose(np.sort(seen.fit.sizes), np.sort(BIN), atol=0.001)
+    assert np.allclose(seen.fit.centre[:2], (0.1, 0.3), atol=0.001)
+
+
+def test_a_poorer_look_does_not_change_a_bin_s_size():
+    track = Track("bin", look_at_bin((0.1, 0.3), BIN))
+    known, tangents = track.thing.size, track.tangents
+    # A can that stands out of it makes it look higher.
+    renew(track, look_at_bin((0.1, 0.3), BIN + [0.0, 0.0, 0.004], cameras=CAMERAS[:1], confidence=0.6))
+    assert np.allclose(track.thing.size, known, atol=0.0005)
+    assert track.tangents == tangents
+    assert track.confidence > 0.9
+
+
+def test_a_poorer_look_tells_where_a_bin_has_been_pushed():
+    track = Track("bin", look_at_bin((0.1, 0.3), BIN))
+    known, tangents = track.thing.size, track.tangents
+    renew(track, look_at_bin((0.13, 0.28), BIN, cameras=CAMERAS[:1], confidence=0.7))
+    assert np.allclose(track.thing.fit.centre[:2], (0.13, 0.28), atol=0.002)
+    assert np.allclose(track.thing.size, known, atol=0.0005)
+    assert track.tangents == tangents
+
+
+def test_a_look_that_is_as_clear_tells_a_bin_s_size_anew():
+    track = Track("bin", look_at_bin((0.1, 0.3), BIN + [0.008, 0.0, 0.0]))
+    for _ in range(8):
+        renew(track, look_at_bin((0.1, 0.3), BIN))
+    assert np.allclose(track.thing.fit.sizes, BIN, atol=0.003)
+
+
+@pytest.mark.gl
+def test_what_was_let_go_of_is_looked_for_below():
+    with open_session("pick_can", perception="rgbd", sensor="realsense") as session:
+        session.observe()
+        seen = session.ctx.perception.things[0]
+
+    def is_candidate(x, z):
+        moved = replace(seen.fit, centre=seen.fit.centre + [x, 0.0, z])
+        return bool(candidates(seen.group, [Known(moved, seen.group, 40)]))
+
+    assert is_candidate(0.0, 0.0) and is_candidate(0.0, 0.15)
+    assert not is_candidate(0.0, -0.15) and not is_candidate(0.15, 0.0)
+
+
+@pytest.mark.gl
+def test_a_cube_that_the_hand_hid_is_known_again_where_it_was_pushed():
+    with open_session("push_left", perception="rgbd", sensor="realsense") as session:
+        session.reset(99)
+        before = session.observe().find("red_cube")
+        episode = session.run()
+        after = session.observe().find("red_cube")
+        true = session.sim.truth().objects["red_cube"].pose.position
+    assert episode.success and not episode.replans
+    assert before is not None and after is not None
+    assert np.linalg.norm(after.pose.position - true) < 0.004
+    assert np.abs(np.subtract(after.size, before.size)).max() < 0.002
