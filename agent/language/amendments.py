@@ -15,6 +15,9 @@ from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wishes import spoken
 
+_SIDES = frozenset({"left", "right", "front", "back", "beside"})
+_EACH = frozenset({"each", "each one", "each of them", "every one"})
+_SIDE_WORDS = frozenset({"left", "right", "front", "behind", "back", "side"})
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
 _WAYS = frozenset({"towards", "toward", "away", "closer", "nearer"})
 
@@ -32,7 +35,12 @@ class Amendments(Commands, ABC):
 
     def _corrected_place(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         last = part[-1]
-        if not isinstance(last, Command) or last.verb not in ("put", "push", "stack") or last.tower or not last.objects:
+        if (
+            not isinstance(last, Command)
+            or last.verb not in ("put", "push", "stack", "pour")
+            or last.tower
+            or not last.objects
+        ):
             return []
         found: Found[tuple[Part, ...]] = []
         narrowed = [
@@ -90,10 +98,17 @@ class Amendments(Commands, ABC):
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""
         last = part[-1]
-        if not isinstance(last, Command) or last.verb not in ("push", "pick", "tap", "put", "stack") or last.tower:
+        if (
+            not isinstance(last, Command)
+            or last.verb not in ("push", "pick", "tap", "put", "stack", "pour")
+            or last.tower
+        ):
             return []
         found: Found[tuple[Part, ...]] = []
         n = len(self.tokens)
+        if "first" in (self.text(k), self.text(k - 1)) and ":" not in (self.text(k - 1), self.text(k - 2)):
+            # "the cans in the box, first the red one, then ..." says in which order, which is not known here.
+            return []
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
@@ -127,7 +142,20 @@ class Amendments(Commands, ABC):
                 for j, refs in (self.np_list(k) if open_ else ())
                 if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
             ]
+        sided = isinstance(last.place, Relation) and last.place.kind in _SIDES and last.place.refs
+        for j, ref in self.np(k) if sided else []:
+            # "the red cube left of the bowl and the blue one to the right": of the bowl.
+            for end, side in self.tag(j, "OPPOSITE") if not ref.ranks else []:
+                place = replace(last.place, kind=side)
+                again = replace(last, objects=(ref,), place=place, bare=0.3)
+                if self._skip(end) >= n:
+                    found.append((n, (*part, again)))
+                for m in self._joints(end):
+                    found += [(q, (*part, again, *rest)) for q, rest in self._parts(m) if rest]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
+            if any(ref.text in _EACH for ref in refs) or (sided and self.text(j - 1) in _SIDE_WORDS):
+                # "..., 5 cm each" and "the blue one to the right" are no more of the same.
+                continue
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
             # "tap the can twice, then the ball": a new order, done once.
             afresh = self.text(k - 1) in ("then", "next", "that", "afterwards", "finally", "lastly")
@@ -145,6 +173,8 @@ class Amendments(Commands, ABC):
             return found
         for j, elements in self.elements(k):
             if not any(e.kind in ("direction", "distance") for e in elements):
+                continue
+            if any(e.kind == "objects" and any(ref.text in _EACH for ref in e.value) for e in elements):
                 continue
             for command in frame_command("push", elements):
                 if command.direction is None and command.place is None:

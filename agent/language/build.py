@@ -308,11 +308,18 @@ class _Builder(Arranging):
 
         names, _ = self._objects(command, fits=fits)
         vessels = tuple(dict.fromkeys(self._vessel(name) for name in names))
-        if len(vessels) != 1 or not isinstance(command.place, Relation):
+        # "the beads", of which there are two kinds in two cups, are asked about.
+        cups = all(world.objects[name].kind != "beads" for name in names)
+        several = len(command.objects) > 1 or any(
+            (ref.plural and cups) or ref.determiner == "all" or ref.number for ref in command.objects
+        )
+        if (len(vessels) != 1 and not several) or not isinstance(command.place, Relation):
             raise RefusedError(
                 RefusalCode.AMBIGUOUS, f"Which one should I pour from: {listed(vessels, 'or')}?", vessels
             )
-        self._pour_out(vessels[0], self._targets(command.place, vessels)[0])
+        target = self._targets(command.place, vessels)[0]
+        for vessel in vessels:
+            self._pour_out(vessel, target)
 
     def _drawers(self, command: Command, skill: str) -> tuple[str, ...]:
         names, _ = self._objects(command, fits=lambda name: self.world.objects[name].kind == "drawer")

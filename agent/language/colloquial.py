@@ -73,6 +73,13 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "<verb> (get|have|bring) {thing} (next! to each other|side by side|beside each other|together) <end>": "put {thing} side by side",
+    "<verb> {VERB} {many} {place} , namelyonly {one} <end>": "of {many} , {VERB} {one} {place}",
+    "<verb> {VERB} {many} , namelyonly {one} <end>": "of {many} , {VERB} {one}",
+    "<verb> push {thing} {way} (and|,) [push] {thing2} {way2} [,] [by] {distance} each <end>": "push {thing} {way} {distance} , then push {thing2} {way2} {distance}",
+    "<verb> push {thing} {way} (and|,) [push] {thing2} {way2} [,] each [by] {distance} <end>": "push {thing} {way} {distance} , then push {thing2} {way2} {distance}",
+    "<verb> push {thing} {way} [,] [by] {distance} each <end>": "push {thing} {way} {distance}",
+    "<verb> push {thing} {way} [,] each [by] {distance} <end>": "push {thing} {way} {distance}",
     "(.|!|;) not {thing} <end>": ", not {thing}",
     "<verb> do not! (put|place|drop|stick|move) {thing} {_place} [,] (but|rather) [rather] {place} <end>": "put {thing} {place}",
     "<edge> {thing} (has to|have to|must|should|needs to|need to|is to|are to|ought to) (move|be moved|go|be pushed|shift|slide) {distance}": "move {thing} {distance}",

@@ -32,6 +32,7 @@ REQUESTS = {
     "would you be {_praise} (as to|and|to)": "could you",
     "<we> wish [that] you [<might>]": "could you",
     "is it possible [for you] (that you|to|for you to)": "could you",
+    "<start> is possible (that you|you|to|for you to)": "could you",
     "it is (necessary|needed|required|important) (to|that you|for you to)": "",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
     "<we> (beg|implore|urge|ask) [of] you to": "",

@@ -226,14 +226,19 @@ class _Incidentals:
         name = next((k for k in range(i, end) if not self._thing(k)), end)
         # "the can is old", "sample c is old"
         bare = name > i and self._link(name)
-        named = bare or bool({"THE", "POSS"} & self.tags[i]) or self._text(i) in ("that", "this", "my", "our")
+        named = (
+            bare
+            or bool({"THE", "POSS", "BOTH", "ALL"} & self.tags[i])
+            or self._text(i) in ("that", "this", "my", "our")
+        )
         if not first or not named:
             return False
         verb = next((k for k in range(i + 1, end) if self._link(k)), None)
         if verb is None or not any(self._thing(k) for k in range(i, verb)) or not self._idle(verb, end):
             return False
         if any(
-            not (self._thing(k) or self.tags[k] & {"SIZE", "SHADE", "THE", "A", "POS", "SUPER"}) for k in range(i, verb)
+            not (self._thing(k) or self.tags[k] & {"SIZE", "SHADE", "THE", "A", "POS", "SUPER", "BOTH", "ALL"})
+            for k in range(i, verb)
         ):
             return False
         self.topic += self.tokens[i:verb]

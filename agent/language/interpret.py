@@ -110,6 +110,7 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
         if call.skill != "stack" and not call.skill.startswith("place_"):
             continue
         place = str(call.arguments.get("container") or call.arguments.get("target") or "another place")
+        place = f"beside {place}" if call.skill == "place_beside" else place
         if places.get(held, place) != place:
             return Refusal(
                 code=RefusalCode.AMBIGUOUS,

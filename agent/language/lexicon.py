@@ -124,7 +124,7 @@ def _build() -> Phrases:
         ("COLOUR", things.COLOURS), ("SHADE", things.SHADES), ("SIZE", things.SIZES), ("SUPER", things.SUPERLATIVES),
         ("POS", things.POSITIONS), ("FROM", things.ORDER_FROM), ("DIR", places.DIRECTIONS), ("REL", places.RELATIONS),
         ("TO", places.DIRECTIONAL), ("PRON", things.PRONOUNS), ("LIGHT_NOUN", speech.LIGHT_NOUNS),
-        ("ITS_SIDE", places.ITS_SIDES),
+        ("ITS_SIDE", places.ITS_SIDES), ("OPPOSITE", places.OPPOSITES),
     ):  # fmt: skip
         _table(lexicon, tag, table)
     for tag, numbers in (

@@ -96,7 +96,7 @@ class Phrasing(Choices):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
                 for end, others in self._either(m):
-                    if any(other.unknown for other in others):
+                    if any(other.unknown or other.text.endswith("all of them") for other in others):
                         # "that box, not the usual one": who knows which that is?
                         continue
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.
@@ -201,6 +201,18 @@ class Phrasing(Choices):
                     if first.determiner == "a" and lead.text.startswith("any ") and lead.nouns == first.nouns:
                         # "a block, any block"
                         continue
+                    then = "then" in self.texts[j:k]
+                    if (then or (self.text(k - 1) == "," and len(others) == 1)) and self.tag(end, "TIMES"):
+                        # "tap the can, then the ball twice": the ball only.
+                        continue
+                    if then and (self.text(i - 1) == "and" or (first.plural and _member(others[-1], first))):
+                        # "... and the pear, then the plum in the bowl", "the cans, then the red one again"
+                        continue
+                    which = self._which(first, others) if self.text(k - 1) == "," else None
+                    if which:
+                        # "one cube, the red one", "two cubes, the red and the blue one": those.
+                        found += [(end, which)] + ([(end + 1, which)] if self.text(end) == "," else [])
+                        continue
                     # "the cubes, all of them" adds nothing, nor "the ball and the bone, all in the bin".
                     if len(others) < 10 and not (again and not (lead.nouns or lead.colours or lead.names)):
                         found.append((end, (first, *others)))
@@ -219,6 +231,22 @@ class Phrasing(Choices):
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
+
+    def _which(self, first: Ref, others: tuple[Ref, ...]) -> tuple[Ref, ...] | None:
+        """Return the things that a list tells which of any are meant, None if it names further ones."""
+        count = first.number or (1 if first.determiner == "a" and not first.plural else 0)
+        definite = all(ref.determiner == "the" and not (ref.plural or ref.number) for ref in others)
+        alike = all(
+            (ref.one and not ref.nouns and (ref.colours or ref.ranks or ref.shades))
+            or (ref.nouns and ref.nouns == first.nouns)
+            for ref in others
+        )
+        told = (
+            first.determiner in ("a", "bare") and first.nouns and not (first.colours or first.ranks or first.relations)
+        )
+        if not (told and definite and alike and count == len(others)):
+            return None
+        return tuple(ref if ref.nouns else replace(ref, nouns=first.nouns, one=False) for ref in others)
 
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""
@@ -396,3 +424,8 @@ def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
             ranks = tuple(replace(rank, key=rank.key or key) for rank in ref.ranks)
             shared[k] = replace(shared[k], ranks=ranks)
     return tuple(shared)
+
+
+def _member(ref: Ref, whole: Ref) -> bool:
+    """Say whether one thing may be one of several."""
+    return not ref.plural and ((ref.one and not ref.nouns) or (bool(ref.nouns) and ref.nouns == whole.nouns))

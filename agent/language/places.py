@@ -274,6 +274,13 @@ ITS_SIDES = {
     "left": "on its left, to its left, on its left side, to its left side, on its left hand side, at its left, on the left of it, left of it",
     "right": "on its right, to its right, on its right side, to its right side, on its right hand side, at its right, on the right of it, right of it",
 }
+OPPOSITES = {
+    "left": "to the left, on the left, on the left side, to the left side, at the left, on the other side to the left",
+    "right": "to the right, on the right, on the right side, to the right side, at the right",
+    "front": "in front, in the front, at the front, on the front side",
+    "back": "behind, at the back, in the back, behind it all, in back",
+}
+"""Sides of what was named before: "the red cube left of the bowl and the blue one to the right"."""
 SO_THAT = (
     "so that it is, such that it is, so it is, so that it sits, so it sits, so that it ends up, so it ends up, such that it sits, so that it stands, "
     "so that they are, so they are, such that it ends up, so that it rests, such that it rests, so it will be, so that it will be"

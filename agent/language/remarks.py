@@ -56,7 +56,7 @@ HARMLESS = (
         a an the very too so really quite rather all just now here there today this that it them they my our your me us in
         of way everywhere anymore any more longer getting been being is are was were mess messy untidy crowded cluttered
         busy late early almost nearly already finally always still for at with and bit little lot big small
-        fall falls falling fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
+        rolling slipping tipping leaking dripping wobbling squeaking annoying bothering falling fall falls fallen over down off roll rolls rolling away break breaks breaking tip tips tipping spill spills
         slip slips lost get gets safe safer secure neat tidy nice out hurt clean will does do can could would
         right over side corner yours mine place spot position
         open opened closed shut unlocked went turned gone

@@ -7,6 +7,8 @@ import unicodedata
 
 from robosandbox.agent.language.notation import in_steps
 
+_SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|brown|black|white|gr[ea]y)\b(?! (?:other|rest)\b)"
+"""How those are named that alone are meant."""
 _CONTRACTIONS = [
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -60,6 +62,26 @@ _CONTRACTIONS = [
         (r"\band rest (?=(?:in|into|to|on|onto|goes|go)\b|[-=]+>|[→⇒➔])", "and the rest "),
         (r",\s*also ((?:the |a |my )?\w+(?: \w+)?),? and (?=the |a |my )", r" ; \1 ; and "),
         (r"[.,;!]\s*(?:that is |oh )?wrong\s*[,.!]\s*", ", no, "),
+        # "the cans in the box, but only the tall one": those alone; `colloquial` says what that means.
+        (
+            rf"(?<!no)(?<!nah)(?<!sorry)(?<!wait)(?<!actually)\s*[,;-]?\s*\b(?:but|and) (?:only|just) (?={_SOME})",
+            " , namelyonly ",
+        ),
+        (
+            rf"^(?!.*\b(?:no|nah|wait|sorry|leave|forget|oops|actually)\b)(.*\w), (?:only|just) (?={_SOME}[^,.;]*[.!]?\s*$)",
+            r"\1 , namelyonly ",
+        ),
+        (
+            r"\b(no|sorry|i mean|wait),? (?:only|just) (?=(?:the|those|these) [a-z ]{2,30} (?:in|into|on|onto|to)\b)",
+            r"\1 , namelyonly ",
+        ),
+        # There and back is no way that a push goes.
+        (r"(,|\band)( then)? back again\b", r"\1\2 backagain"),
+        # "the red cube left and the blue one right of the bowl"
+        (
+            r"\b(?:to the |on the )?(left|right) and ((?:the |a )?[a-z_ ]{2,30}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: \w+)?)(?=\s*(?:[,.!;]|$|\band\b|\bthen\b))",
+            r"to the \1 of \4 and \2 to the \3 of \4",
+        ),
         (r"\bur (?=at it\b)", "you are "),
         # "the pear too, the plum in the bowl": with what comes before.
         (

@@ -37,13 +37,19 @@ class WordOrder(Wishes, ABC):
             start = self._skip(j)
             commands = (*self._verb_first(start), *self._wish(start)) if whole.plural and not whole.ranks else ()
             for k, command in commands:
-                ref = command.objects[0] if len(command.objects) == 1 else None
-                if ref is not None and ref.one and not ref.nouns:
-                    part = replace(ref, nouns=whole.nouns, names=whole.names, one=False)
-                    part = replace(
-                        part, colours=ref.colours or whole.colours, relations=(*whole.relations, *ref.relations)
+                if command.objects and all(ref.one and not ref.nouns for ref in command.objects):
+                    parts = tuple(
+                        replace(
+                            ref,
+                            nouns=whole.nouns,
+                            names=whole.names,
+                            one=False,
+                            colours=ref.colours or whole.colours,
+                            relations=(*whole.relations, *ref.relations),
+                        )
+                        for ref in command.objects
                     )
-                    found.append((k, replace(command, objects=(part,))))
+                    found.append((k, replace(command, objects=parts)))
         return found
 
     def _fronted(self, i: int) -> Found[Command]:
