@@ -238,6 +238,7 @@ _EXAMPLES = """
     it would be good to have the can in the bin -> i want the can in the bin
     i wish you tap the can -> could you tap the can
     is it possible that you tap the can -> could you tap the can
+    is possible that you tap the can -> could you tap the can
     now what i want you to do is tap the can -> tap the can
     what you do is you tap the can -> tap the can
     goal : the can in the bin -> the can in the bin

@@ -142,18 +142,19 @@ class Amendments(Commands, ABC):
                 for j, refs in (self.np_list(k) if open_ else ())
                 if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
             ]
-        sided = isinstance(last.place, Relation) and last.place.kind in _SIDES and last.place.refs
-        for j, ref in self.np(k) if sided else []:
+        side_of = last.place if isinstance(last.place, Relation) and last.place.refs else None
+        side_of = side_of if side_of and side_of.kind in _SIDES else None
+        for j, ref in self.np(k) if side_of else []:
             # "the red cube left of the bowl and the blue one to the right": of the bowl.
             for end, side in self.tag(j, "OPPOSITE") if not ref.ranks else []:
-                place = replace(last.place, kind=side)
+                place = replace(side_of, kind=side) if side_of else None
                 again = replace(last, objects=(ref,), place=place, bare=0.3)
                 if self._skip(end) >= n:
                     found.append((n, (*part, again)))
                 for m in self._joints(end):
                     found += [(q, (*part, again, *rest)) for q, rest in self._parts(m) if rest]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
-            if any(ref.text in _EACH for ref in refs) or (sided and self.text(j - 1) in _SIDE_WORDS):
+            if any(ref.text in _EACH for ref in refs) or (side_of and self.text(j - 1) in _SIDE_WORDS):
                 # "..., 5 cm each" and "the blue one to the right" are no more of the same.
                 continue
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".

@@ -189,6 +189,9 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
     return _without_fillers(_without_fillers(tokens, words), words)
 
 
+_FORBIDDEN = frozenset({"touch", "bump", "disturb"})
+
+
 def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     """Return the tokens with "lunch box" as the scene's "lunchbox", and a word said twice over ("tap tap it") once."""
     made: list[Token] = []
@@ -207,6 +210,9 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
         if last and not known and whole in words.parts and min(len(last.text), len(token.text)) > 2:
             made[-1] = Token(whole, f"{last.raw} {token.raw}", "word")
             continue
+        if last and last.text == "no" and token.text in _FORBIDDEN:
+            # "no tuoch brick" forbids, however it is spelled.
+            made[-1:] = [Token("do", last.raw, "word"), Token("not", last.raw, "word")]
         made.append(token)
     return made
 
