@@ -154,7 +154,9 @@ class Amendments(Commands, ABC):
                 for m in self._joints(end):
                     found += [(q, (*part, again, *rest)) for q, rest in self._parts(m) if rest]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
-            if any(ref.text in _EACH for ref in refs) or (side_of and self.text(j - 1) in _SIDE_WORDS):
+            if any(ref.text in _EACH for ref in refs) or (
+                last.verb == "put" and self.text(j - 1) in _SIDE_WORDS and self.text(j - 2) in ("the", "in", "to")
+            ):
                 # "..., 5 cm each" and "the blue one to the right" are no more of the same.
                 continue
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".

@@ -217,6 +217,12 @@ class Grounder(Vicinity):
             names = [name for name in names if name not in self.world.put_in] or names
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
             names = self._ranked(names, rank, ref)
+        if ref.shades and several:
+            # "the dark things": darker or lighter than grey.
+            light = ref.shades[0] == "light"
+            names = [name for name in names if (match.brightness(objects[name]) > 0.5) == light]
+            if not names:
+                raise self._not_found(ref, fits, barred)
         if ref.shades and len(names) > 1 and not several:
             names.sort(key=lambda name: match.brightness(objects[name]), reverse=ref.shades[0] == "light")
             names = names[:1]

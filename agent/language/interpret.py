@@ -102,7 +102,7 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
 
     As in "mum says the lemon goes in the tray, but I want it in the bowl".
     """
-    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+|[.;:]", prompt.lower())}:
+    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+|[.;:]", prompt.lower().rstrip(" .!;"))}:
         return made
     held, places = "", dict[str, str]()
     for call in made.calls:

@@ -138,6 +138,10 @@ class Orders(ABC):
 
     def _extreme(self, order: list[str], score: dict[str, float], ref: Ref) -> list[str]:
         """As in "the big cube": the biggest, if it stands out; "the big cubes": those above the widest gap."""
+        if ref.plural and ref.ranks and ref.ranks[-1].key == "flat":
+            # Flat is what is far less high than wide.
+            flat = [name for name in order if self.world.extents(name)[2] < 0.5 * max(self.world.extents(name)[:2])]
+            return flat or order
         first, last = score[order[0]], score[order[-1]]
         scale = max(abs(first), abs(last), 1e-12)
         if abs(first - last) < 0.05 * scale:

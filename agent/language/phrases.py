@@ -183,7 +183,9 @@ class Phrasing(Choices):
             found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) > 1]
         if self.text(i) == "both":
             # "both the can and the ball"
-            found += [(j, refs) for j, refs in self.np_list(i + 1) if len(refs) == 2]
+            found += [
+                (j, refs) for j, refs in self.np_list(i + 1) if len(refs) == 2 and not any(r.plural for r in refs)
+            ]
         senses: set[tuple[int, Ref]] = set()
         for j, first in self.np(i):
             found.append((j, (first,)))
