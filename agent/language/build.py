@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import pairwise
 
 from robosandbox.agent.language import match
+from robosandbox.agent.language.apart import dealt_first, members_apart, without_what_is_denied
 from robosandbox.agent.language.arranging import Arranging
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
@@ -18,7 +18,6 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
-from robosandbox.agent.language.readings import part_of
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, ObservedScene, RefusalCode, SkillCall
 
@@ -88,9 +87,11 @@ class _Builder(Arranging):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        for command in _fused(_dealt_first(self._members_apart(tuple(map(_each_spared, sentence.steps))))):
+        steps = dealt_first(members_apart(tuple(map(_each_spared, sentence.steps)), Grounder(self.world, Discourse())))
+        for command in _fused(steps):
             self._check_condition(command)
-            getattr(self, f"_{command.verb}")(self._sparing_what_is_denied(command))
+            spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
+            getattr(self, f"_{command.verb}")(spared)
         avoid |= self._avoided(others)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
@@ -104,52 +105,6 @@ class _Builder(Arranging):
         if not self.steps:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
-
-    def _members_apart(self, commands: tuple[Command, ...]) -> tuple[Command, ...]:
-        """As in "the fruit in the bowl, the lime in the bin", "tap the cubes, the red one twice": one goes its own way."""
-        made = list(commands)
-        ground = Grounder(self.world, Discourse())
-        for k, (group, own) in enumerate(pairwise(commands)):
-            whole = group.objects[0] if len(group.objects) == 1 else None
-            if whole is None or not (whole.plural or whole.determiner == "all") or whole.number or whole.share:
-                continue
-            alike = group.verb == own.verb and own.bare and (group.place, group.times) != (own.place, own.times)
-            if whole.determiner == "it" or not alike or len(own.objects) != 1:
-                continue
-            apart = _of_kind(own.objects[0], whole)
-            single = _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other)
-            if single and ground.has(apart, whole):
-                made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
-        return tuple(made)
-
-    def _sparing_what_is_denied(self, command: Command) -> Command:
-        """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks."""
-        place, groups = command.place, [ref for ref in command.objects if ref.plural or ref.determiner == "all"]
-        if not groups or not isinstance(place, Relation):
-            return command
-        ground = Grounder(self.world, Discourse())
-        spared: dict[Ref, list[Ref]] = {whole: [] for whole in groups}
-
-        def holds(name: str) -> bool:
-            return place.kind not in ("in", "to") or self.world.objects[name].kind in match.CONTAINERS
-
-        for ref in place.refs:
-            for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():
-                contrast = denied.one and not denied.nouns and bool(ref.colours or ref.ranks or ref.relations)
-                if contrast and ground.has(_of_kind(denied, ref), fits=holds):
-                    # "in the blue bowl, not the red one"
-                    continue
-                for whole in groups:
-                    own = _of_kind(denied, whole)
-                    if ground.has(own, whole):
-                        spared[whole].append(own)
-        return replace(
-            command,
-            objects=tuple(
-                replace(ref, without=(*ref.without, *spared[ref])) if spared.get(ref) else ref
-                for ref in command.objects
-            ),
-        )
 
     def _check_condition(self, command: Command) -> None:
         """As in "if the drawer is open, close it": done only if it is so."""
@@ -408,66 +363,6 @@ def _each_spared(command: Command) -> Command:
 
 def _acted_on(call: SkillCall) -> tuple[str, ...]:
     return tuple(value for key, value in call.arguments.items() if key in ("object", "target", "container", "drawer"))
-
-
-def _dealt_first(commands: Sequence[Command]) -> list[Command]:
-    """As in "put a ball in each bin, the yellow one in the white bin": what is told apart goes first, then the rest."""
-    dealt: list[Command] = []
-    for command in commands:
-        before = dealt[-1] if dealt else None
-        if before is None or not (_deals(before) and _tells_apart(command, before)):
-            dealt.append(command)
-            continue
-        place, where = before.place, command.place
-        assert isinstance(place, Relation) and isinstance(where, Relation)
-        kind, bins = before.objects[0], place.refs[0]
-        apart = _of_kind(command.objects[0], kind)
-        there = tuple(_of_kind(ref, bins) for ref in where.refs)
-        rest = replace(
-            before,
-            objects=(replace(kind, without=(*kind.without, apart)),),
-            place=replace(place, refs=(replace(bins, without=(*bins.without, *there)),)),
-        )
-        dealt[-1:] = [replace(command, objects=(apart,), place=replace(where, refs=there)), rest]
-    return dealt
-
-
-def _deals(command: Command) -> bool:
-    place = command.place
-    return (
-        command.verb == "put"
-        and len(command.objects) == 1
-        and command.objects[0].determiner == "a"
-        and isinstance(place, Relation)
-        and len(place.refs) == 1
-        and place.refs[0].determiner == "all"
-    )
-
-
-def _tells_apart(command: Command, dealt: Command) -> bool:
-    where, place = command.place, dealt.place
-    return (
-        command.verb == "put"
-        and len(command.objects) == 1
-        and isinstance(where, Relation)
-        and isinstance(place, Relation)
-        and where.kind == place.kind
-        and len(where.refs) == 1
-        and all(_told_by_looks(ref) for ref in (command.objects[0], where.refs[0]))
-        and part_of(_of_kind(command.objects[0], dealt.objects[0]), dealt.objects[0])
-        and part_of(_of_kind(where.refs[0], place.refs[0]), place.refs[0])
-    )
-
-
-def _told_by_looks(ref: Ref) -> bool:
-    """Say whether one thing is told by what does not change when others move: its name or its colour."""
-    one = not (ref.plural or ref.number) and ref.determiner in ("the", "bare")
-    return one and bool(ref.colours or ref.names) and not (ref.ranks or ref.relations)
-
-
-def _of_kind(ref: Ref, whole: Ref) -> Ref:
-    """Return a description that may say a colour only ("the yellow one", "yellow") with the kind of what it is one of."""
-    return ref if ref.nouns or ref.names or ref.determiner == "it" else replace(ref, nouns=whole.nouns, one=False)
 
 
 def _fused(commands: Sequence[Command]) -> list[Command]:

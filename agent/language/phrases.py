@@ -430,4 +430,6 @@ def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
 
 def _member(ref: Ref, whole: Ref) -> bool:
     """Say whether one thing may be one of several."""
-    return not ref.plural and ((ref.text.endswith("one") and not ref.nouns) or (bool(ref.nouns) and ref.nouns == whole.nouns))
+    return not ref.plural and (
+        (ref.text.endswith("one") and not ref.nouns) or (bool(ref.nouns) and ref.nouns == whole.nouns)
+    )

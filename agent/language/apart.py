@@ -1,0 +1,126 @@
+"""Members of a group that go their own way: told apart, denied, or dealt out one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+from robosandbox.agent.language.ground import Grounder
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.match import CONTAINERS
+from robosandbox.agent.language.readings import part_of
+
+
+def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Command, ...]:
+    """As in "the fruit in the bowl, the lime in the bin", "tap the cubes, the red one twice": one goes its own way.
+
+    Args:
+        commands: The commands of a sentence.
+        ground: Finds what they describe, with no memory of what was spoken of.
+    """
+    made = list(commands)
+    for k, (group, own) in enumerate(pairwise(commands)):
+        whole = group.objects[0] if len(group.objects) == 1 else None
+        if whole is None or not (whole.plural or whole.determiner == "all") or whole.number or whole.share:
+            continue
+        alike = group.verb == own.verb and own.bare and (group.place, group.times) != (own.place, own.times)
+        if whole.determiner == "it" or not alike or len(own.objects) != 1:
+            continue
+        apart = _of_kind(own.objects[0], whole)
+        single = _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other)
+        if single and ground.has(apart, whole):
+            made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
+    return tuple(made)
+
+
+def without_what_is_denied(command: Command, ground: Grounder) -> Command:
+    """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks.
+
+    Args:
+        command: To leave them out of.
+        ground: As for `members_apart`.
+    """
+    place, groups = command.place, [ref for ref in command.objects if ref.plural or ref.determiner == "all"]
+    if not groups or not isinstance(place, Relation):
+        return command
+    spared: dict[Ref, list[Ref]] = {whole: [] for whole in groups}
+
+    def holds(name: str) -> bool:
+        return place.kind not in ("in", "to") or ground.world.objects[name].kind in CONTAINERS
+
+    for ref in place.refs:
+        for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():
+            contrast = denied.one and not denied.nouns and bool(ref.colours or ref.ranks or ref.relations)
+            if contrast and ground.has(_of_kind(denied, ref), fits=holds):
+                # "in the blue bowl, not the red one"
+                continue
+            for whole in groups:
+                own = _of_kind(denied, whole)
+                if ground.has(own, whole):
+                    spared[whole].append(own)
+    return replace(
+        command,
+        objects=tuple(
+            replace(ref, without=(*ref.without, *spared[ref])) if spared.get(ref) else ref for ref in command.objects
+        ),
+    )
+
+
+def dealt_first(commands: Sequence[Command]) -> list[Command]:
+    """As in "put a ball in each bin, the yellow one in the white bin": what is told apart goes first, then the rest."""
+    dealt: list[Command] = []
+    for command in commands:
+        before = dealt[-1] if dealt else None
+        if before is None or not (_deals(before) and _tells_apart(command, before)):
+            dealt.append(command)
+            continue
+        place, where = before.place, command.place
+        assert isinstance(place, Relation) and isinstance(where, Relation)
+        kind, bins = before.objects[0], place.refs[0]
+        apart = _of_kind(command.objects[0], kind)
+        there = tuple(_of_kind(ref, bins) for ref in where.refs)
+        rest = replace(
+            before,
+            objects=(replace(kind, without=(*kind.without, apart)),),
+            place=replace(place, refs=(replace(bins, without=(*bins.without, *there)),)),
+        )
+        dealt[-1:] = [replace(command, objects=(apart,), place=replace(where, refs=there)), rest]
+    return dealt
+
+
+def _deals(command: Command) -> bool:
+    place = command.place
+    return (
+        command.verb == "put"
+        and len(command.objects) == 1
+        and command.objects[0].determiner == "a"
+        and isinstance(place, Relation)
+        and len(place.refs) == 1
+        and place.refs[0].determiner == "all"
+    )
+
+
+def _tells_apart(command: Command, dealt: Command) -> bool:
+    where, place = command.place, dealt.place
+    return (
+        command.verb == "put"
+        and len(command.objects) == 1
+        and isinstance(where, Relation)
+        and isinstance(place, Relation)
+        and where.kind == place.kind
+        and len(where.refs) == 1
+        and all(_told_by_looks(ref) for ref in (command.objects[0], where.refs[0]))
+        and part_of(_of_kind(command.objects[0], dealt.objects[0]), dealt.objects[0])
+        and part_of(_of_kind(where.refs[0], place.refs[0]), place.refs[0])
+    )
+
+
+def _told_by_looks(ref: Ref) -> bool:
+    """Say whether one thing is told by what does not change when others move: its name or its colour."""
+    one = not (ref.plural or ref.number) and ref.determiner in ("the", "bare")
+    return one and bool(ref.colours or ref.names) and not (ref.ranks or ref.relations)
+
+
+def _of_kind(ref: Ref, whole: Ref) -> Ref:
+    """Return a description that may say a colour only ("the yellow one", "yellow") with the kind of what it is one of."""
+    return ref if ref.nouns or ref.names or ref.determiner == "it" else replace(ref, nouns=whole.nouns, one=False)
