@@ -294,8 +294,11 @@ class _Builder(Arranging):
         self.world.opened.difference_update(self._drawers(command, "close_drawer"))
 
     def _tap(self, command: Command) -> None:
-        names, _ = self._objects(command, fits=lambda name: True)
+        # "pour the beads into the bowl and tap it": the bowl.
+        names, _ = self._objects(command, fits=lambda name: name != self.world.held or name not in self.poured)
         for name in names:
+            if self.world.held in self.poured and name != self.world.held:
+                self._need_empty(f"tap {name}")
             if name == self.world.held:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is in the gripper; I cannot tap it.", (name,))
             if self.world.objects[name].kind == "beads":

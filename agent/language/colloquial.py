@@ -15,6 +15,7 @@ PARTS = {
     "slip": "(silly me|god no|good god no|what am i saying|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
 }
 FILLERS = {
+    "(everything|anything) else (can|could|may|should|must) (go|be put|be placed)": "everything else goes",
     "(,|and) [be] careful (with it|with that|now|there) (,|.|and)": ",",
     "(,|.|!) (just|only!) (kidding|joking) (,|.|!) {place} <end>": ", no , {place}",
     "(,|.|!) (just|only!) (kidding|joking) (,|.|!) {thing} <end>": ", no , {thing}",
@@ -73,6 +74,12 @@ FILLERS = {
     "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
 }
 CLAUSES = {
+    "<verb> do not! {_VERB} {_thing} [,] [but|rather|instead!] {VERB} {thing2} {place} <end>": "{VERB} {thing2} {place}",
+    "<verb> swap {one} (with|and|for) {one2} and {one3} (with|and|for) {one4} <end>": "swap {one} and {one2} , then swap {one3} and {one4}",
+    "{except:except|except for|apart from|but not} {one} , which (goes|should go|belongs|can go) {place}": "{except} {one} , then put {one} {place}",
+    "<start> {thing} (goes|go) {place} , {thing2} with (it|them) <end>": "put {thing} and {thing2} {place}",
+    "<verb> tap {one} (only!|but only!|just) after! [you tap|tapping] {one2} <end>": "tap {one2} , then tap {one}",
+    "<verb> tap {one} after! [you tap|tapping] {one2} <end>": "tap {one2} , then tap {one}",
     "<verb> (get|have|bring) {thing} (next! to each other|side by side|beside each other|together) <end>": "put {thing} side by side",
     "<verb> {VERB} {many} {place} , namelyonly {one} <end>": "of {many} , {VERB} {one} {place}",
     "<verb> {VERB} {many} , namelyonly {one} <end>": "of {many} , {VERB} {one}",

@@ -74,6 +74,8 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     noun_class = NOUN_CLASS.get(noun, noun)
     if noun_class == "thing":
         return LOOSE if kind not in STANDING else 0
+    if kind == "beads" and noun in ("bead", "grain", "pellet", "granule"):
+        return SHAPE
     if (
         noun in parts
         or noun == "".join(parts)

@@ -34,8 +34,8 @@ def _named_later(steps: list[Command]) -> list[Command]:
     if len(steps) < 2 or len(steps[0].objects) != 1 or not steps[1].objects:
         return steps
     they, named = steps[0].objects[0], steps[1].objects
-    several = len(named) > 1 or (len(named) == 1 and named[0].plural)
-    if they.determiner != "it" or not they.plural or not several or named[0].determiner == "it":
+    several = len(named) > 1 or any(ref.plural for ref in named)
+    if they.determiner != "it" or not they.plural or not several or any(ref.determiner == "it" for ref in named):
         return steps
     return [replace(steps[0], objects=named), replace(steps[1], objects=(they,)), *steps[2:]]
 
