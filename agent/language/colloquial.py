@@ -15,6 +15,7 @@ PARTS = {
     "slip": "(silly me|god no|good god no|what am i saying|careless me|daft me|silly of me|careless of me|stupid of me|my mistake|my bad|my fault|my error|slip of the tongue)",
 }
 FILLERS = {
+    "(,|.|;) {place} (i mean|i meant|rather) <end>": ", no , {place}",
     "(everything|anything) else (can|could|may|should|must) (go|be put|be placed)": "everything else goes",
     "(,|and) [be] careful (with it|with that|now|there) (,|.|and)": ",",
     "(,|.|!) (just|only!) (kidding|joking) (,|.|!) {place} <end>": ", no , {place}",
@@ -125,8 +126,8 @@ CLAUSES = {
     "(,|.|;|!) [actually|no|wait|oh|hmm] [,] (scratch|strike|forget|ignore) (that|it) (:|,|.) {thing} <end>": ", no , {thing}",
     "(,|.|;|!) [actually|no|wait|oh|hmm] [,] (scratch|strike|forget|ignore) (that|it) (:|,|.) {place} <end>": ", no , {place}",
     "<verb> (build|make|create|construct|set up) {_A} [two!|three!] [block|cube|brick|high|storey|level] (tower|stack|pile) (with|where|:|of) [the] {one} on [top of] {one2} <end>": "stack {one} on {one2}",
-    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] [then] {one3} (on|at the) top <end>": "put {one2} on {one} , then put {one3} on {one2}",
-    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] then {one3} <end>": "put {one2} on {one} , then put {one3} on {one2}",
+    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] [then] {one3} (on|at the) top <end>": "stack {one} , {one2} and {one3}",
+    "<verb> (build|make|create|construct) {_A} [three!] [block|cube|brick] (tower|stack|pile) [of (three!|the|all) {_NOUN}] (,|:|with|;) {one} (at|on) the bottom [,] [and] then {one2} [,] [and] then {one3} <end>": "stack {one} , {one2} and {one3}",
     "<verb> (pour|tip|empty|dump) (everything|all|all of it|what is left|whatever is) [that is] (from|out of|in|inside) {one} {into:into|in|onto|over} {one2}": "pour {one} {into} {one2}",
     "<verb> (slide|scoot|shift|shove|nudge) {thing} [over|up|along] {next:next to|beside|alongside|close to|near} {one} <end>": "put {thing} {next} {one}",
     "put two {NOUN} {place} (and|,) [the other] {n:one|two|three|four} {place2} <end>": "put two {NOUN} {place} and {n} other {NOUN} {place2}",
