@@ -43,14 +43,14 @@ class Amendments(Commands, ABC):
         ):
             return []
         found: Found[tuple[Part, ...]] = []
-        there = last.place if isinstance(last.place, Relation) and last.place.refs else None
-        for j, side in self.tag(k, "OPPOSITE") if there and there.kind in _SIDES else []:
+        side_of = last.place if isinstance(last.place, Relation) and last.place.refs else None
+        for j, side in self.tag(k, "OPPOSITE") if side_of and side_of.kind in _SIDES else []:
             # "to the left of the can, no, to the right": of the can.
-            better_place = replace(there, kind=side) if there else None
-            better = (*part[:-1], replace(last, place=better_place, bare=last.bare - 0.6))
+            opposite = replace(side_of, kind=side) if side_of else None
+            set_right = (*part[:-1], replace(last, place=opposite, bare=last.bare - 0.6))
             if self._skip(j) >= len(self.tokens):
-                return [(len(self.tokens), better)]
-            found += [(end, (*better, *rest)) for m in self._joints(j) for end, rest in self._parts(m) if rest]
+                return [(len(self.tokens), set_right)]
+            found += [(end, (*set_right, *rest)) for m in self._joints(j) for end, rest in self._parts(m) if rest]
         narrowed = [
             (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
             for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
