@@ -45,11 +45,13 @@ class Tracker:
     Attributes:
         tracks: By id.
         lost: What was clearly seen once, is not where it was, and has not turned up elsewhere; by id.
+        strangers: Ids of what nobody has described, each with the ids of all that was seen beside it.
     """
 
     declared: Sequence[Declared] = ()
     tracks: dict[str, Track] = field(default_factory=dict)
     lost: dict[str, Track] = field(default_factory=dict)
+    strangers: dict[str, set[str]] = field(default_factory=dict)
 
     def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
         """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
@@ -128,7 +130,27 @@ class Tracker:
             )
             name = turned_up[0][0].id if turned_up else invented(colour_name((r, g, b)), thing.kind, self.tracks)
             self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+            if not turned_up:
+                self.strangers[name] = set()
+        self._recognize_strangers(held)
         self.lost = {name: track for name, track in self.lost.items() if name not in self.tracks and track.tangents > 0}
+
+    def _recognize_strangers(self, held: str | None) -> None:
+        """Give a stranger the name of a lost thing that it comes to look like, and that was never seen beside it."""
+        seen = {track.id for track in self.tracks.values() if not track.hidden and track.id != held}
+        self.strangers = {name: beside | seen for name, beside in self.strangers.items() if name in self.tracks}
+        clear = [
+            self.tracks[name]
+            for name in sorted(self.strangers)
+            if name != held and name in seen and self.tracks[name].tangents > 0
+        ]
+        for known in [track for track in self.lost.values() if track.id not in self.tracks]:
+            apart = [track for track in clear if known.id not in self.strangers.get(track.id, ())]
+            for _, thing in _assign([known], [track.thing for track in apart], near=False):
+                stranger = next(track for track in apart if track.thing is thing)
+                del self.strangers[stranger.id]
+                clear.remove(stranger)
+                self.rename(stranger.id, known.id)
 
     def _is_strange(self, thing: Thing, hand: Array) -> bool:
         """Tell whether a new thing is one of its own: no piece of another, and none between the fingers."""

@@ -11,7 +11,10 @@ from robosandbox.perception.fit import fit
 from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.recognize import Thing, described
+from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.track import Track, renew
+from robosandbox.perception.tracks import Tracker
+from robosandbox.perception.view import Table
 from robosandbox.tasks.session import open_session
 
 TABLE = 0.04
@@ -119,3 +122,14 @@ def test_a_cube_that_the_hand_hid_is_known_again_where_it_was_pushed():
     assert before is not None and after is not None
     assert np.linalg.norm(after.pose.position - true) < 0.004
     assert np.abs(np.subtract(after.size, before.size)).max() < 0.002
+
+
+@pytest.mark.parametrize("beside", [False, True])
+def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
+    tracker = Tracker()
+    thing = look_at_bin((0.1, 0.3), BIN)
+    tracker.lost["red_bin"] = Track("red_bin", thing)
+    tracker.tracks["red_bin_2"] = Track("red_bin_2", look_at_bin((0.2, 0.1), BIN))
+    tracker.strangers["red_bin_2"] = {"red_bin"} if beside else set()
+    tracker.update([look_at_bin((0.2, 0.1), BIN)], Scenery(looks={}, table=Table(TABLE)), None, np.ones(3))
+    assert [*tracker.tracks] == (["red_bin_2"] if beside else ["red_bin"])
