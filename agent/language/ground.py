@@ -295,7 +295,7 @@ class Grounder(Vicinity):
             near = suggestions(" ".join(ref.unknown), self.world.objects)
             raise RefusedError(
                 RefusalCode.OBJECT_NOT_FOUND,
-                f"I see nothing called “{ref.text}”; I see {listed(list(self.world.objects))}.",
+                f"I see nothing called “{ref.text.replace('namelyonly', 'only')}”; I see {listed(list(self.world.objects))}.",
                 near or tuple(self.world.objects),
             )
         raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what {quoted} means in “{ref.text}”.", ref.unknown)

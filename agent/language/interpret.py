@@ -35,6 +35,8 @@ _ON_THE_WAY = word_set(
     when over swap exchange trade switch . ; :
     """
 )
+# What `typography` writes for words that must not pass for others.
+_SAID_AS = {"namelyonly": "only", "backagain": "back again"}
 _PERHAPS_MISREAD = frozenset(
     {RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS, RefusalCode.UNSUPPORTED, RefusalCode.IMPOSSIBLE}
 )
@@ -260,7 +262,7 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
                 candidates=tuple(skills),
             )
     strange = [
-        token.raw for i, token in enumerate(tokens)
+        _SAID_AS.get(token.text, token.raw) for i, token in enumerate(tokens)
         if token.kind == "word" and not LEXICON.at(tokens, i) and not {token.text, token.text.removesuffix("s")} & known.parts and not _inside_phrase(tokens, i)
     ]  # fmt: skip
     if strange:
