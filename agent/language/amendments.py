@@ -5,10 +5,10 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.clauses import IT, Elements
+from robosandbox.agent.language.clauses import Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.phrases import means, of_its_kind, single
 from robosandbox.agent.language.readings import Part, part_of
 from robosandbox.agent.language.strain import parties
@@ -43,10 +43,8 @@ class Amendments(Commands, ABC):
         ):
             return []
         found: Found[tuple[Part, ...]] = []
-        side_of = last.place if isinstance(last.place, Relation) and last.place.refs else None
-        for j, side in self.tag(k, "OPPOSITE") if side_of and side_of.kind in _SIDES else []:
+        for j, opposite in self._other_side(last, k):
             # "to the left of the can, no, to the right": of the can.
-            opposite = replace(side_of, kind=side) if side_of else None
             set_right = (*part[:-1], replace(last, place=opposite, bare=last.bare - 0.6))
             if self._skip(j) >= len(self.tokens):
                 return [(len(self.tokens), set_right)]
@@ -150,12 +148,9 @@ class Amendments(Commands, ABC):
                 for j, refs in (self.np_list(k) if open_ else ())
                 if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
             ]
-        side_of = last.place if isinstance(last.place, Relation) and last.place.refs else None
-        side_of = side_of if side_of and side_of.kind in _SIDES else None
-        for j, ref in self.np(k) if side_of else []:
+        for j, ref in self.np(k):
             # "the red cube left of the bowl and the blue one to the right": of the bowl.
-            for end, side in self.tag(j, "OPPOSITE") if not ref.ranks else []:
-                place = replace(side_of, kind=side) if side_of else None
+            for end, place in self._other_side(last, j) if not ref.ranks else []:
                 again = replace(last, objects=(ref,), place=place, bare=0.3)
                 if self._skip(end) >= n:
                     found.append((n, (*part, again)))
@@ -219,6 +214,13 @@ class Amendments(Commands, ABC):
                     found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
                     found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
         return found
+
+    def _other_side(self, last: Command, k: int) -> Found[Relation]:
+        """Return the places that "to the right" and the like at `k` mean, after one at another side of something."""
+        beside = last.place
+        if not isinstance(beside, Relation) or not beside.refs or beside.kind not in _SIDES:
+            return []
+        return [(j, replace(beside, kind=side)) for j, side in self.tag(k, "OPPOSITE")]
 
     def _joints(self, j: int) -> list[int]:
         """Return where the next part can start after one that ended at `j`."""

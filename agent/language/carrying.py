@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from robosandbox.agent.language.clauses import IT, Axis
+from robosandbox.agent.language.clauses import Axis
 from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
 from robosandbox.agent.language.intent import (
+    IT,
     Command,
     Matching,
     Offset,

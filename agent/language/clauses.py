@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.intent import At, Command, Element, Original, Ref, Region, Relation, Spot, Table
+from robosandbox.agent.language.intent import IT, At, Command, Element, Original, Ref, Region, Relation, Spot, Table
 from robosandbox.agent.language.phrases import Phrasing
 from robosandbox.agent.language.wordlist import word_set
 
@@ -35,7 +35,6 @@ _AT_PRESENT = frozenset(
 )
 _TO = frozenset({"to", "towards", "toward", "the"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
-IT = Ref(text="it", determiner="it")
 
 
 class Clauses(Phrasing):

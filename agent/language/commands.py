@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.clauses import IT, Element
+from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS, WordOrder

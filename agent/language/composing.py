@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
-from robosandbox.agent.language.intent import Command, Matching, Place, Ref, Relation, Table, replace
+from robosandbox.agent.language.intent import IT, Command, Matching, Place, Ref, Relation, Table, replace
 
 
 def stack(frame: Frame) -> list[Command]:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.intent import At, Command, Place, Ref, Region, Relation, Table, Verb, replace
+from robosandbox.agent.language.intent import IT, At, Command, Place, Ref, Region, Relation, Table, Verb, replace
 
 
 def placed(verb: Verb, objects: tuple[Ref, ...], places: Sequence[Place]) -> list[Command]:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from robosandbox.agent.language.carrying import aside, go, move, pick, pull, push, put, release, relocate, throw
-from robosandbox.agent.language.clauses import IT, Element
+from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.composing import build, discard, line_up, load, sort, stack, swap, tidy, unstack
 from robosandbox.agent.language.frame import ATTACHED, Frame, chosen_by, excepted, in_sequence, joined
-from robosandbox.agent.language.intent import Command, Relation, Verb
+from robosandbox.agent.language.intent import IT, Command, Relation, Verb
 
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from robosandbox.agent.language.amendments import Amendments, without
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
-from robosandbox.agent.language.clauses import IT
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS

@@ -183,6 +183,9 @@ class Ref(NamedTuple):
     instead: tuple[Ref, ...] = ()
 
 
+IT = Ref(text="it", determiner="it")
+
+
 class Command(NamedTuple):
     """One thing to do.
 

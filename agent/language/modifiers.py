@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found
-from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
+from robosandbox.agent.language.intent import IT, Rank, Ref, Relation, replace
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
@@ -20,7 +20,6 @@ STATES = {
 }
 _DENIED = {"empty": Relation("full"), "full": Relation("empty"), "filled": Relation("empty")}
 _COLOUR_WORDS = frozenset({"colour", "color"})
-_IT = Ref(text="it", determiner="it")
 _COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
 _SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
 _ALL_OF_THEM = tuple(
@@ -107,7 +106,7 @@ class Modifiers(Positions):
                 continue
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
         found += [
-            (j, replace(ref, relations=(*ref.relations, Relation(side, (_IT,))))) for j, side in self.tag(i, "ITS_SIDE")
+            (j, replace(ref, relations=(*ref.relations, Relation(side, (IT,))))) for j, side in self.tag(i, "ITS_SIDE")
         ]
         for k in self.optional(start, "IS"):
             if k == start and start > i:

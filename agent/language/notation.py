@@ -53,8 +53,6 @@ _NOT_APPLICABLE = re.compile(
     re.IGNORECASE,
 )
 _TIMES = re.compile(r"(?<=\s)[x×*] ?([2-9])(?=\s*(?:[.,;!?)]|$))|(?<=[\s(])([2-9]) ?[x×](?=\s*(?:[.,;!?)]|$))")
-
-
 _OF_SKILLS = {
     ("pick", "object"): "pick up {object}",
     ("tap", "object"): "tap {object}",

@@ -74,7 +74,7 @@ class Orders(ABC):
         order = sorted(score, key=lambda name: score[name])
         if not order:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
-        if rank.nth == 0 and f" {ref.text}".find(" next ") >= 0:
+        if rank.nth == 0 and " next " in f" {ref.text}":
             # "the biggest, then the next biggest"
             spoken = self.discourse.spoken_of()
             return self._ranked([name for name in names if name not in spoken], rank._replace(nth=1), ref)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from robosandbox.agent.language.clauses import IT
-from robosandbox.agent.language.intent import Command, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
 
 Part = Command | tuple[Ref, ...] | str
 
