@@ -29,6 +29,7 @@ _CLEARLY = 0.9
 _ANOTHER_SIZE = 0.3
 _SURELY_ANOTHER_SIZE = 0.15
 _FAR_BETTER = 1.5
+_GLIMPSE = 0.5
 
 
 @dataclass(slots=True, eq=False)
@@ -103,6 +104,10 @@ def renew(track: Track, thing: Thing) -> None:
             # Things do not grow or shrink; with no better a view this is a wrong one.
             track.confidence *= FADING
             return
+        if _is_glimpse(track, thing):
+            # A corner of it that shows among others tells that it is there, and less well than was known where.
+            track.confidence *= FADING
+            return
         found = aligned(thing.fit, old.fit)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
@@ -149,6 +154,14 @@ def _changed(track: Track, thing: Thing) -> bool:
         # It was known by walls all around; what is seen less well may tell where it is, not how large.
         return not _same_size(old, thing.fit)
     return old.confidence > SURELY and ratio > _ANOTHER_SIZE
+
+
+def _is_glimpse(track: Track, thing: Thing) -> bool:
+    """Tell whether a look shows a thing where it is known to be, but far less surely."""
+    off = float(np.linalg.norm(track.thing.fit.centre - thing.fit.centre))
+    return thing.confidence < _GLIMPSE * track.confidence and off < 0.5 * float(
+        extents(track.thing.kind, track.thing.size).min()
+    )
 
 
 def _is_seen_no_better(track: Track, thing: Thing) -> bool:

@@ -12,7 +12,15 @@ from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.perception.relations import Relation, bottom, bounds, gap
 from robosandbox.skills.carrying import carried_along, transfer
-from robosandbox.skills.manipulator import CARRY_SPEED, FINE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
+from robosandbox.skills.manipulator import (
+    CARRY_SPEED,
+    FINE_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    Manipulator,
+    most_telling,
+    raised,
+)
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 
 _DROP = 0.0015
@@ -87,6 +95,8 @@ def place(
     arm.follow(way.descent, Phase.LOWER, yielding=True)
     _release(arm, held.id, way.opening)
     after = arm.settle(held.id)
+    if after.find(held.id) is None:
+        after = _from_aside(arm, held.id)
     placed = arm.find(held.id, after)
     relation = check(placed, after)
     if after.held == held.id or not relation.holds:
@@ -251,6 +261,18 @@ def _release(arm: Manipulator, object_id: str, opening: float) -> None:
         # The fingers opened against a neighbour; straight up is still the way that disturbs it least.
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
         arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=FINE_SPEED)
+
+
+def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
+    """Take the arm out of the cameras' way and look again; where it finds no way it looks from where it is."""
+    scene = arm.look()
+    arm.use(scene)
+    try:
+        away = arm.motion.plan_joints(arm.q, arm.sim.robot.home_q, speed=FREE_SPEED)
+    except CollisionError:
+        return scene
+    arm.follow(away, Phase.RETREAT)
+    return arm.settle(object_id)
 
 
 def table_spots(arm: Manipulator, held: DetectedObject, points: Iterable[Array]) -> tuple[list[Spot], tuple[str, ...]]:

@@ -11,6 +11,7 @@ from robosandbox.errors import (
     CollisionError,
     GraspError,
     NotHoldingError,
+    ObjectNotFoundError,
     PlacementError,
     PushError,
     Repair,
@@ -185,8 +186,20 @@ def test_object_that_vanished_is_named() -> None:
     assert isinstance(answer, Refusal) and answer.code == "object_not_found" and "bin_a" in answer.message
 
 
+def test_what_was_let_go_of_and_lost_from_sight_is_not_placed_with_an_empty_hand() -> None:
+    prompt, lost = "put the green block in the bin and go home", ObjectNotFoundError("no object 'green' is seen")
+    hidden = replace(SCENE, objects=tuple(item for item in SCENE.objects if item.id != "green"))
+    refusal = Talk(prompt).fail(lost, step=1, scene=hidden)
+    assert isinstance(refusal, Refusal) and refusal.code == "object_not_found"
+    dropped = block("green", 0.1, -0.3, "green")
+    arrived = replace(SCENE, objects=(*hidden.objects, replace(dropped, pose=Pose(xyz=(0.1, -0.3, 0.065)))))
+    assert Talk(prompt).fail(lost, step=1, scene=arrived) == ["home()"]
+    assert Talk(prompt).fail(lost, step=1) == ["pick(object=green)", "place_in(container=bin_a)", "home()"]
+
+
 def test_every_failure_ends_within_ten_replans() -> None:
     errors = [
+        ObjectNotFoundError("x"),
         UnreachableError("x"),
         grasp(),
         CollisionError("x"),

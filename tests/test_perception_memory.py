@@ -96,6 +96,23 @@ def test_a_look_that_is_as_clear_tells_a_bin_s_size_anew():
     assert np.allclose(track.thing.fit.sizes, BIN, atol=0.003)
 
 
+def test_a_corner_of_it_is_no_reason_to_doubt_what_was_clearly_seen():
+    block = np.array([0.02, 0.02, 0.02])
+    track = Track("block", replace(look_at_bin((0.1, 0.3), block), kind="box", size=tuple(block)))
+    glimpse = look_at_bin((0.106, 0.3), block, cameras=CAMERAS[:1], tangents=6, confidence=0.05)
+    renew(track, replace(glimpse, kind="box", size=tuple(block)))
+    assert track.confidence > 0.9
+    assert np.allclose(track.thing.fit.centre[:2], (0.1, 0.3), atol=0.001)
+
+
+def test_a_poor_look_elsewhere_is_reason_to_doubt():
+    block = np.array([0.02, 0.02, 0.02])
+    track = Track("block", replace(look_at_bin((0.1, 0.3), block), kind="box", size=tuple(block)))
+    glimpse = look_at_bin((0.13, 0.3), block, cameras=CAMERAS[:1], tangents=6, confidence=0.05)
+    renew(track, replace(glimpse, kind="box", size=tuple(block)))
+    assert track.confidence < 0.6
+
+
 @pytest.mark.gl
 def test_what_was_let_go_of_is_looked_for_below():
     with open_session("pick_can", perception="rgbd", sensor="realsense") as session:

@@ -106,7 +106,7 @@ class _Reaction:
             case ErrorCode.PUSH:
                 return self._push_on() or self._stop()
             case ErrorCode.OBJECT_NOT_FOUND:
-                return self._retry(1) or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
+                return self._lost_sight() or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
             case ErrorCode.AMBIGUOUS_OBJECT:
                 return self._stop(code=RefusalCode.AMBIGUOUS)
             case ErrorCode.CONNECTION_LOST:
@@ -191,6 +191,13 @@ class _Reaction:
 
     def _retry(self, times: int = RETRIES) -> Draft | None:
         return self._draft(self.failed, *self.after) if self.again < times else None
+
+    def _lost_sight(self) -> Draft | Refusal | None:
+        """Try again; what was let go of already is looked for where it was to go, and fetched if it is elsewhere."""
+        if self.failed.call.skill not in PLACES or self.scene.held:
+            return self._retry(1)
+        name = self._carried()
+        return self._resume() if name and self.scene.find(name) and not self.again else None
 
     def _grasp(self) -> Draft | Refusal:
         evidence = self.error.evidence
