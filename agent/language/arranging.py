@@ -72,8 +72,12 @@ class Arranging(Placing):
                 again,
             )
         if several:
+            done = any(name in self.put_down for name in names)
             names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
             names = tuple(sorted(names, key=self.world.level, reverse=True))
+            if not names and done:
+                # "clear the table, everything goes in the bin"
+                return
             if not names:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, "They are there already; there is nothing to do.", targets)
         if len(names) > 1 and isinstance(place, At):

@@ -392,8 +392,13 @@ class Clauses(Phrasing):
                 found += [(end, phrase) for end, (_, phrase, _) in self.tag(m, "NOUN")]
         for k, (noun, phrase, _) in self.tag(j, "NOUN"):
             if noun in ("bin", "bowl", "box"):
-                found += [(end, phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
+                found += [(self._as_it(end), phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
         return found
+
+    def _as_it(self, i: int) -> int:
+        """As in "of the same colour as it"."""
+        itself = self.text(i) == "as" and self.text(i + 1) in ("it", "them", "itself", "themselves", "that")
+        return i + 2 if itself else i
 
 
 def _go_together(elements: Elements) -> bool:

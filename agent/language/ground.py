@@ -151,8 +151,9 @@ class Grounder(Vicinity):
         """Return the ids that a description fits, the first choice first."""
         world = self.world
         moved = {name for name, xy in world.start_at.items() if world.at[name] != xy} | world.put_in | {world.held}
-        if any(rank.key in _SIDEWAYS and rank.nth not in (0, 1) for rank in ref.ranks) and (moved - {None} or barred):
-            # "the leftmost on the second from the left": counted as they stood when that was said.
+        counted = any(rank.key == "middle" or (rank.key in _SIDEWAYS and rank.nth not in (0, 1)) for rank in ref.ranks)
+        if counted and (moved - {None} or barred):
+            # "the leftmost on the second from the left", "on the middle one": counted as they stood when that was said.
             now, world.at, put_in, world.put_in = world.at, world.start_at, world.put_in, set()
             try:
                 return self._fitting(ref, lambda name: fits is None or name in moved | barred or fits(name), set())
@@ -328,6 +329,11 @@ class Grounder(Vicinity):
             found = [name for name in names if name == world.held]
         elif kind == "than":
             found = self._exceeding(names, relation)
+        elif kind in ("alike", "unlike"):
+            (anchor,) = self.one(relation.refs[0], lambda name: True).ids
+            colour = match.colour_of(world.objects[anchor])
+            others = [name for name in names if name != anchor]
+            found = [n for n in others if (match.colour_of(world.objects[n]) == colour) == (kind == "alike")]
         elif kind in ("holds", "lacks"):
             inner = set(self._loosely(relation.refs[0], list(world.objects)))
             found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
@@ -350,6 +356,10 @@ class Grounder(Vicinity):
                 # "off the tower" is its top itself.
                 return [name for name in names if name in anchors] or anchors
             found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]
+        elif kind == "between" and len(relation.refs) == 1 and relation.refs[0].other:
+            # "the cube between the other two": of three.
+            thirds = [(name, [other for other in names if other != name]) for name in names] if len(names) == 3 else []
+            found = [name for name, ends in thirds if self._between([name], ends)]
         elif kind == "between":
             ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]
             found = self._between(names, ends)

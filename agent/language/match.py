@@ -109,7 +109,8 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     if noun in things.POTS and kind in VESSELS and _head(parts) in things.POTTED:
         return LOOSE
     if kind in THING_KINDS.get(noun_class, ()) and not (own - set(SHAPE_KINDS)):
-        return SHAPE
+        # A battery may pass for a can, but is none of "the cans".
+        return LOOSE if _head(parts) in things.ABSENT_NOUNS else SHAPE
     return 0
 
 

@@ -20,6 +20,22 @@ STATES = {
 }
 _DENIED = {"empty": Relation("full"), "full": Relation("empty"), "filled": Relation("empty")}
 _COLOUR_WORDS = frozenset({"colour", "color"})
+_HAVING = frozenset({"has", "have", "is", "are", "with", "of", "in", "having", "shares"})
+_MATCHES = frozenset({"matches", "match"})
+_MATCHING = frozenset({"matching"})
+_ALIKE: dict[tuple[str, ...], str] = {
+    (*words.split(), colour, preposition): kind
+    for colour in ("colour", "color")
+    for kind, words, prepositions in (
+        ("alike", "the same", ("as",)),
+        ("alike", "same", ("as",)),
+        ("unlike", "a different", ("from", "than", "to")),
+        ("unlike", "another", ("from", "than")),
+        ("unlike", "not the same", ("as",)),
+    )
+    for preposition in prepositions
+}
+_ALIKE_BEGINS = frozenset(words[0] for words in _ALIKE)
 _COMPARED = frozenset({"big", "small", "tall", "short", "wide", "narrow", "near", "far"})
 _SIZES = frozenset({"big", "small", "tall", "short", "wide", "narrow"})
 _ALL_OF_THEM = tuple(
@@ -56,6 +72,7 @@ class Modifiers(Positions):
             return found
         start = i + 1 if self.text(i) == "," else i
         found += self._filled_with(i, ref)
+        found += self._alike(i, ref)
         for j, _ in self.tag(i, "OF_THEM"):
             found.append((j, ref))
         for j, _ in self.tag(i, "HELD"):
@@ -205,6 +222,13 @@ class Modifiers(Positions):
             found.append((j, less))
             if self.text(j) in ("nor", "or"):
                 found += self._neither(j + 1, less)
+            elif self.text(j) == ",":
+                # "that is not a cube, a can or a ball"
+                found += [
+                    (k, fewer)
+                    for k, fewer in self._neither(j + 1, less)
+                    if len(fewer.without) > len(less.without) + 1 or self.text(j + 1) in ("nor", "or")
+                ]
         return found
 
     def _filled_with(self, i: int, ref: Ref) -> Found[Ref]:
@@ -228,6 +252,23 @@ class Modifiers(Positions):
         return [(j + n, full) for j, full in found for said, n in ends.items() if self.said(j, j + n) == said] + (
             found if plain else []
         )
+
+    def _alike(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "the bin that has the same colour as the ball", "the block that matches the left bowl"."""
+        that = self.text(i) in ("that", "which")
+        k = i + that + (self.text(i + that) in _HAVING)
+        starts = [(k + 1, "alike")] if k == i + that and self.text(k) in (_MATCHES if that else _MATCHING) else []
+        for words, kind in _ALIKE.items() if self.text(k) in _ALIKE_BEGINS else ():
+            if tuple(map(self.text, range(k, k + len(words)))) == words:
+                starts.append((k + len(words), kind))
+        found: Found[Ref] = []
+        for start, kind in starts:
+            for j, other in self.np(start):
+                if other.unknown or other.plural or other.determiner in ("a", "all") or self.text(j) in _COLOUR_WORDS:
+                    continue
+                alike = replace(ref, relations=(*ref.relations, Relation(kind, (other,))))
+                found += [(j + (self.text(j) in ("has", "is")), alike)]
+        return found
 
     def _compared(self, i: int, key: str, ref: Ref) -> Found[Ref]:
         """As in "taller than the can", "bigger than the others"."""

@@ -85,7 +85,7 @@ class Nouns(Modifiers):
             if base.determiner in ("the", "all"):
                 ref = replace(base, determiner="all", plural=True, other=True)
                 # "the others" are of the same kind; the rest is everything.
-                found.append((j, replace(ref, one=self.text(i) in ("others", "other"))))
+                found.append((j, replace(ref, one=self.text(i) in ("others", "other") or self.text(j - 1) == "ones")))
                 if self.text(j) == "of":
                     for k in self.optional(j + 1, "THE"):
                         found += self._noun(k, ref)
@@ -93,6 +93,9 @@ class Nouns(Modifiers):
             found += self._noun(j, ref)
             # "the left" alone is a place, not a thing.
             ranked = any(rank.key not in PLACE_RANKS or rank.nth != 1 for rank in ref.ranks)
+            # "the leftmost" alone is a thing, but in "the closest bin" closest is none.
+            outmost = any(text in _OUTMOST or text.endswith("most") for text in self.texts[i:j])
+            ranked = ranked or (outmost and not self.tag(j, "NOUN"))
             part = self.text(j) == "of" and any(rank.key in ("near", "far") for rank in ref.ranks)
             bare = ranked or part or ref.colours or ref.not_colours or ref.unknown
             pointed = base.other or base.determiner == "all" or (base.number and base.determiner != "bare")
@@ -231,8 +234,12 @@ class Nouns(Modifiers):
                     found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
                     continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
-            if self.text(j) in _PACKED and self.text(j) not in self.words.parts:
-                # "the jam jar", where the jam is called just that.
+            if (
+                self.text(j) in _PACKED
+                and self.text(j) not in self.words.parts
+                and self.text(j - 1) in self.words.parts
+            ):
+                # "the jam jar", where the jam is called just that; "the scoops stand" tells how they are.
                 found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
         if not ref.colours:
             # "the block green", as some say it
@@ -312,6 +319,7 @@ _NOT_NAMES = word_set(
 )
 _EXACTLY = frozenset({"exactly", "precisely", "only", "just"})
 _COLOURLESS = ("black", "white", "grey")
+_OUTMOST = frozenset({"nearest", "closest", "farthest", "furthest"})
 _LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
 _AFTER_A_NAME = word_set("on in into onto to next and or beside behind from off under above , . ; ? !") | {""}
 _THINGS = word_set("thing thingy object item toy")

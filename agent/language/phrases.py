@@ -20,6 +20,12 @@ class Phrasing(Choices):
         return ([-1, -1, *(k for k in range(self.count) if "COLOUR" in self.tags[k])])[-2]
 
     @cached_property
+    def second_last_place(self) -> int:
+        """From where on fewer than two places in an order are said; -1 where there are not two."""
+        placed = (k for k in range(self.count) if not self.tags[k].keys().isdisjoint(("POS", "SUPER")))
+        return ([-1, -1, *placed])[-2]
+
+    @cached_property
     def second_last_suffix(self) -> int:
         """From where on fewer than two letters or numbers of ids are said; -1 where there are not two."""
         return ([-1, -1, *(k for k in range(self.count) if self._suffix(k))])[-2]
@@ -172,6 +178,9 @@ class Phrasing(Choices):
         if i >= self.count:
             return found
         found += self._shared_noun(i)
+        paired = self._shared_places(i)
+        found += paired
+        pairs = {end for end, _ in paired}
         found += self._numbered(i)
         if self.text(i) == "not" and self.text(i + 1) in ("only", "just", "merely", "simply"):
             # "not only the can but the ball as well"
@@ -197,6 +206,9 @@ class Phrasing(Choices):
                 again = self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
                     lead = others[0]
+                    if end in pairs and first.one and not first.nouns:
+                        # "the leftmost and rightmost cubes": no thing of any kind and cubes.
+                        continue
                     if any(o.options for o in others) and self.text(k - 1) not in ("and", "plus", "then", "with"):
                         found += [(end, refs) for refs in self._any_of(first, others, self.said(i, end))]
                         continue
@@ -306,6 +318,31 @@ class Phrasing(Choices):
         if self.text(k) in ("then", "also", "finally", "afterwards") and (k > j or self.text(k) == "then"):
             k += 1
         return k if k > j else 0
+
+    def _shared_places(self, i: int) -> Found[tuple[Ref, ...]]:
+        """As in "the left and right bins", "the leftmost and the rightmost cube": places in an order that share one noun."""
+        found: Found[tuple[Ref, ...]] = []
+        if i > self.second_last_place:
+            return found
+        for j, base in self._determiners(i):
+            for k, key in self._placed(j) if base.determiner in ("the", "bare") and not base.other else ():
+                joint = self._joint(k)
+                for start in self.optional(joint, "THE") if joint else ():
+                    for m, other in self._placed(start):
+                        for end, ref in self._noun(m, base) if other != key else ():
+                            if ref.unknown or ref.one or base.number not in (None, 2):
+                                continue
+                            each = replace(ref, determiner="the", number=None, plural=False)
+                            both = tuple(
+                                replace(each, ranks=(Rank(rank),), text=f"{said} {self.said(m, end)}")
+                                for rank, said in ((key, self.said(j, k)), (other, self.said(start, m)))
+                            )
+                            found.append((end, both))
+        return found
+
+    def _placed(self, i: int) -> Found[str]:
+        """As in "left", "topmost": a place in an order."""
+        return [*self.tag(i, "POS"), *self.tag(i, "SUPER")]
 
     def _shared_noun(self, i: int) -> Found[tuple[Ref, ...]]:
         """As in "the red and blue cubes": colours that share one noun."""

@@ -285,7 +285,7 @@ class Placing(Hands):
         # Something long may fit where a disk around it would not.
         if not free and target not in world.parent:
             free = self._sides_free(name, target, sides, min(world.extents(name)[:2]) - 0.01)
-        if not free and target in world.parent:
+        if target in world.parent and world.parent[target][1] in world.objects:
             # "the butter on the plate and the spoon beside it": beside the plate, then.
             return self._put_beside(name, world.parent[target][1], sides)
         if not free:

@@ -47,10 +47,23 @@ class Positions(Chart, ABC):
                         # "everything in the bin but not the can": it is not the bin that the can is set against.
                         continue
                     elif single:
+                        if kind in _OPPOSITE and not directional:
+                            found += self._between_sides(k, kind, refs[0])
                         below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
                         out = Relation("under", refs, order="from")
                         found.append((k, out if below else Relation(kind, refs, None, directional)))
         return found
+
+    def _between_sides(self, i: int, side: str, first: Ref) -> Found[Relation]:
+        """As in "to the left of the can and to the right of the box": between the two."""
+        joint = i + (self.text(i) == ",")
+        return [
+            (k, Relation("between", (first, *refs)))
+            for j, kind in (self.tag(joint + 1, "REL") if self.text(joint) in ("and", "but") else ())
+            if kind == _OPPOSITE[side]
+            for k, refs in self.np_list(j)
+            if len(refs) == 1 and not refs[0].plural
+        ]
 
     @rule
     def region(self, i: int) -> Found[Region]:
@@ -109,6 +122,7 @@ def _set_against_others(ref: Ref) -> bool:
     return which and (told_apart or " but not " in ref.text)
 
 
+_OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 _PLACING = frozenset({"REL", "TO", "SOURCE"})
 _BELOW = frozenset({"under", "underneath", "beneath", "below"})
 _REGION_PREPOSITIONS = word_set("in on at to into onto near by towards toward over")

@@ -9,13 +9,20 @@ from typing import Any, Literal
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.clauses import Element, Elements
 from robosandbox.agent.language.frames import frame_command
-from robosandbox.agent.language.intent import Command, Relation, Verb, replace
+from robosandbox.agent.language.intent import Command, Ref, Relation, Verb, replace
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import Wishes, spoken
 
 _YOU_MUST = frozenset(f"you {must}" for must in ("must", "should", "can", "could", "have", "need", "may", "will"))
 ORDERS: tuple[tuple[str, Literal["up", "down"]], ...] = (("UP_ORDER", "up"), ("DOWN_ORDER", "down"))
+_ASKING = BASE_FORMS - {"stand", "rest"}
+"""Verbs that ask for something after their object as well: "the cubes stand in a row" tells how they are."""
 _STATES: dict[str, Verb] = {"open": "open", "opened": "open", "closed": "close", "shut": "close"}
+
+
+def _of_some(ref: Ref) -> bool:
+    """Say whether a thing is told by its place in an order alone: "the closer one"."""
+    return bool(ref.one and ref.ranks) and not (ref.nouns or ref.names or ref.plural or ref.colours)
 
 
 class WordOrder(Wishes, ABC):
@@ -37,6 +44,11 @@ class WordOrder(Wishes, ABC):
             start = self._skip(j)
             commands = (*self._verb_first(start), *self._wish(start)) if whole.plural and not whole.ranks else ()
             for k, command in commands:
+                into = command.place
+                if isinstance(into, Relation) and len(into.refs) == 1 and _of_some(into.refs[0]):
+                    # "of the two bins, put the can in the closer one"
+                    which = replace(into.refs[0], nouns=whole.nouns, names=whole.names, one=False)
+                    found.append((k, replace(command, place=replace(into, refs=(which,)))))
                 if command.objects and all(ref.one and not ref.nouns for ref in command.objects):
                     parts = tuple(
                         replace(
@@ -50,6 +62,16 @@ class WordOrder(Wishes, ABC):
                         for ref in command.objects
                     )
                     found.append((k, replace(command, objects=parts)))
+        for j, refs in self.np_list(i + 2 if self.text(i + 1) == "of" else i + 1):
+            # "of the can and the cube, take the one that is further left"
+            single = len(refs) > 1 and not any(
+                ref.plural or ref.unknown or ref.determiner in ("a", "all") for ref in refs
+            )
+            start = self._skip(j)
+            for k, command in (*self._verb_first(start), *self._wish(start)) if single and start > j else ():
+                if len(command.objects) == 1 and _of_some(command.objects[0]):
+                    which = replace(command.objects[0], options=refs, one=False)
+                    found.append((k, replace(command, objects=(which,))))
         return found
 
     def _fronted(self, i: int) -> Found[Command]:
@@ -81,7 +103,7 @@ class WordOrder(Wishes, ABC):
             found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
-            if element.kind == "objects" and self.text(j) in BASE_FORMS and "VERB" in self.tags[j]:
+            if element.kind == "objects" and self.text(j) in _ASKING and "VERB" in self.tags[j]:
                 # "the can pick it up", as it is dictated
                 for k, command in self._verb_first(j):
                     if command.objects and command.objects[0].determiner == "it":
@@ -219,7 +241,7 @@ class WordOrder(Wishes, ABC):
         found: dict[int, list[tuple[int, str, Elements]]] = {}
         for j in range(1, self.count):
             # "in the parts bin" ends with no verb.
-            asks = self.texts[j] in BASE_FORMS and "NOUN" not in self.tags[j] and self.texts[j] not in self.words.parts
+            asks = self.texts[j] in _ASKING and "NOUN" not in self.tags[j] and self.texts[j] not in self.words.parts
             for k, verb in self.tag(j, "VERB") if asks else ():
                 particles = [(end, (Element("particle", particle),)) for end, particle in self.tag(k, "PART")]
                 for end, last in (*particles, (k, ())):
