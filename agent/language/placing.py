@@ -97,7 +97,11 @@ class Placing(Hands):
                 elif kind in SIDES and distance is not None:
                     ex, ey = SIDE_AXES[kind]
                     x, y = world.at[target]
-                    self._put_at(name, (x + ex * distance, y + ey * distance), f"{distance:g} m {kind} of {target}")
+                    # From middle to middle; where they would stand in each other, the gap is meant.
+                    (tx, ty, _), (ox, oy, _) = world.extents(target), world.extents(name)
+                    least = abs(ex) * (tx + ox) + abs(ey) * (ty + oy)
+                    apart = distance if distance >= least else distance + least
+                    self._put_at(name, (x + ex * apart, y + ey * apart), f"{distance:g} m {kind} of {target}")
                 elif kind in SIDES:
                     self._put_beside(name, target, (kind,))
                     self.last_side = (kind, target)
