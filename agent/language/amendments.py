@@ -74,7 +74,7 @@ class Amendments(Commands, ABC):
             return found[:1]
         for j, refs in self.np_list(k) if places and len(last.objects) == 1 else []:
             same = [bool(_kind(ref)) and _kind(ref) == _kind(refs[0]) for ref in (*last.objects, *places)]
-            if refs[0].one and refs[0].colours and not refs[0].nouns:
+            if len(refs) == 1 and refs[0].one and refs[0].colours and not refs[0].nouns:
                 # "put the red cup on the tray, no, the white one": colours stand against each other.
                 same = [bool(ref.colours) for ref in (*last.objects, *places)]
                 refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
+from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar
@@ -65,10 +66,12 @@ def interpret(
     if isinstance(readings, Refusal):
         return readings
     made = _once_each(prompt, choose(readings, scene, names, discourse, chosen))
-    if isinstance(made, Refusal) and made.code in _PERHAPS_MISREAD:
+    if isinstance(made, Refusal) and (made.code in _PERHAPS_MISREAD or may_correct(prompt)):
         plainer = _reread(prompt, tuple(item.id for item in scene.objects)) if len(prompt) <= _MOST_REMEMBERED else ()
-        better = _once_each(prompt, choose(plainer, scene, names, discourse, chosen)) if plainer else made
-        return better if isinstance(better, Draft) else made
+        for readings in plainer:
+            better = _once_each(prompt, choose(readings, scene, names, discourse, chosen)) if readings else made
+            if isinstance(better, Draft):
+                return better
     return made
 
 
@@ -92,6 +95,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
             plain = _plainly(said)
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
+            readings = readings or _set_right(said)
         return readings or _not_understood(said, skills)
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
@@ -125,8 +129,8 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
 
 
 @lru_cache(maxsize=32)
-def _reread(prompt: str, ids: tuple[str, ...]) -> Readings:
-    """Return the readings of a sentence in plainer words, none if those are its own: for what makes no sense as it stands."""
+def _reread(prompt: str, ids: tuple[str, ...]) -> tuple[Readings, ...]:
+    """Return the readings of a sentence in plainer words, and with what it corrects set right: for what makes no sense as it stands."""
     known = scene_words(ids)
     try:
         said = Said(tokenize(prompt, known), known)
@@ -134,13 +138,21 @@ def _reread(prompt: str, ids: tuple[str, ...]) -> Readings:
             # "anything but the apple can go in the bin" allows it, and asks for nothing.
             return ()
         plain = _plainly(said)
-        return plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
+        better = plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
+        return better, _set_right(said)
     except (TooLongError, TooComplicatedError):
         return ()
 
 
 def _plainly(said: Said) -> Said:
     return without_remarks(in_plain_words(plainly_asked(said.now(_respelled(said.tokens, said.words)))))
+
+
+def _set_right(said: Said) -> Readings:
+    """Return the readings of a sentence with its corrections carried out."""
+    ways = set_right(said.now(_respelled(said.tokens, said.words)))
+    readings = [reading for way in ways for reading in _plainly(way).grammar.sentences(_STEPS_AGAIN)]
+    return tuple(sorted(readings, key=lambda reading: reading[0]))
 
 
 def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:

@@ -8,7 +8,7 @@ from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.choices import Choices
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
-from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.tokens import WAITED_FOR, id_parts
 
 
 class Phrasing(Choices):
@@ -274,6 +274,9 @@ class Phrasing(Choices):
         ends = [m for m in ends if not (self.text(m - 1) in ("mean", "meant") and self._goes_on(m))]
         # "..., no picking up the can" forbids; it corrects nothing.
         ends = [m for m in ends if not (self.text(m - 1) == "no" and self.text(m).endswith("ing"))]
+        # "no olives" forbids, too, and "wait for me", "wait, then ..." asks for something.
+        ends = [m for m in ends if not (self.text(m - 1) == "no" and any(ref.plural for _, ref in self._bare(m)))]
+        ends = [m for m in ends if not self._waits(m)]
         for _ in range(3):
             ends = [m + 1 if self.text(m) in (",", ".") else m for m in ends]
             # "no, not the thread, the thimble"
@@ -289,6 +292,13 @@ class Phrasing(Choices):
             ends += further
         # What "not" denies is no better than what was said.
         return [m for m in dict.fromkeys(ends) if not (self.text(m) == "not" and self.np(m + 1))]
+
+    def _waits(self, m: int) -> bool:
+        after = m + 1 if self.text(m) in (",", ";", ".") else m
+        return self.text(after) == "then" or (self.text(m - 1) == "wait" and self.text(after) in (*WAITED_FOR, "and"))
+
+    def _bare(self, m: int) -> Found[Ref]:
+        return [(end, ref) for end, ref in self.np(m) if ref.determiner == "bare"]
 
     def _goes_on(self, m: int) -> bool:
         k = m + 1 if self.text(m) in (",", ".", ";", "!") else m

@@ -113,7 +113,7 @@ def _holders(said: Said, i: int) -> list[int]:
     for end in range(start + 1, min(len(said.texts), start + 3) + 1):
         spoken = {*said.texts[start:end]}
         named = [id_parts(name) for name in said.words.ids if spoken <= {*id_parts(name)}]
-        if len(named) == 1 and (NOUN_CLASS.get(named[0][-1]) in _HOLDING or named[0][-1].endswith(_HOLDERS)):
+        if len(named) == 1 and (NOUN_CLASS.get(named[0][-1]) in HOLDING or named[0][-1].endswith(HOLDERS)):
             ends.append(end)
     return _longest(ends)
 
@@ -199,8 +199,8 @@ PEOPLE = word_set(
     """
 )
 _KNOWN = GRAMMAR_WORDS | QUESTIONS | CONDITIONS | UNSUPPORTED_VERBS | word_set("i we he she they who someone somebody")
-_HOLDING = frozenset({"bin", "bowl", "box", "drawer"})
-_HOLDERS = ("box", "bin", "tray", "basket", "rack", "hamper", "crate", "bucket")
+HOLDING = frozenset({"bin", "bowl", "box", "drawer"})
+HOLDERS = ("box", "bin", "tray", "basket", "rack", "hamper", "crate", "bucket")
 _TOWARDS = frozenset({"towards", "away", "against"})
 KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "thing": _things,

@@ -124,7 +124,7 @@ _DESCRIBING = frozenset(
 )
 _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
-_WAITED_FOR = frozenset({"for", "until", "till", "to"})
+WAITED_FOR = frozenset({"for", "until", "till", "to"})
 _ONLY = frozenset({"just", "only", "simply", "merely", "really"})
 _STUTTERED = frozenset({"i", "want", "can", "could", "we", "please", "need"})
 _HUES = _COLOUR_WORDS - {*COLOURS, "gray"}
@@ -304,7 +304,7 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
         if tokens[i].text == "no" and i + 1 < len(tokens) and tokens[i + 1].text.endswith("ing"):
             # "no touching the can" forbids; elsewhere a "no" at the start says nothing.
             length = 0
-        if tokens[i].text == "wait" and i + 1 < len(tokens) and tokens[i + 1].text in _WAITED_FOR:
+        if tokens[i].text == "wait" and i + 1 < len(tokens) and tokens[i + 1].text in WAITED_FOR:
             # "wait for me, then ..." asks for something.
             kept += tokens[i : i + 3]
             i += 3

@@ -140,7 +140,7 @@ ASIDES = {
     "of your [own] (choice|choosing|liking|preference)": "",
     "rather {text} than {_place} <end>": "rather {text}",
     "<start> neither! {thing} nor! {thing2} [:|,] [but]": "do not touch {thing} and {thing2} .",
-    "<start> not! {_one} , [but] {one}": "{one}",
+    "<start> not! {_one} (,|.|!|;) [but] {one}": "{one}",
     "<start> [no!] not! {_one} , [but] {_one2} (!|.|;) {VERB} {that}": "{VERB} {that}",
     "(two!|three!|these|some) (things|items|objects) for {container} : [first!] {thing} , [and] [then] {thing2} <end>": "put {thing} in {container} , then put {thing2} in {container}",
     "(two!|three!|these|some) (things|items|objects) for {container} : {thing} <end>": "put {thing} in {container}",
