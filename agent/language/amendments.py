@@ -13,6 +13,7 @@ from robosandbox.agent.language.phrases import means, of_its_kind, single
 from robosandbox.agent.language.readings import Part, part_of
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.turns import turns_of
 from robosandbox.agent.language.wishes import spoken
 
 _SIDES = frozenset({"left", "right", "front", "back", "beside"})
@@ -166,6 +167,7 @@ class Amendments(Commands, ABC):
             # "tap the can twice, then the ball": a new order, done once.
             afresh = self.text(k - 1) in ("then", "next", "that", "afterwards", "finally", "lastly")
             again = replace(last, objects=refs, bare=0.9, times=1 if afresh else last.times)
+            again = replace(again, order=None) if turns_of(last) else again
             j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
             for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
                 # "tap the can once, then the ball twice"

@@ -74,7 +74,8 @@ class Arranging(Placing):
         if several:
             done = any(name in self.put_down for name in names)
             names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
-            names = tuple(sorted(names, key=self.world.level, reverse=True))
+            if not command.order:
+                names = tuple(sorted(names, key=self.world.level, reverse=True))
             if not names and done:
                 # "clear the table, everything goes in the bin"
                 return

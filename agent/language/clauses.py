@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import IT, At, Command, Element, Original, Ref, Region, Relation, Spot, Table
-from robosandbox.agent.language.phrases import Phrasing
+from robosandbox.agent.language.turns import TakingTurns
 from robosandbox.agent.language.wordlist import word_set
 
 MAX_ELEMENTS = 6
@@ -28,6 +29,7 @@ _SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "posit
 _LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
+_RUNS = frozenset({"to", "starting", "beginning", "order", "going"})
 _NEARER = frozenset({"closer", "nearer"})
 _STANDS = frozenset({"is", "was", "stands", "stood", "sits", "sat", "lies", "lay"})
 _AT_PRESENT = frozenset(
@@ -37,7 +39,7 @@ _TO = frozenset({"to", "towards", "toward", "the"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
 
 
-class Clauses(Phrasing):
+class Clauses(TakingTurns):
     """The rules for what can follow, or precede, a verb."""
 
     def __post_init__(self) -> None:
@@ -66,6 +68,7 @@ class Clauses(Phrasing):
         ):  # fmt: skip
             found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
         found += [(j, Element("sequence", key)) for j, key in self._sequence(i)]
+        found += [(j, Element("turns", turns)) for j, turns in self.turns(i)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
         found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
         found += [(j, Element("home")) for j in self._home(i)]
@@ -92,6 +95,10 @@ class Clauses(Phrasing):
         if self.text(i) in ("to", "towards", "toward", "over") and self.text(i + 1) in ("me", "us"):
             found.append((i + 2, Element("person")))
         return found
+
+    @cached_property
+    def _tells_before(self) -> bool:
+        return not self.present.isdisjoint({"AFTER", "BEFORE"})
 
     @rule
     def elements(self, i: int) -> Found[Elements]:
@@ -163,6 +170,9 @@ class Clauses(Phrasing):
             found.append((i + 1, Relation("in", (IT,))))
         if self.text(i) in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
+        if self.text(i) == "there" and self._tells_before:
+            # "put the stone in the tub after you put the bulb there"
+            found.append((i + 1, Relation("in", (IT,))))
         if self.text(i) == "in" and (
             i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")
         ):
@@ -337,15 +347,18 @@ class Clauses(Phrasing):
                 found += [(end, (value, ref)) for end, _ in self.tag(k, tag) if end > k]
         return found
 
-    def _sequence(self, i: int) -> Found[str | Ref]:
-        """As in "smallest first", "starting with the biggest": in which order, by what."""
+    def _sequence(self, i: int) -> Found[str]:
+        """As in "smallest first", "starting with the biggest", "from right to left": by what they are ordered."""
+        found: Found[str] = [
+            (j, key) for j, key in self.tag(i, "FROM") if not _RUNS.isdisjoint(self.texts[i:j]) and self.text(i) != "on"
+        ]
+        if self.text(i) not in ("in", "with"):
+            found += [(j, "big") for j, _ in self.tag(i, "BY_SIZE")] + [
+                (j, "small") for j, _ in self.tag(i, "SMALL_FIRST")
+            ]
         if self.said(i, i + 4) == "in order of size":
             i += 5 if self.text(i + 4) == "," else 4
         opened = self.text(i) in ("starting", "beginning", "start") and self.text(i + 1) in ("with", "from")
-        found: Found[str | Ref] = []
-        if opened and self.tag(i + 2, "THE"):
-            # "starting with the blank": that one, then the others.
-            found += [(j, ref) for j, ref in self.np(i + 2) if not (ref.plural or ref.unknown or ref.options)]
         for start in self.optional(i + 2 if opened else i, "THE"):
             small = self.tag(start, "SIZE") if self.text(start - 1) == "the" else []
             for j, key in (*self.tag(start, "SUPER"), *small):
@@ -364,7 +377,8 @@ class Clauses(Phrasing):
         j = i
         while self.text(j) in ("to", "in", "at", "into", "the", "your", "its", "back", "a", "a", "my"):
             j += 1
-        return [end for end, _ in self.tag(j, "HOME")]
+        # "then the rest" is about the others.
+        return [end for end, _ in self.tag(j, "HOME") if self.said(j - 1, end) != "the rest"]
 
     def _matching(self, i: int) -> Found[str]:
         """As in "into the matching bin", "in the bin of the same colour"."""

@@ -104,7 +104,7 @@ class Frame(NamedTuple):
         return str(self.one("particle")) if "particle" in self.rest else None
 
 
-ATTACHED = frozenset({"also", "choice", "except", "sequence"})
+ATTACHED = frozenset({"also", "choice", "except", "sequence", "turns"})
 """Kinds of elements that belong to another one said before."""
 
 
@@ -146,13 +146,7 @@ def in_sequence(elements: Sequence[Element]) -> Sequence[Element]:
     refs: tuple[Ref, ...] = elements[first].value if first is not None else ()
     if len(keys) != 1 or len(refs) != 1 or not (refs[0].plural or refs[0].determiner == "all") or refs[0].ranks:
         return elements
-    if isinstance(keys[0], Ref):
-        # "all the vials, starting with the blank"
-        lead = replace(keys[0], nouns=refs[0].nouns, one=False) if keys[0].one and not keys[0].nouns else keys[0]
-        others = replace(refs[0], determiner="the", number=None, without=(*refs[0].without, lead))
-        ordered = Element("objects", (lead, others))
-    else:
-        ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))
+    ordered = Element("objects", (replace(refs[0], ranks=(Rank(keys[0], 0),)),))
     return [ordered if k == first else e for k, e in enumerate(elements) if e.kind != "sequence"]
 
 

@@ -9,6 +9,7 @@ from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.composing import build, discard, line_up, load, sort, stack, swap, tidy, unstack
 from robosandbox.agent.language.frame import ATTACHED, Frame, chosen_by, excepted, in_sequence, joined
 from robosandbox.agent.language.intent import IT, Command, Relation, Verb
+from robosandbox.agent.language.turns import taking_turns
 
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
@@ -20,6 +21,12 @@ def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
         elements = chosen_by(excepted(joined(elements)))
         # A tower has an order of its own.
         elements = elements if verb in ("stack", "build") else in_sequence(elements)
+        turns = [value for kind, value in elements if kind == "turns"]
+        if turns:
+            kinds = [kind for kind, _ in elements]
+            told = len(turns) == 1 and verb not in ("stack", "build") and "objects" in kinds[: kinds.index("turns")]
+            others = [element for element in elements if element.kind != "turns"]
+            return taking_turns(frame_command(verb, others), turns[0]) if told else []
     frame = Frame.of(elements)
     if len(frame.objects) > 2 or len(frame.places) > 3:
         return []

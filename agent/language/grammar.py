@@ -9,6 +9,7 @@ from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Senten
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
+from robosandbox.agent.language.turns import taking_turns
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
 
@@ -17,6 +18,7 @@ MAX_SENTENCES = 8
 
 _THAT = frozenset({"this", "that"})
 """After which a thing without a verb is a step: "and after this the cube into the bowl"."""
+_BEFOREHAND = frozenset({"first", "beforehand", "before that", "before this"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
@@ -65,6 +67,7 @@ class Grammar(Amendments):
             if any(self._skip(m) >= n for m in (*ends, j)):
                 found.append((n, part))
                 continue
+            found += self._in_turns(part, j) if self.tells_turns else []
             for k in self._joints(j):
                 set_apart = self.text(k - 1) == "but"
                 # "before you go home, put the can in the bin and close it": home comes last.
@@ -100,19 +103,36 @@ class Grammar(Amendments):
             for k in dict.fromkeys(late):
                 for end, rest in self._parts(k):
                     if rest:
-                        found.append((end, (*_in_it(rest, part), *part)))
+                        # "tap the can, but first tap the cup, then go home": home comes last.
+                        final = rest[-1:] if rest[1:] and _goes_home(rest[-1]) else ()
+                        before = rest[: len(rest) - len(final)]
+                        found.append((end, (*_in_it(before, part), *part, *final)))
             for k in self._joints(j):
                 # "put the can on the block, but tap the block first"
                 for m, second in self.part(k) if self.text(k - 1) in ("but", ",", ";", ".", "and") else []:
                     asked = isinstance(second[0], Command) and not second[0].bare
-                    if not asked or self.text(m) not in ("first", "beforehand"):
+                    late_word = next((q for q in range(m + 1, m + 3) if self.said(m, q) in _BEFOREHAND), 0)
+                    if not asked or not late_word:
                         continue
                     before = (*_in_it(second, part), *part)
-                    if self._skip(m + 1) >= n:
+                    if self._skip(late_word) >= n:
                         found.append((n, before))
-                    for q in self._joints(m + 1):
+                    for q in self._joints(late_word):
                         found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
+
+    def _in_turns(self, part: tuple[Part, ...], j: int) -> Found[tuple[Part, ...]]:
+        """As in "put the cubes in the box. Start with the red one", "...; the blue one goes in last"."""
+        found: Found[tuple[Part, ...]] = []
+        last = [c for c in part[-1:] if isinstance(c, Command) and c.verb != "stack"]
+        several = [replace(c, order=None) for c in taking_turns(last, ())]
+        for k in dict.fromkeys((j, *self._joints(j))) if several else ():
+            for end, turns in self.turns(k):
+                told = (*part[:-1], *(replace(c, bare=c.bare - 0.6) for c in taking_turns(several, turns)))
+                if self._skip(end) >= self.count:
+                    found.append((self.count, told))
+                found += [(m, (*told, *rest)) for q in self._joints(end) for m, rest in self._parts(q) if rest]
+        return found
 
     def _goes_before(self, i: int, j: int, k: int) -> bool:
         """Say whether what is joined at `j` to a clause that "before" opens is to be done before, too."""
@@ -149,6 +169,7 @@ class Grammar(Amendments):
                         for end, second in self.clause(k)
                         if not (second.bare and self.text(k) in _THAT)
                     ]
+                    second_at += [hit for k in hits if k not in apart for hit in self._likewise(command, k, tag)]
                     done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
                     for end, second in second_at + (done if tag == "AFTER" else []):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
@@ -189,6 +210,20 @@ class Grammar(Amendments):
                         negated_verb = "drop" if dropped else command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
+
+    def _likewise(self, command: Command, k: int, tag: str) -> Found[Command]:
+        """As in "put the stone in the tub after the bulb": the same is done with the bulb."""
+        place = command.place
+        # "put the can in the bin before the cup" may say where it goes.
+        likely = ("put", "pour") if tag == "AFTER" else ("pour",)
+        told = isinstance(place, Relation) and place.kind in ("in", "on") and place.refs not in ((), (IT,))
+        if not (command.verb == "tap" or (command.verb in likely and told)) or command.order or command.tower:
+            return []
+        return [
+            (j, replace(command, objects=refs, bare=command.bare + 0.3))
+            for j, refs in self.np_list(k)
+            if not any(ref.unknown or ref.determiner == "it" for ref in refs)
+        ]
 
     def _set_apart(self, i: int, j: int) -> bool:
         """Say whether a thing stands alone before `j`: "tap the can and the jar, the jar first" is about the order of both."""
@@ -252,9 +287,16 @@ class Grammar(Amendments):
         return found
 
 
+def _goes_home(part: Part) -> bool:
+    return isinstance(part, Command) and part.verb == "home"
+
+
 def _plainly_done(command: Command) -> bool:
     """Say whether a command names all it is about: "..., the green one first" tells of an order."""
-    named = all((ref.nouns or ref.names or ref.determiner == "it") and not ref.without for ref in parties(command))
+    named = all(
+        (ref.nouns or ref.names or ref.determiner == "it") and not (ref.without or ref.instead)
+        for ref in parties(command)
+    )
     return named and not command.bare
 
 
@@ -263,8 +305,12 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
     first, last = parts[0] if parts else None, named[0] if named else None
     if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
         return parts
-    place = first.place
-    if isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
+    place, there = first.place, last.place
+    inside = isinstance(place, Relation) and place.kind == "in" and place.refs == (IT,)
+    if inside and isinstance(there, Relation) and there.kind == "in" and there.refs not in ((), (IT,)):
+        # "put the can in the bin, but first put the cup in there"
+        first = replace(first, place=there)
+    elif isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
         first = replace(first, place=replace(place, refs=last.objects))
     elif first.objects and first.objects[0].determiner == "it":
         into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
@@ -274,11 +320,14 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
 
 
 def _inside_it(second: Command, first: Command) -> Command:
-    """As in "close the drawer once the apple is inside"."""
-    into = second.place
-    if isinstance(into, Relation) and into.refs == (IT,) and first.objects and first.objects[0].determiner != "it":
-        return replace(second, place=replace(into, refs=first.objects))
-    return second
+    """As in "close the drawer once the apple is inside", "put the can in the bin after you put the cup in there"."""
+    into, there = second.place, first.place
+    if not (isinstance(into, Relation) and into.refs == (IT,)):
+        return second
+    if isinstance(there, Relation) and there.kind == into.kind and there.refs not in ((), (IT,)):
+        return replace(second, place=there)
+    named = first.objects and first.objects[0].determiner != "it"
+    return replace(second, place=replace(into, refs=first.objects)) if named else second
 
 
 def _named_first(first: Command, second: Command) -> tuple[Command, Command]:

@@ -12,6 +12,7 @@ from robosandbox.agent.language.intent import (
     Command,
     replace,
 )
+from robosandbox.agent.language.turns import turns_of
 from robosandbox.agent.language.world import World
 from robosandbox.types import ObservedScene, RefusalCode, SkillCall
 
@@ -119,5 +120,21 @@ class Hands:
                 self.substitutes[meaning.ids[0]] = meaning.others
             names += [name for name in meaning.ids if name not in names]
             several = several or meaning.several
+        names = self._in_turns(command, names)
         self._theme(tuple(names))
         return tuple(names), several
+
+    def _in_turns(self, command: Command, names: list[str]) -> list[str]:
+        """As in "all the cubes in the bin, the blue one first": those told to come first or last of all that are meant."""
+        told: dict[str, list[str]] = {"first": [], "last": []}
+        for which, ref in turns_of(command):
+            ground = Grounder(self.world, Discourse())
+            own = ref if ref.nouns or ref.names else replace(ref, nouns=("thing",), one=False)
+            found = ground.many(own, lambda name: name in names).ids
+            if not {*found} <= {*names} or {*found} & {*told["first"], *told["last"]}:
+                raise RefusedError(
+                    RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}” {which}: I would move {listed(names)}.", names
+                )
+            told[which] += found
+        others = [name for name in names if name not in told["first"] and name not in told["last"]]
+        return [*told["first"], *others, *told["last"]]

@@ -190,6 +190,10 @@ BY_SIZE = (
     "from biggest to smallest, from largest to smallest, biggest to smallest, largest to smallest, from big to small, from large to small, in order of size, in size order, biggest first, largest first, "
     "with the biggest at the bottom, from the biggest to the smallest, from the largest to the smallest, from widest to narrowest"
 )
+SMALL_FIRST = (
+    "from smallest to biggest, from smallest to largest, smallest to biggest, smallest to largest, from small to big, "
+    "from the smallest to the biggest, from the smallest to the largest"
+)
 BY_OTHER = (
     "by size, by shape, by type, by kind, by weight, by height, alphabetically, by their size, by their shape, "
     "according to size, according to shape, based on size, based on shape, by name, from smallest to largest, "

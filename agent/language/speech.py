@@ -302,6 +302,21 @@ FIRST_BUT = (
     "after first, but beforehand, beforehand, but prior to that, prior to that, but start by, only after, "
     "but only after, only once"
 )
+FIRST_BUT += "".join(
+    f", {but}{before} {that}"
+    for but in ("", "and ", "but ")
+    for before in ("before", "prior to")
+    for that in ("that", "this", "doing that", "doing so", "you do that", "you do so", "you do it", "doing it")
+    if f"{but}{before} {that}"
+    not in (
+        "but before that",
+        "but before you do that",
+        "but before doing that",
+        "before that",
+        "but prior to that",
+        "prior to that",
+    )
+)
 BEFORE = (
     "before, before you, prior to, but before, and before, before then, but before you, and before you, "
     "ahead of, just before"

@@ -5,7 +5,7 @@ Each table maps what people say to one canonical value. Multi-word entries are m
 
 from __future__ import annotations
 
-from robosandbox.agent.language.wordlist import word_set
+from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 NOUNS: dict[str, str] = {
     "cube": "cube, dice, die, square",
@@ -253,6 +253,11 @@ ORDER_FROM: dict[str, str] = {
     "bottom": "from the bottom, from bottom, counting from the bottom, from below",
 }
 ORDER_FROM |= {"small": "in rising size", "big": "in falling size"}
+for _name, _other in (("left", "right"), ("right", "left")):
+    # "from the left to the right", "going from left to right"
+    _ends = [f"{_one}{_name} to {_two}{_other}" for _one in ("", "the ") for _two in ("", "the ")]
+    _runs = [f"{_how}from {_end}" for _end in _ends for _how in ("", "going ", "in order ", "working ", "moving ")]
+    ORDER_FROM[_name] += "".join(f", {_run}" for _run in _runs if _run not in phrase_list(ORDER_FROM[_name]))
 for _name, _side in (
     ("left", "the left"),
     ("left", "left to right"),
