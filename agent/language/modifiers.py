@@ -139,7 +139,8 @@ class Modifiers(Positions):
             for j, relation in self.relation(k):
                 if not relation.directional and relation.distance is None:
                     found.append((j, replace(ref, relations=(*ref.relations, relation))))
-            for j, rank in self._place_rank(k):
+            # "from the right to the left" is one order.
+            for j, rank in self._place_rank(k) if not any(rank.nth == 0 for rank in ref.ranks) else ():
                 found.append((j, replace(ref, ranks=(*ref.ranks, rank))))
             for j, colour in self.tag(k, "COLOUR"):
                 if k > i:

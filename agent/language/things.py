@@ -74,7 +74,7 @@ KINDS_OF: dict[str, frozenset[str]] = {
     ),
     "tool": word_set(
         """
-        hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors tape ruler knife
+        hammer screwdriver wrench spanner pliers saw drill chisel file clamp mallet scissors ruler knife
         tweezers crowbar level plane rasp awl vice ratchet socket soldering caliper calipers trowel axe hatchet cutter
         """
     ),

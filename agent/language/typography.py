@@ -62,6 +62,11 @@ _CONTRACTIONS = [
         (r"\band rest (?=(?:in|into|to|on|onto|goes|go)\b|[-=]+>|[→⇒➔])", "and the rest "),
         (r",\s*also ((?:the |a |my )?\w+(?: \w+)?),? and (?=the |a |my )", r" ; \1 ; and "),
         (r"[.,;!]\s*(?:that is |oh )?wrong\s*[,.!]\s*", ", no, "),
+        # "to the right, er, to the left"
+        (
+            r"\b(to|in|into|on|onto|behind|beside)((?: \w+){1,4})(?<! the)(?<! a),? (?:er+m?|uh+m?|um+|hm+|ah|oops),? (?=\1 )(?!.*\bi mean)",
+            r"\1\2, no, ",
+        ),
         # "the cans in the box, but only the tall one": those alone; `colloquial` says what that means.
         (
             rf"(?<!no)(?<!nah)(?<!sorry)(?<!wait)(?<!actually)\s*[,;-]?\s*\b(?:but|and) (?:only|just) (?={_SOME})",
