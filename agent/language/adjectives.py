@@ -44,6 +44,8 @@ CLAIMS = word_set(
     ruined faulty useless useful needed unwanted unneeded unused spare extra lone lonely solitary single sole only heavy
     light lightweight hefty weighty fragile delicate breakable sturdy solid hollow expensive cheap valuable costly
     antique vintage modern lucky missing lost forgotten abandoned stray neglected misplaced famous special unique
+    mouldy moldy greasy grimy sooty soggy mushy stale smelly stinky whiffy poison poisonous toxic squeaky wobbly loose shabby tatty scruffy
+    stained chewed soiled leaky leaking chilly dented scuffed frayed tangled crumpled wrinkled
     dead defective blown burnt spent finished expired important dangerous safe harmless sharp pointy blunt unattended full half_full cylindric
     """
 ) - {"light", "stone", "extra", "single", "unique", "full", "missing"}

@@ -27,7 +27,7 @@ _IDIOMS: dict[str, str] = {
         "station, schlep, move over, shift over, sink, flop, squirrel away, tuck away, stow away, store away, "
         "file away, hide away, smuggle, embed, slide over, whip over, whisk over, whisk off, drop off, "
         "take and put, go put, go and put, get and put, pick and put, pick and place, grab and put, take over, bring across, "
-        "take across, carry across, carry over, carry off, transfer over, sit down, set up, place back, set back, chuck, "
+        "take across, carry across, carry over, carry off, transfer over, sit down, set up, place back, set back, "
         "lay out, plonk down, plunk down, plop down, pop down, stick down, bang down, dump down, put down, introduce, add, drop down, "
         "lever, ease down, let down, rehouse, reposition"
     ),

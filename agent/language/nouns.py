@@ -298,7 +298,11 @@ class Nouns(Modifiers):
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:
             k += 1
-        if self._suffix(k):
+        # "give the red ball a gentle tap" names no ball called a.
+        given = (
+            self.text(k) == "a" and any(tag in self.tags[k + 1] for tag in _STROKES) if k + 1 < self.count else False
+        )
+        if self._suffix(k) and not given:
             found.insert(0, (k + 1, replace(ref, names=(*ref.names, self._suffix(k)))))
         for m, _ in self.tag(j, "CALLED"):
             if m < len(self.tokens) and (self.tokens[m].kind == "id" or self.text(m) in self.words.parts):
@@ -306,6 +310,7 @@ class Nouns(Modifiers):
         return found
 
 
+_STROKES = ("LIGHT_ADJECTIVE", "LIGHT_NOUN")
 _NAMES_OF_THINGS = (ABSENT_NOUNS & {*CANONICAL_COLOUR}) - {*COLOURS}
 """Colours that are called after a thing."""
 _ADJECTIVES = frozenset({"SHADE", "SIZE", "SUPER", "POS", "ORDINAL", "NON", "OTHER"})

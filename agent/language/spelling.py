@@ -10,6 +10,7 @@ from rapidfuzz import process
 from rapidfuzz.distance import OSA, Indel
 
 from robosandbox.agent.language.lexicon import MEANING, REAL_WORDS, VOCABULARY, WORDS
+from robosandbox.agent.language.speech import GRAMMAR_WORDS
 
 
 def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
@@ -79,7 +80,14 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
             better = _filled(word, parts)
         if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
-        better = better or _ACCENTS.get(word)
+        better = better or _ACCENTS.get(word) or _SLIPS.get(word)
+        if better is None and word not in parts and _single(word) in GRAMMAR_WORDS and word not in GRAMMAR_WORDS:
+            better = _single(word)
+        if better is None and word == "i" and made and words[i + 1 : i + 2] in (["the"], ["a"], ["my"]):
+            # "put it i the bowl"
+            better = "in"
+        if better is None and len(word) > 2 and word not in _KNOWN and word not in parts:
+            better = _beheaded(word, parts)
         if better is None and len(word) > 4 and word not in _KNOWN and word not in parts:
             better = _function_word(word)
         if word == "an" and 0 < i < len(words) - 1 and words[i + 1][0] not in "aeiouh" and _names(words[i - 1], parts):
@@ -91,8 +99,21 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
     return tuple(made)
 
 
+def _single(word: str) -> str:
+    """Return a word with one letter for each two that are the same: "upp", "inn"."""
+    return re.sub(r"(.)\1", r"\1", word)
+
+
+@lru_cache(maxsize=1024)
+def _beheaded(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one colour or name of the scene that this is without its first letter: "lue", "ube"."""
+    whole = {*(w for w, m in MEANING.items() if m.startswith("colour") and " " not in w), *parts}
+    near = [known for known in whole if known[1:] == word]
+    return near[0] if len(near) == 1 else None
+
+
 def _names(word: str, parts: frozenset[str]) -> bool:
-    return word in parts or MEANING.get(word, "").startswith("noun")
+    return word in parts or word.removesuffix("s") in parts or MEANING.get(word, "").startswith("noun")
 
 
 @lru_cache(maxsize=1024)
@@ -104,7 +125,12 @@ def _function_word(word: str) -> str | None:
 _FUNCTION_WORDS = (
     "except", "between", "behind", "beside", "inside", "instead", "before", "without", "together", "everything", "another",
     "underneath", "towards", "forward", "backwards", "bottom", "middle", "against", "because", "after", "first",
+    "different", "separate", "opposite", "remaining", "leftmost", "rightmost",
 )  # fmt: skip
+_SLIPS = {
+    "te": "the", "tje": "the", "thr": "the", "tha": "the", "eht": "the", "ths": "this", "nad": "and", "ni": "in", "ot": "to", "fo": "of",
+    "thn": "then", "wth": "with", "nto": "into", "rigth": "right", "agian": "again", "leav": "leave", "levae": "leave",
+}  # fmt: skip
 _ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
 _KNOWN = WORDS | REAL_WORDS
 _TWICE = frozenset({"the", "a", "in", "on", "up", "to", "and", "pick", "put", "push", "cube", "of"})

@@ -64,6 +64,10 @@ ABBREVIATIONS = {
     "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
 }  # fmt: skip
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
+_RUN_TOGETHER = re.compile(
+    r"(in|into|on|onto|to|up|of|off|from|at|and|with|by|over|next|down|behind|under|between|beside|around|all|both)"
+    r"(the|it|them|that|this|those)|(cm|mm)(left|right|forward|back|backwards|away|to)|(a)(bit|little)"
+)
 _DRAWN_OUT = re.compile(r"(.)\1{2,}")
 _PIECES = re.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
@@ -257,6 +261,9 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
     )
     if drawn:
         return (Token(drawn, raw, "word"),)
+    run = _RUN_TOGETHER.fullmatch(raw)
+    if run:
+        return tuple(Token(part, part, "word") for part in run.groups() if part)
     for k in range(2, len(raw) - 1):
         first, second = raw[:k], raw[k:]
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]

@@ -9,6 +9,7 @@ from robosandbox.agent.language.notation import in_steps
 
 _SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|brown|black|white|gr[ea]y)\b(?! (?:other|rest)\b)"
 """How those are named that alone are meant."""
+_DOING = r"(?:put|place|take|grab|get|move|push|pour|stack|tap|lift|pick|set|drop|open|close|lay|stand|bring|touch|slide|tip)\b"
 _CONTRACTIONS = [
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -94,6 +95,10 @@ _CONTRACTIONS = [
             " ;",
         ),
         (r"(?<=\w) (?:too|as well),? and (?=the |a |all |both |my |your )", " ; and "),
+        # What "please" and "now" make an order, without which it would tell what was done.
+        (r"^\W*(?:some|any)(?:one|body),? please,? (?=\w)", "please "),
+        (rf"(^|[.;!?]\s*)(?:(?:and|so|then|ok|okay|well|right|alright),? )*now,? (?:then,? )?we (?={_DOING})", r"\1"),
+        (r"([,;.]\s*(?:and )?)than\b", r"\1then"),
         (r"\bgonna\b", "going to"),
         (r"\bgimme\b", "give me"),
         (r"\blemme\b", "let me"),
