@@ -88,6 +88,28 @@ def dealt_first(commands: Sequence[Command]) -> list[Command]:
     return dealt
 
 
+def sorted_as_told(commands: Sequence[Command]) -> tuple[Command, ...]:
+    """As in "sort the balls: the white one into the cup, the others into the bin": that is how they are sorted."""
+    lead, told = commands[0], commands[1:]
+    whole = lead.objects[0] if lead.verb == "sort" and lead.place is None and len(lead.objects) == 1 else None
+    if whole is None or len(told) < 2 or not all(_takes_some(command, whole) for command in told):
+        return tuple(commands)
+    return tuple(replace(c, objects=tuple(_all_of_kind(ref, whole) for ref in c.objects)) for c in told)
+
+
+def _all_of_kind(ref: Ref, whole: Ref) -> Ref:
+    """Return a description with the kind of what is sorted; "red" alone means all that are red."""
+    alone = ref.determiner == "bare" and ref.one and not (ref.number or ref.ranks or ref.text.endswith("one"))
+    return _of_kind(replace(ref, determiner="all", plural=True) if alone else ref, whole)
+
+
+def _takes_some(command: Command, whole: Ref) -> bool:
+    """Say whether a command puts some of what was named before into something."""
+    place = command.place
+    some = all(not (ref.nouns or ref.names) or (ref.nouns and ref.nouns == whole.nouns) for ref in command.objects)
+    return command.verb == "put" and isinstance(place, Relation) and place.kind in ("in", "to", "on") and some
+
+
 def _deals(command: Command) -> bool:
     place = command.place
     return (

@@ -72,7 +72,7 @@ class Arranging(Placing):
                 again,
             )
         if several:
-            done = any(name in self.put_down for name in names)
+            done = bool(self.moved) and self.moved <= {*names}
             names = tuple(name for name in names if name not in targets and not self._is_there(name, place, targets))
             if not command.order:
                 names = tuple(sorted(names, key=self.world.level, reverse=True))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.apart import dealt_first, members_apart, without_what_is_denied
+from robosandbox.agent.language.apart import dealt_first, members_apart, sorted_as_told, without_what_is_denied
 from robosandbox.agent.language.arranging import Arranging
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
@@ -87,7 +87,8 @@ class _Builder(Arranging):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        steps = dealt_first(members_apart(tuple(map(_each_spared, sentence.steps)), Grounder(self.world, Discourse())))
+        told = sorted_as_told(tuple(map(_each_spared, sentence.steps)))
+        steps = dealt_first(members_apart(told, Grounder(self.world, Discourse())))
         for command in _fused(steps):
             self._check_condition(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))

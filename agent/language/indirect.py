@@ -108,7 +108,7 @@ FOREIGN = {
     "<start> first! {thing} {place} , after! {thing2} <end>": "put {thing} {place} , then put {thing2} {place}",
     "<verb> give {adj:little|small|tiny|quick|gentle|light|soft|big|good} {LIGHT_NOUN} to": "give a {adj} {LIGHT_NOUN} to",
     "<verb> {_VERB=tap} (a bit|a little|a little bit) {thing}": "tap {thing}",
-    "[with|of|in|that has|which has] (its|their|its own|their own|the same) (colour|color)": "of the same colour",
+    "[with|of|in|that has|which has|that matches|which matches|matching] (its|their|its own|their own|the same) (colour|color)": "of the same colour",
     "(beside|next! to|near|by) {one} [,] [on|at|to] [the|its] {side:left|right} (side|hand side)": "to the {side} of {one}",
     "(put|place|stick|pop|drop) {thing} {place} (,|.|and|then) [and|then] (put|place|stick|pop|drop) {thing2} [also|too] (there|in there|on there)": "put {thing} {place} , then put {thing2} {place}",
     "<start> [put] {thing} [goes|go] {place} (,|;|.|and|then) [and|then] {thing2} (goes|go) [in|into|on] there [also|too]": "put {thing} {place} , then put {thing2} {place}",

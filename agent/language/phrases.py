@@ -101,6 +101,8 @@ class Phrasing(Choices):
         for j, ref in list(found):
             k = j + 1 if self.text(j) == "," else j
             for m, _ in self.tag(k, "INSTEAD"):
+                # "in the bowl, not into the cup"
+                m += k > j and self.text(m) in _INTO and self.text(i - 1) in _INTO
                 for end, others in self._either(m):
                     if any(other.unknown or other.text.endswith("all of them") for other in others):
                         # "that box, not the usual one": who knows which that is?
@@ -426,6 +428,9 @@ class Phrasing(Choices):
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)
         return [(j, replace(ref, text=self.said(i, j))) for j, ref in found]
+
+
+_INTO = frozenset({"in", "into", "on", "onto", "to", "inside"})
 
 
 def means(denied: Ref, ref: Ref) -> bool:

@@ -334,7 +334,7 @@ CALLED = (
 NON = "non, not"
 COLOURED = "coloured, colored, color, colour, in color, in colour"
 EVERYTHING = (
-    "everything, all, every thing, anything, the lot, the whole lot, all of it, all the stuff, "
+    "everything, all, every thing, anything, the lot, the whole lot, all of it, all of this, all this, all the stuff, "
     "all of the stuff, everything there is, each thing, all things, all objects, all items, "
     "anything and everything, the whole bunch, every last thing, stuff, things, everything on the table, "
     "everything that is on the table"
