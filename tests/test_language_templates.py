@@ -291,6 +291,25 @@ _EXAMPLES = """
     tap the can or the ball , i do not mind which -> tap the can or the ball
     tap the can or the ball , it does not matter -> tap the can or the ball
     the can is in the wrong place -> the can is in the bad place
+    could i trouble you for the can in the bin -> put the can in the bin
+    could i trouble you for the can -> pick up the can
+    would it be possible for the can to be put in the bin -> the can should be put in the bin
+    any chance of the can going in the bin -> put the can in the bin
+    would you be so good as to tap the can -> could you tap the can
+    it is about time you tap the can -> could you tap the can
+    it is high time the can was put in the bin -> the can should be put in the bin
+    i should be grateful if you tap the can -> could you tap the can
+    i would appreciate you putting the can in the bin -> start putting the can in the bin
+    let us begin with the can -> start with the can
+    continue with the can : bin -> the can , bin
+    start with the can , it goes in the bin -> the can goes in the bin
+    next up is the can , in the bin -> put the can in the bin
+    your job today is tapping the can -> start tapping the can
+    mission : tap the can -> tap the can
+    the can goes there next -> the can goes there
+    we put the can in the bin , then we tap the ball -> put the can in the bin , then tap the ball
+    tap the can . it is a bit wet but never mind , tap the ball -> tap the can . tap the ball
+    i like that you tap the can -> tap the can
 """
 
 

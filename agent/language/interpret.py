@@ -16,6 +16,7 @@ from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.indirect import plainly_asked
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.purposes import where_it_goes
 from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
@@ -89,7 +90,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
     known = scene_words(ids)
     try:
         tokens = tokenize(prompt, known)
-        said = Said(tokens, known)
+        said = where_it_goes(Said(tokens, known))
         readings = said.grammar.sentences()
         if not readings or readings[0][0] >= STRANGE:
             plain = _plainly(said)
@@ -133,7 +134,7 @@ def _reread(prompt: str, ids: tuple[str, ...]) -> tuple[Readings, ...]:
     """Return the readings of a sentence in plainer words, and with what it corrects set right: for what makes no sense as it stands."""
     known = scene_words(ids)
     try:
-        said = Said(tokenize(prompt, known), known)
+        said = where_it_goes(Said(tokenize(prompt, known), known))
         if "anything" in said.texts:
             # "anything but the apple can go in the bin" allows it, and asks for nothing.
             return ()
@@ -145,7 +146,8 @@ def _reread(prompt: str, ids: tuple[str, ...]) -> tuple[Readings, ...]:
 
 
 def _plainly(said: Said) -> Said:
-    return without_remarks(in_plain_words(plainly_asked(said.now(_respelled(said.tokens, said.words)))))
+    plain = where_it_goes(in_plain_words(plainly_asked(said.now(_respelled(said.tokens, said.words)))))
+    return without_remarks(plain)
 
 
 def _set_right(said: Said) -> Readings:

@@ -61,6 +61,7 @@ HARMLESS = (
         right over side corner yours mine place spot position
         open opened closed shut unlocked went turned gone
         empty room space full enough needed necessary required useful important wanted good great ready done finished
+        completely totally entirely utterly worn through
         dinner lunch breakfast came back arrived returned day morning week ages hours night
         """
     )

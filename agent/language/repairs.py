@@ -219,6 +219,11 @@ class Repair:
             for k in range(thing.start, thing.end)
             if tags & {*self._adjective(k)} and (not wrong or (self.said.texts[k],) == wrong)
         ]
+        if alike and noun and not wrong and len(self._things) == 1:
+            # "the grey block, no, the pink one": what is pink may be no block.
+            thing = self._things[0]
+            one = tuple(Token(text, text, "word") for text in ("the", word.text, "thing"))
+            return [*alike[::-1], (thing.start, thing.end, one)]
         if alike or wrong or not noun:
             return alike[::-1]
         return [
