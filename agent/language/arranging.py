@@ -166,47 +166,84 @@ class Arranging(Placing):
 
     def _stack(self, command: Command) -> None:
         place = command.place
-        if isinstance(place, Relation) and place.refs:
+        if place is not None and not command.order:
             self._put(command)
             return
         if not command.objects:
             movable = [name for name in self.world.objects if self.world.movable(name)]
             raise RefusedError(RefusalCode.AMBIGUOUS, f"A tower of what? I see {listed(movable)}.", movable)
         names, _ = self._objects(command)
-        if len(names) < 2:
+        targets = self._targets(place, names) if isinstance(place, Relation) and place.refs else ()
+        names = tuple(name for name in names if name not in targets)
+        on = isinstance(place, Relation) and place.kind == "on"
+        if len(names) < 2 and not (names and on):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"On what should {listed(names)} go?", tuple(self.world.objects))
-        self._order_tower(command, list(names))
+        upwards = self._upwards(command, list(names))
+        if on:
+            self._pile(targets[0], upwards)
+            return
+        if place is not None:
+            self._put_one(upwards[0], place, targets)
+        self._pile(upwards[0], upwards[1:])
 
-    def _order_tower(self, command: Command, names: list[str]) -> None:
+    def _upwards(self, command: Command, names: list[str]) -> list[str]:
+        """Return what makes up a tower, the lowest first."""
         order = command.order
         if isinstance(order, tuple):
-            placed = {level: self.ground.one(ref, lambda name: name in names).ids[0] for level, ref in order}
-            rest = [name for name in names if name not in placed.values()]
-            if len(command.objects) == 1 or len(rest) < len(names):
-                rest.sort(key=self._breadth)
-            levels = (
-                placed.get("bottom"),
-                *rest[: len(rest) // 2],
-                placed.get("middle"),
-                *rest[len(rest) // 2 :],
-                placed.get("top"),
-            )
-            if len(command.objects) > 1 and (
-                names[0] == placed.get("bottom", names[0]) and names[-1] == placed.get("top", names[-1])
-            ):
-                # "the brick, the block and the sponge, brick at the bottom": listed upwards.
-                levels = (*names,)
-            elif len(command.objects) > 1 and (
-                names[-1] == placed.get("bottom", names[-1]) and names[0] == placed.get("top", names[0])
-            ):
-                levels = (*reversed(names),)
-            names = [name for name in levels if name]
-        elif order == "down":
+            return self._by_level(command, order, names)
+        if order == "down":
             names.reverse()
         elif order is None and len(command.objects) == 1:
             # The widest below; what stands in a tower already stays.
             names.sort(key=self._breadth)
-        self._pile(names[0], names[1:])
+        return names
+
+    def _by_level(self, command: Command, order: Sequence[tuple[str, Ref]], names: list[str]) -> list[str]:
+        """As in "red at the bottom, then green, and blue on top"; what is not told goes where there is room for it."""
+        levels = [level for level, _ in order]
+        placed: list[str] = []
+        for level, ref in order:
+            found = self.ground.one(ref, lambda name: name in names and name not in placed).ids[0]
+            if found not in names and level in ("bottom", "top") and not any(each.number for each in command.objects):
+                # "stack the cubes, with the can at the bottom"
+                names.append(found)
+            if found not in names or found in placed:
+                raise RefusedError(
+                    RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: the tower is of {listed(names)}.", tuple(names)
+                )
+            placed.append(found)
+        bottom, top = (
+            [name for name, level in zip(placed, levels, strict=True) if level == end] for end in ("bottom", "top")
+        )
+        between = [name for name in placed if name not in bottom and name not in top]
+        rest = [name for name in names if name not in placed]
+        downwards = len(levels) > 1 and (levels[0] == "top" or levels[-1] == "bottom" or "below" in levels)
+        told_on = {"next", "below"} & {*levels}
+        if (
+            len(bottom) > 1
+            or len(top) > 1
+            or (downwards and (levels[0] == "bottom" or levels[-1] == "top"))
+            or (told_on and (top and bottom and rest))
+            or (told_on and not downwards and "top" in levels[:-1])
+        ):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"I cannot tell the order of the tower of {listed(names)}.", tuple(names)
+            )
+        if told_on:
+            between = between[::-1] if downwards else between
+            rest.sort(key=self._breadth)
+            return [*bottom, *rest, *between, *top] if downwards else [*bottom, *between, *rest, *top]
+        if len(command.objects) > 1 and self._fits_ends(names, bottom, top) and not between:
+            # "the brick, the block and the sponge, brick at the bottom": listed upwards.
+            return names
+        if len(command.objects) > 1 and self._fits_ends(names[::-1], bottom, top) and not between:
+            return names[::-1]
+        rest.sort(key=self._breadth)
+        return [*bottom, *rest[: len(rest) // 2], *between, *rest[len(rest) // 2 :], *top]
+
+    @staticmethod
+    def _fits_ends(names: Sequence[str], bottom: Sequence[str], top: Sequence[str]) -> bool:
+        return names[0] in (*bottom, names[0])[:1] and names[-1] in (*top, names[-1])[:1]
 
     def _breadth(self, name: str) -> tuple[float, float]:
         x, y, _ = self.world.extents(name)

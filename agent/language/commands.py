@@ -8,7 +8,8 @@ from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
-from robosandbox.agent.language.word_order import ORDERS, WordOrder
+from robosandbox.agent.language.towers import Towers
+from robosandbox.agent.language.word_order import ORDERS
 from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
@@ -18,7 +19,7 @@ _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 
 
-class Commands(WordOrder):
+class Commands(Towers):
     """The rules for one command."""
 
     @rule
@@ -29,6 +30,7 @@ class Commands(WordOrder):
             found += self._verb_first(start)
             found += self._wish(start)
             found += self._by_doing(start)
+            found += self.told_tower(start)
         for start, _ in self.tag(i, "OWN_WISH"):
             # "I want to pick up the can"; but "I have to go home" is about the speaker.
             found += [(j, command) for j, command in self._verb_first(start) if command.objects]

@@ -9,16 +9,21 @@ from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
 from robosandbox.agent.language.intent import IT, Command, Matching, Place, Ref, Relation, Table, replace
 
 
+_LEVELS = (" bottom", " top", " middle", " lowest", " highest", " base")
+
+
 def stack(frame: Frame) -> list[Command]:
     """As in "stack the cubes", "stack red on green", "pile them up with the red one on top"."""
     if set(frame.rest) - {"particle", "order", "order_end", "direction", "by_size"}:
         return []
     if len(frame.objects) > 1:
-        return _in_turn(frame)
+        return []
     if frame.particle and frame.particle not in MUTUAL:
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
     order = _order(frame, objects)
+    if any(map(_level_denied, objects)):
+        return []
     if "direction" in frame.rest or ("by_size" in frame.rest and (order or frame.places or len(objects) != 1)):
         return []
     if not frame.places:
@@ -34,23 +39,10 @@ def stack(frame: Frame) -> list[Command]:
     return found
 
 
-def _in_turn(frame: Frame) -> list[Command]:
-    """As in "stack the filters on the mount, red lowest, then green, then blue"."""
-    ends = frame.rest.get("order_end", [])
-    whole = frame.objects[0][0]
-    if (
-        len(frame.objects) != 2
-        or len(frame.objects[0]) != 1
-        or not whole.plural
-        or whole.relations
-        or set(frame.rest) != {"order_end"}
-    ):
-        return []
-    if len(ends) != 1 or frame.kinds.index("order_end") > frame.kinds.index("objects", 1) or ends[0][0] == "middle":
-        return []
-    listed = tuple(_of(whole, ref) for ref in (ends[0][1], *frame.objects[1]))
-    upwards = listed if ends[0][0] == "bottom" else listed[::-1]
-    return stack(replace(frame, objects=(upwards,), rest={"order": ["up"]}))
+def _level_denied(ref: Ref) -> bool:
+    """As in "the cubes, not the red one at the bottom": it tells of a level, and of none that is left out."""
+    denied = (*ref.without, *ref.instead)
+    return any(each.text.endswith(_LEVELS) for each in (ref, *denied)) if denied else False
 
 
 def _extreme(ref: Ref) -> bool:
@@ -76,17 +68,13 @@ def build(frame: Frame) -> list[Command]:
     if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) != 1:
         return []
     ends = [end for end in frame.rest.get("order_end", ())]
-    material: tuple[Ref, ...] = frame.one("material") or ()
-    if len(material) == 1 and material[0].plural and len(frame.objects) == 2 and ends and not material[0].relations:
-        # "a tower with all the blocks, blue at the bottom, then red, and green on top"
-        ends = [(level, _of(material[0], ref)) for level, ref in ends]
-        among = tuple(_of(material[0], ref) for ref in frame.objects[1])
-        rest = {"order_end": ends}
-        return build(replace(frame, objects=(frame.objects[0], among), rest=rest))
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]
     where = frame.places[0] if len(frame.places) == 1 else None
     tower_ref = frame.objects[0][0]
     plain = not (tower_ref.relations or tower_ref.without or any(rank.strict for rank in tower_ref.ranks))
+    if (tower_ref.number or 0) > 1 or any(map(_level_denied, (ref for refs in lists for ref in refs))):
+        # "a two-high tower of the cubes": which two?
+        return []
     on = isinstance(where, Relation) and where.kind == "on" and bool(where.refs)
     if (
         set(frame.rest) - {"order", "order_end", "material", "person"}

@@ -269,6 +269,9 @@ class Grounder(Vicinity):
             if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
                 # "put the ball in the black thing"
                 found = [item for item in before if fits(item.id)]
+        elif ref.one and self.discourse.nouns and self._in_stacks(ref, found):
+            # "put the coal wagon on the station, the tank wagon on top of that, then tap the top one": of whatever sort.
+            found = self._in_stacks(ref, found)
         elif ref.one and self.discourse.nouns:
             found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:
@@ -279,6 +282,11 @@ class Grounder(Vicinity):
         if ref.nouns == ("tower",):
             found = [item for item in found if self.world.level(item.id) and not self.world.on_top_of(item.id)]
         return found
+
+    def _in_stacks(self, ref: Ref, found: list[DetectedObject]) -> list[DetectedObject]:
+        if not any(rank.key in ("top", "bottom") and rank.strict for rank in ref.ranks):
+            return []
+        return [item for item in found if self.world.level(item.id) or self.world.on_top_of(item.id)]
 
     def _same_noun(self, found: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
         """As in "one" stands for the noun spoken of last that makes sense here."""
