@@ -19,6 +19,12 @@ _MOVES = frozenset({"go", "move", "slide", "roll", "drive", "travel", "scoot"})
 _HOLDERS = word_set("rack case caddy holder hamper locker shelf cradle dock cubby chest pouch pocket sleeve trough")
 
 
+def _tells_which(command: Command) -> bool:
+    """Say whether where something is to go is a position that rather tells what is meant."""
+    place = command.place
+    return isinstance(place, Relation) and place.kind in ("between", "in", "on") and not place.directional
+
+
 class Commands(Towers):
     """The rules for one command."""
 
@@ -133,6 +139,9 @@ class Commands(Towers):
                         elements = tuple(e for e in elements if (e.kind, e.value) != ("direction", "right"))
                         verb = "pick"
                     made = frame_command(verb, elements)
+                    if verb == "move" and self.text(i) in _TAKES:
+                        # "take the ball between the cans" tells which; "take it to the tray" where to.
+                        made = [c for c in made if not _tells_which(c)]
                     found += [(k, replace(c, bare=c.bare + strain) if strain else c) for c in made]
                     found += self._tapped(k, made) if verb == "tap" else []
             if verb == "tap":
