@@ -284,6 +284,10 @@ class _Builder(Arranging):
                 raise RefusedError(
                     RefusalCode.IMPOSSIBLE, f"{name} is no drawer; it neither opens nor closes.", (name,)
                 )
+            handled = [step.call.skill for step in self.steps if step.call.arguments.get("drawer") == name]
+            if handled[-1:] == [skill]:
+                # "... and close it; after closing it, tap the can"
+                continue
             self._need_empty(f"handle {name}")
             self._add(skill, drawer=name)
         return names

@@ -274,7 +274,8 @@ class Grammar(Amendments):
         for j, refs in self.np_list(i):
             # "the batteries stay where they are"
             k = j + 1 if self.text(j) in ("should", "must", "shall", "can", "will", "to") else j
-            if self.text(k) in _STAYS:
+            # "the dice, and the car stays out of it": one thing stays.
+            if self.text(k) in _STAYS and not (self.text(k).endswith("s") and k == j and len(refs) > 1):
                 found += [(end, refs) for end in self.optional(k + 1, "AVOID_TAIL")]
         for start in self.optional(i, "PREAMBLE"):
             for j, _ in self.tag(start, "AVOID"):

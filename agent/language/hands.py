@@ -110,6 +110,10 @@ class Hands:
             if ref.one and ref.other and not ref.nouns and self.called:
                 # "a cup on the block and another on the tray": another cup.
                 ref = replace(ref, nouns=self.called)
+            elif ref.one and [rank.nth for rank in ref.ranks] == [1] and not (ref.nouns or ref.names) and self.called:
+                # "the two smallest balls in the cup and the biggest one in the box": the biggest ball.
+                alike = replace(ref, nouns=self.called)
+                ref = alike if self.ground.has(alike, fits=self.world.movable) else ref
             self.called = ref.nouns or self.called
             barred = (*exclude, *names) if ref.determiner != "the" else (*exclude,)
             if ref.determiner == "a" or (ref.determiner == "bare" and ref.number):

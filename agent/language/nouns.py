@@ -197,6 +197,8 @@ class Nouns(Modifiers):
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
         for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
+            own = token.text in self.words.single and (phrase == token.text or phrase not in self.words.parts)
+            plural = plural and not own
             many = (ref.plural or plural) and ref.number != 1
             named = replace(ref, nouns=(phrase,) if noun != "one" else (), one=noun == "one", plural=many)
             found += self._suffixed(j, named)

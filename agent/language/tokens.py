@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -99,6 +100,13 @@ class SceneWords:
     def forms(self) -> frozenset[str]:
         """The words of ids, and their plurals."""
         return self.parts | {words_plural(part) for part in self.parts if part.isalpha() and len(part) > 2}
+
+    @cached_property
+    def single(self) -> frozenset[str]:
+        """The words that call one thing alone what it is: where scissors are, "the scissors" are one thing."""
+        last = [[part for part in id_parts(name) if part.isalpha()][-1:] for name in self.ids]
+        count = Counter(part for parts in last for part in parts)
+        return frozenset(part for part, n in count.items() if n == 1)
 
     @cached_property
     def by_first_word(self) -> dict[str, list[tuple[tuple[str, ...], str]]]:
