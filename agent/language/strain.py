@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from typing import Any
 
@@ -11,7 +12,8 @@ from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
 _AGAIN = 0.5
 # "the red, white and green cubes": another white thing is no white cube.
 _SHARED = 1.6
-_LEVELS = (" bottom", " top", " middle")
+_LEVELS = frozenset({"bottom", "top", "middle"})
+_AT_LEVEL = re.compile(r" (?:at|on|in) (?:the )?\w+$")
 
 
 Known = dict[int, tuple[Any, float]]
@@ -88,5 +90,5 @@ def _of_ref(ref: Ref) -> float:
     inner = sum(map(_of_ref, (*(r for relation in ref.relations for r in relation.refs), *ref.without, *ref.options)))
     bare -= 0.6 * len(ref.without)
     # "big green at the bottom" is rather a level of a tower than one of several things.
-    level = 0.3 if ref.ranks and ref.text.endswith(_LEVELS) else 0.0
+    level = 0.3 if any(rank.key in _LEVELS for rank in ref.ranks) and _AT_LEVEL.search(ref.text) else 0.0
     return 20.0 * len(ref.unknown) + 1.0 * len(ref.relations) + bare + level + inner
