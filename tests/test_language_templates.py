@@ -205,7 +205,7 @@ _EXAMPLES = """
     push it a bit to the left , 5 cm -> push it 5.0 cm to the left
     put the can in the bin , where it belongs -> put the can in the bin
     put the can on , no , in the bin -> put the can in the bin
-    no not the can , the ball ! tap the ball -> tap the ball
+    no not the can , the ball ! tap the ball -> do not touch the can . tap the ball
     two things for the bin : first the can , then the ball -> put the can in the bin , then put the ball in the bin
     two things for the bin : the can and the ball -> put the can and the ball in the bin
     hold the can up a moment -> hold the can up

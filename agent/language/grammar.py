@@ -86,13 +86,19 @@ class Grammar(Amendments):
             # "..., but open it first, then close it": what follows comes last.
             late = [k for k in late if self.text(k) != "," or self.text(k + 1) not in ("and", "then")]
             for k in self._corrected(j):
-                # "pick up the can, no, push it": what was said before does not count.
+                # "pick up the can, no, push it": what was said before does not count; "wait, push it first" adds to it.
+                if "first" in self.texts[k : next((m for m in range(k, n) if self.tokens[m].kind == "mark"), n)]:
+                    continue
                 for end, rest in self._parts(k):
                     first = rest[0] if rest else None
                     last = part[-1]
                     if isinstance(first, Command) and isinstance(last, Command):
                         if first.objects and first.objects[0].determiner == "it":
                             first = replace(first, objects=last.objects)
+                        there = last.place.refs if isinstance(last.place, Relation) else ()
+                        if isinstance(first.place, Relation) and first.place.refs == (IT,) and there:
+                            # "..., I mean the banana next to it"
+                            first = replace(first, place=replace(first.place, refs=there))
                         found.append((end, (*part[:-1], first, *rest[1:])))
             for k in self._corrected(j):
                 # "put it in the bowl - no, in the tray", "push it left, I mean right": the verb stays.

@@ -10,6 +10,8 @@ from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
 from robosandbox.agent.language.tokens import WAITED_FOR, id_parts
 
+_BEFORE_PLACES = frozenset({"on", "in", "to", "of", "into", "onto", "beside", "behind", "by", "near"})
+
 
 class Phrasing(Choices):
     """The rules for whole noun phrases."""
@@ -243,6 +245,10 @@ class Phrasing(Choices):
                     # "..., no, not the yellow block, the orange one": it is another one that was wrong.
                     continue
                 for end, better in self.np_list(k):
+                    placed = better[-1].relations or self.text(end) in (*_BEFORE_PLACES, "next")
+                    if placed and self.text(i - 1) in _BEFORE_PLACES:
+                        # "put a on b, no, c on b": both are said anew.
+                        continue
                     if better[0].one and not better[0].nouns:
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))

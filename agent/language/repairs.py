@@ -74,13 +74,39 @@ class Repair:
             return self._given_up(self.start + kept + 1)
         if self.start < len(tokens) and texts[self.start] in BASE_FORMS:
             return self._commanded()
+        anew = self._thing_and_place()
+        if anew:
+            return [anew]
         for end in self._ends():
             better = tokens[self.start : end]
-            found = [(start, stop, words) for start, stop, words in self._replaced(end, better, wrong)]
+            found = [change for change in self._replaced(end, better, wrong) if self._changes(*change)]
             if found:
                 rest = tokens[self.resume or end :]
                 return [self._joined(start, stop, words, rest) for start, stop, words in found]
         return []
+
+    def _changes(self, start: int, stop: int, words: Words) -> bool:
+        """Say whether other words are said: "the fig and the olive in the bag, correction: the fig" leaves one out."""
+        before = [text for text in self.said.texts[start:stop] if text not in DETERMINERS]
+        return before != [token.text for token in words if token.text not in DETERMINERS]
+
+    def _thing_and_place(self) -> Words:
+        """As in "put the cup by the jug, I mean the glass by it": thing and place anew."""
+        texts, tokens, places = self.said.texts, self.said.tokens, self._places()
+        limit = self.resume or next((k for k in range(self.start, len(texts)) if texts[k] in MARKS), len(texts))
+        ends = [
+            end for end, ref in self.said.grammar.np(self.start) if not (ref.unknown or ref.relations) and end < limit
+        ]
+        ends = [end for end in ends if texts[end] in (*PREPOSITIONS, "next") and limit in named(self.said, end)]
+        objects = [thing for thing in self._things if not thing.place]
+        if not ends or len(places) != 1 or len(objects) != 1 or objects[0].end > places[0][0]:
+            return ()
+        start, stop, _ = places[0]
+        anchor = next((thing for thing in self._things if start < thing.start and thing.end == stop), None)
+        anew = tokens[self.start : min(limit, self.stop)]
+        if anew[-1].text in ("it", "there") and anchor:
+            anew = (*anew[:-1], *tokens[anchor.start : anchor.end])
+        return (*tokens[: objects[0].start], *anew, *tokens[stop : self.cue], *tokens[limit:])
 
     def _ends(self) -> list[int]:
         """Return where the better words may end, the longest first."""
@@ -326,6 +352,9 @@ class Repair:
     def _commanded(self) -> list[Words]:
         """As in "put the muffin on the plate, scratch that, put the croissant there": a whole command anew."""
         texts, tokens = self.said.texts, self.said.tokens
+        if {"first", "also", "too"} & {*texts[self.start :]}:
+            # "wait, put the banana in there first" takes nothing back.
+            return []
         if {".", ";", "then", "and", ":"} & {*texts[: self.cue]}:
             no = (Token(",", ",", "mark"), Token("no", "no", "word"), Token(",", ",", "mark"))
             return [
