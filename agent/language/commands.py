@@ -7,8 +7,8 @@ from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
-from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.towers import Towers
+from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS
 from robosandbox.agent.language.wordlist import word_set
 

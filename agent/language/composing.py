@@ -8,7 +8,6 @@ from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
 from robosandbox.agent.language.intent import IT, Command, Matching, Place, Ref, Relation, Table, replace
 
-
 _LEVELS = (" bottom", " top", " middle", " lowest", " highest", " base")
 
 
