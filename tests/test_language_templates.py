@@ -128,6 +128,10 @@ _EXAMPLES = """
     away with the can , into the bin -> put the can into the bin
     the ball goes in the bin , ditto the can -> the ball goes in the bin , then the can
     put the can where the ball is and vice versa -> swap the can and the ball
+    put the first two balls counting from the left in the bin -> put the two leftmost balls in the bin
+    put the first two balls counting from the right in the bin -> put the two rightmost balls in the bin
+    put the last two balls counting from the left in the bin -> put the two rightmost balls in the bin
+    put the last two balls counting from the right in the bin -> put the two leftmost balls in the bin
     put the can right up against the box -> put the can next to the box
     up with the can -> pick up the can
     tap the ball and come back for the can -> tap the ball and pick up the can

@@ -11,6 +11,7 @@ from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
 from robosandbox.agent.language.courtesies import POLITE
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.initials import in_full
+from robosandbox.agent.language.numbering import by_number
 from robosandbox.agent.language.ordering import in_order
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
@@ -219,4 +220,4 @@ _INDIRECT = Constructions(colloquial.CLAUSES, ABROAD, FOREIGN, INDIRECT, parts=_
 
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
-    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(in_full(said))))))
+    return _INDIRECT.reworded(without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(by_number(in_full(said)))))))

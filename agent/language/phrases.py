@@ -396,7 +396,8 @@ class Phrasing(Choices):
         found: Found[tuple[Ref, ...]] = []
         if i > self.second_last_suffix:
             return found
-        for j, base in self._determiners(i):
+        described = [hit for j, base in self._determiners(i) for hit in self._adjectives(j, base, 0)]
+        for j, base in described:
             for k, noun in self._noun(j, base):
                 refs: list[Ref] = []
                 m = k
