@@ -20,6 +20,7 @@ _SIDES = frozenset({"left", "right", "front", "back", "beside"})
 _EACH = frozenset({"each", "each one", "each of them", "every one"})
 _SIDE_WORDS = frozenset({"left", "right", "front", "behind", "back", "side"})
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
+_OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
 _WAYS = frozenset({"towards", "toward", "away", "closer", "nearer"})
 
 
@@ -179,6 +180,12 @@ class Amendments(Commands, ABC):
                 found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
         if last.verb != "push":
             return found
+        for j, again in self._pushed_on(last, k):
+            if self._skip(j) >= n:
+                found.append((n, (*part, again)))
+            for m in self._joints(j):
+                found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
+                found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
         for j, elements in self.elements(k):
             if not any(e.kind in ("direction", "distance") for e in elements):
                 continue
@@ -216,6 +223,19 @@ class Amendments(Commands, ABC):
                     found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
                     found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
         return found
+
+    def _pushed_on(self, last: Command, k: int) -> Found[Command]:
+        """As in "5 cm to the left, then 5 cm more", "10 cm to the left, then back again"."""
+        if not last.direction or last.place:
+            return []
+        it = replace(last, objects=(replace(IT, plural=last.objects[0].plural),), bare=0.3)
+        if self.text(k) in ("backagain", "back"):
+            # "to the left and back" returns, or comes nearer; after two ways, which of them goes back?
+            plain = -0.6 if last.direction == "forward" or self.text(k) == "backagain" else 0.3
+            ways = [replace(it, direction=_OPPOSITE[last.direction], bare=plain)]
+            return [(k + 1, way) for way in ways if last.objects[0].determiner != "it"]
+        further = self.text(k - 1) in ("then", "and") and last.distance is not None
+        return [(j, replace(it, distance=metres, times=1)) for j, metres in (self.distance(k) if further else ())]
 
     def _other_side(self, last: Command, k: int) -> Found[Relation]:
         """Return the places that "to the right" and the like at `k` mean, after one at another side of something."""

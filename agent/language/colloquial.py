@@ -76,7 +76,8 @@ FILLERS = {
 }
 CLAUSES = {
     "<verb> do not! {_VERB} {_thing} [,] [but|rather|instead!] {VERB} {thing2} {place} <end>": "{VERB} {thing2} {place}",
-    "<verb> swap {one} (with|and|for) {one2} and {one3} (with|and|for) {one4} <end>": "swap {one} and {one2} , then swap {one3} and {one4}",
+    "<verb> (swap|exchange|switch) {one} (with|and|for) {one2} (and|, and|,|;|then|, then|and then|, and then) [also] {one3} (with|and|for) {one4} <end>": "swap {one} and {one2} , then swap {one3} and {one4}",
+    "{times:twice|thrice|two times|three times|four times} [,] [by] {distance} (each time|every time|each|at a time|each go)": "{distance} {times}",
     "{except:except|except for|apart from|but not} {one} , which (goes|should go|belongs|can go) {place}": "{except} {one} , then put {one} {place}",
     "<start> {thing} (goes|go) {place} , {thing2} with (it|them) <end>": "put {thing} and {thing2} {place}",
     "<verb> tap {one} (only!|but only!|just) after! [you tap|tapping] {one2} <end>": "tap {one2} , then tap {one}",
