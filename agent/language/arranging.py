@@ -201,6 +201,8 @@ class Arranging(Placing):
     def _by_level(self, command: Command, order: Sequence[tuple[str, Ref]], names: list[str]) -> list[str]:
         """As in "red at the bottom, then green, and blue on top"; what is not told goes where there is room for it."""
         levels = [level for level, _ in order]
+        if any(ref.plural and ref.determiner != "a" for _, ref in order):
+            return self._by_group(order, names)
         placed: list[str] = []
         for level, ref in order:
             found = self.ground.one(ref, lambda name: name in names and name not in placed).ids[0]
@@ -240,6 +242,19 @@ class Arranging(Placing):
             return names[::-1]
         rest.sort(key=self._breadth)
         return [*bottom, *rest[: len(rest) // 2], *between, *rest[len(rest) // 2 :], *top]
+
+    def _by_group(self, order: Sequence[tuple[str, Ref]], names: list[str]) -> list[str]:
+        """As in "the big ones at the bottom, the small ones on top": the widest of each group below."""
+        ends: dict[str, list[str]] = {"bottom": [], "top": []}
+        for level, ref in order:
+            found = [name for name in self.ground.many(ref, lambda name: name in names).ids if name in names]
+            if not found or level not in ends or ends[level] or {*found} & {*ends["bottom"], *ends["top"]}:
+                raise RefusedError(
+                    RefusalCode.AMBIGUOUS, f"I cannot tell the order of the tower of {listed(names)}.", tuple(names)
+                )
+            ends[level] = sorted(found, key=self._breadth)
+        rest = [name for name in names if name not in ends["bottom"] and name not in ends["top"]]
+        return [*ends["bottom"], *sorted(rest, key=self._breadth), *ends["top"]]
 
     @staticmethod
     def _fits_ends(names: Sequence[str], bottom: Sequence[str], top: Sequence[str]) -> bool:

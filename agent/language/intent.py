@@ -50,7 +50,7 @@ class Relation(NamedTuple):
     """A position relative to things: a modifier of a noun or the place where something goes.
 
     Attributes:
-        kind: on, in, left, right, front, back, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
+        kind: on, in, left, right, front, back, opposite, beside, between, under, from, to, towards, away, against, held (in the gripper), open or
             closed (of drawers), empty or full (of containers), holds or lacks (something inside), than ("taller than the can"), alike or unlike (of the same colour, or of another), discard (where waste goes).
         refs: The things; none is the table.
         distance: Metres.

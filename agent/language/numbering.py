@@ -13,7 +13,9 @@ _NUMBERED = frozenset({"numbered", "number", "numbers"})
 _LEADS = frozenset({"the", "all", "every", "each", "all the", "of"})
 _SHORT = {"object": "obj", "obj": "object"}
 _BOUND = frozenset({"outbound", "inbound"})
-_BEFORE_NAMES = frozenset({"the", "to", "in", "into", "on", "for", "at", "of", "from", "go", "goes", "a", "that", "this"})
+_BEFORE_NAMES = frozenset(
+    {"the", "to", "in", "into", "on", "for", "at", "of", "from", "go", "goes", "a", "that", "this"}
+)
 
 
 def by_number(said: Said) -> Said:

@@ -210,6 +210,10 @@ class Phrasing(Choices):
                 again = self.text(j) == "," and self.text(k) in ("all", "both", "each", "every")
                 for end, others in self.np_list(k):
                     lead = others[0]
+                    level = any(rank.key in ("top", "bottom") for rank in lead.ranks)
+                    if level and first.plural and {"one", "ones"} & {*lead.text.split()} and self.text(k - 1) == ",":
+                        # "all the blocks, the big ones at the bottom": a tower's, and no others.
+                        continue
                     if end in pairs and first.one and not first.nouns:
                         # "the leftmost and rightmost cubes": no thing of any kind and cubes.
                         continue

@@ -103,8 +103,9 @@ RELATIONS: dict[str, str] = {
     ),
     "back": (
         "behind, in back of, at the back of, to the rear of, to the back of, just behind, right behind, "
-        "directly behind, at the rear of, beyond, on the far side of, on the other side of"
+        "directly behind, at the rear of, beyond, on the far side of"
     ),
+    "opposite": "on the other side of, to the other side of, at the other side of, on the opposite side of",
     "beside": (
         "as close as possible to, as near as possible to, as close to, right up to, next to, beside, by, near, nearby, near to, close to, alongside, adjacent to, right next to, "
         "at the side of, by the side of, "

@@ -16,6 +16,7 @@ from robosandbox.agent.language.intent import (
     Region,
     Relation,
     Spot,
+    replace,
 )
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
@@ -48,8 +49,9 @@ class Placing(Hands):
             targets = tuple(found)
         else:
             ref = place.refs[0]
-            if ref.determiner == "it" and self.last_side and self.last_side[0] == _OPPOSITE.get(place.kind):
-                # "the plum left of the can and the pear right of it": of the can.
+            opposite = (place.kind, _OPPOSITE.get(place.kind))
+            if ref.determiner == "it" and self.last_side and {"opposite", self.last_side[0]} & {*opposite}:
+                # "the plum left of the can and the pear right of it", "... on the other side of it": of the can.
                 return (self.last_side[1],)
             # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
             barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
@@ -75,6 +77,9 @@ class Placing(Hands):
                 )
             self._pour_out(self._vessel(name), targets[0])
             return
+        if isinstance(place, Relation) and place.kind == "opposite":
+            across = self.last_side[0] if self.last_side and targets == self.last_side[1:] else "front"
+            place = replace(place, kind=_OPPOSITE[across])
         match place:
             case Relation(kind="between"):
                 (ax, ay), (bx, by) = world.at[targets[0]], world.at[targets[1]]

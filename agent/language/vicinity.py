@@ -22,6 +22,7 @@ class Vicinity(Orders, ABC):
         return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
 
     def _around(self, kind: str, names: list[str], anchor: str, *, narrow: bool = False) -> list[str]:
+        kind = "back" if kind == "opposite" else kind
         ax, ay = self.world.at[anchor]
         offsets = {name: (self.world.at[name][0] - ax, self.world.at[name][1] - ay) for name in names}
         axes = {"left": (0.0, 1.0), "right": (0.0, -1.0), "front": (-1.0, 0.0), "back": (1.0, 0.0)}
