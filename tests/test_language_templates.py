@@ -298,6 +298,7 @@ _EXAMPLES = """
     could i trouble you for the can in the bin -> put the can in the bin
     could i trouble you for the can -> pick up the can
     would it be possible for the can to be put in the bin -> the can should be put in the bin
+    would it be possible for the can to go in the bin -> the can should go in the bin
     any chance of the can going in the bin -> put the can in the bin
     would you be so good as to tap the can -> could you tap the can
     it is about time you tap the can -> could you tap the can

@@ -25,7 +25,7 @@ _CUES.add_all(CORRECTION, "CUE")
 _CUES.add_all(
     "i said, i say, forget that, forget it, cancel that, just kidding, only kidding, just joking, only joking, kidding, "
     "changed my mind, i changed my mind, i have changed my mind, change of plan, change of plans, come to think of it, "
-    "you know what, other one, other colour, other color, other side",
+    "you know what, actually what, other one, other colour, other color, other side",
     "CUE",
 )
 _CUES.add_all("oh, ah, well, but, and, or, so, that is, let us make it, i want, it is, yes, instead, i think", "FILL")
@@ -81,6 +81,10 @@ def _repairs(said: Said, i: int) -> list[Repair]:
         if texts[asked:first] == ask and (strong or ask[0] == "did") and after < n:
             # "did I say yellow? I meant green"
             return [Repair(said, i, after, n, tuple(texts[first:end]))]
+    if texts[asked : asked + 1] == ["by"]:
+        # "put the car in the box, and by the box I mean the toy box"
+        mean = next((m for m in range(asked + 2, min(asked + 6, n)) if texts[m : m + 2] == ["i", "mean"]), 0)
+        return [Repair(said, i, mean + 2, n, tuple(texts[asked + 1 : mean]))] if mean else []
     if k > i:
         # "..., the pink one, I mean"; "..., in the tray, not the bin"
         start = k + 1 if texts[k : k + 1] in (["and"], ["but"], ["so"]) else k

@@ -38,6 +38,7 @@ REQUESTS = {
     "<might> <we> [please|just] (trouble|bother|ask) you for {that} <end>": "pick up {that}",
     "(let me|might i|may i|can i|could i) [please] (ask|request|trouble|bother|get|have) [of] you [to]": "",
     "<we> (beg|implore|urge|ask) [of] you to": "",
+    "(would|will|is|might|could) it be possible for {thing} to (go|sit|stand|end up|lie|live)": "{thing} should go",
     "(would|will|is|might|could) it be possible for {thing} to [be]": "{thing} should be",
     "(any|is there [any|a]) (chance|possibility) of {thing} (going|being put|being placed|getting|ending up) {place}": "put {thing} {place}",
     "(<start>|would you) be (so|very) (good|kind|nice|sweet|lovely) as to": "could you",

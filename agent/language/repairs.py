@@ -168,7 +168,7 @@ class Repair:
                 and _tells(ref)
                 and not PREPOSITIONS & {*self.said.texts[i:end]}
             ]
-            if not ends:
+            if not ends or self.said.texts[i : i + 2] == ["can", "you"]:
                 i += 1
                 continue
             end, ref = max(ends, key=lambda hit: hit[0])
