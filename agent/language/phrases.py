@@ -250,7 +250,9 @@ class Phrasing(Choices):
                     continue
                 for end, better in self.np_list(k):
                     placed = better[-1].relations or self.text(end) in (*_BEFORE_PLACES, "next")
-                    if placed and self.text(i - 1) in _BEFORE_PLACES:
+                    other = better[0].one and better[0].ranks and not refs[-1].ranks
+                    # "the left cube in the bin, no, the right one": it is the cube that was wrong.
+                    if (placed or other) and self.text(i - 1) in _BEFORE_PLACES:
                         # "put a on b, no, c on b": both are said anew.
                         continue
                     if better[0].one and not better[0].nouns:

@@ -87,6 +87,9 @@ class Repair:
 
     def _changes(self, start: int, stop: int, words: Words) -> bool:
         """Say whether other words are said: "the fig and the olive in the bag, correction: the fig" leaves one out."""
+        if not self.wrong and {"then", ".", ";"} & {*self.said.texts[stop : self.cue]}:
+            # "the hammer in the crate, then the brick. No, the toolbox": for both, or for the brick alone?
+            return False
         before = [text for text in self.said.texts[start:stop] if text not in DETERMINERS]
         return before != [token.text for token in words if token.text not in DETERMINERS]
 
