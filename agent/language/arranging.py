@@ -206,7 +206,8 @@ class Arranging(Placing):
         placed: list[str] = []
         for level, ref in order:
             found = self.ground.one(ref, lambda name: name in names and name not in placed).ids[0]
-            if found not in names and level in ("bottom", "top") and not any(each.number for each in command.objects):
+            counted = command.place is not None or any(each.number for each in command.objects)
+            if found not in names and level in ("bottom", "top") and not counted:
                 # "stack the cubes, with the can at the bottom"
                 names.append(found)
             if found not in names or found in placed:
