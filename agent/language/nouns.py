@@ -23,6 +23,13 @@ class Nouns(Modifiers):
         part = self._part(i) if i < len(self.tokens) else ""
         return part if part in self.words.parts and (len(part) == 1 or part.isdigit()) else ""
 
+    def _numeral(self, i: int) -> Found[Ref]:
+        """As in "blocks 1, 2 and 3, with 3 at the bottom": a number alone that ends an id."""
+        number = self._suffix(i)
+        told = number.isdigit() and self.text(i) != "one"
+        alone = told and not self.tag(i + 1, "UNIT") and not self.tag(i + 1, "NOUN")
+        return [(i + 1, Ref(text=self.said(i, i + 1), names=(number,)))] if alone else []
+
     @rule
     def _determiners(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []

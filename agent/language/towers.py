@@ -157,7 +157,7 @@ class Towers(WordOrder, ABC):
     def _storey(self, i: int) -> Found[Ref]:
         return [
             (j, ref)
-            for j, ref in self.np(i)
+            for j, ref in (*self.np(i), *self._numeral(i))
             if not (ref.unknown or ref.options or ref.relations or ref.determiner == "it" or ref.text.endswith(_ENDS))
             and (not ref.plural or ref.other)
         ]

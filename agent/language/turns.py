@@ -133,7 +133,7 @@ class TakingTurns(Phrasing):
     def _taker(self, i: int) -> Found[Ref]:
         return [
             (j, ref)
-            for j, ref in self.np(i)
+            for j, ref in (*self.np(i), *self._numeral(i))
             if not (ref.unknown or ref.options or ref.determiner == "it" or ref.relations or ref.without or ref.instead)
         ]
 
