@@ -100,7 +100,6 @@ class Clauses(TakingTurns):
     def _tells_before(self) -> bool:
         return not self.present.isdisjoint({"AFTER", "BEFORE"})
 
-    @rule
     def elements(self, i: int) -> Found[Elements]:
         """Sequences of elements, the longer reach first."""
         return self._rest(i, 0)
@@ -150,12 +149,28 @@ class Clauses(TakingTurns):
         hit = next((hit for hit in known if hit[0] == depth or max(hit[0], depth) + hit[1] <= MAX_ELEMENTS), None)
         if hit is None:
             above, self.height = self.height, 0
-            found = self.capped(self._sequences(i, depth))
+            found = self._of_each_make(self._sequences(i, depth))
             hit = depth, self.height, found
             self.height = above
             known.append(hit)
         self.height = max(self.height, hit[1] + 1)
         return hit[2]
+
+    def _of_each_make(self, found: Found[Elements]) -> Found[Elements]:
+        """Keep readings of each length as `capped` does, and the first of each sequence of kinds.
+
+        The many senses of a long noun phrase must not push out those in which its end says where something goes.
+        """
+        kept = self.capped(found)
+        if len(kept) == len(found):
+            return kept
+        made = {(end, *(kind for kind, _ in elements)) for end, elements in kept}
+        for end, elements in found:
+            make = (end, *(kind for kind, _ in elements))
+            if make not in made:
+                made.add(make)
+                kept.append((end, elements))
+        return kept
 
     def _place(self, i: int) -> Found[Any]:
         found: Found[Any] = []
