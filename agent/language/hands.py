@@ -10,6 +10,7 @@ from robosandbox.agent.language.draft import Step
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
+    Relation,
     replace,
 )
 from robosandbox.agent.language.turns import turns_of
@@ -33,6 +34,7 @@ class Hands:
         self.put_down: set[str] = set()
         self.dealt: set[str] = set()
         self.poured: set[str] = set()
+        self.emptied: tuple[str, ...] = ()
         self.set_free: set[str] = set()
         self.spared: set[str] = set()
         self.called: tuple[str, ...] = ()
@@ -115,6 +117,10 @@ class Hands:
                 alike = replace(ref, nouns=self.called)
                 ref = alike if self.ground.has(alike, fits=self.world.movable) else ref
             self.called = ref.nouns or self.called
+            if self.emptied and ref.determiner == "the" and not ref.plural and Relation("empty") in ref.relations:
+                # "pour the tea into the bowl, then put the empty cup on the tray": the one that was poured from.
+                own = replace(ref, names=self.emptied)
+                ref = own if self.ground.has(own) else ref
             barred = (*exclude, *names) if ref.determiner != "the" else (*exclude,)
             if ref.determiner == "a" or (ref.determiner == "bare" and ref.number):
                 # "two bricks in the box, the yellow one stays": any two of the others.

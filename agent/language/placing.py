@@ -182,6 +182,7 @@ class Placing(Hands):
         self._take(vessel)
         self._add("pour", target=target)
         self.poured.add(vessel)
+        self.emptied = (vessel,)
         self._theme((target,))
         self.discourse.mention((vessel,), ("thing",))
         for name in beads:
