@@ -19,6 +19,7 @@ from robosandbox.agent.language.wishes import spoken
 _SIDES = frozenset({"left", "right", "front", "back", "beside"})
 _EACH = frozenset({"each", "each one", "each of them", "every one"})
 _SIDE_WORDS = frozenset({"left", "right", "front", "behind", "back", "side"})
+_ADJECTIVES = frozenset({"COLOUR", "SHADE", "SIZE", "POS", "SUPER", "THE"})
 _LAST = frozenset({"last", "lastly", "finally", "afterwards", "afterward", "later", "at", "in", "after"})
 _OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
 _WAYS = frozenset({"towards", "toward", "away", "closer", "nearer"})
@@ -269,8 +270,15 @@ class Amendments(Commands, ABC):
             starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
-        if k == j and any(
-            verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close") for _, verb in self.tag(k, "VERB")
+        # "in the grey bin and tap it" is no binning.
+        named = k > 0 and k < self.count and "NOUN" in self.tags[k] and not _ADJECTIVES.isdisjoint(self.tags[k - 1])
+        if (
+            k == j
+            and not named
+            and any(
+                verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close")
+                for _, verb in self.tag(k, "VERB")
+            )
         ):
             starts.append(k)
         return list(dict.fromkeys(starts))

@@ -124,6 +124,7 @@ CLAUSES = {
     "<start> {holder} , {thing} (belong|belongs|goes|go) (there|in there|in it) <edge>": "put {thing} in {holder}",
     "<edge> (i|we) (would|will) {_praise} if! (they|it) (was|were|is|are|went|go|goes|sat|stood|lay) [put|placed|sitting|standing|lying] {place}": "put it {place}",
     "{side:to the left of|to the right of|left of|right of|behind|in front of} {one} [,] with [a gap of|a space of|a distance of|about|some] {distance} [of] [gap|space|room|distance] (between them|in between|between the two!|between)": "{distance} {side} {one}",
+    "and nothing! else! {place} <end>": "{place}",
     "{that:that|which} (is|are) (already|currently|presently|now) {state:open|opened|closed|shut|empty|full}": "{that} is {state}",
     "[and|,] [and|then] {VERB=close} {thing} (when!|once!|after!) (it|they|both|all of them|everything) (is|are) [all|safely|both] (in|inside|in there|in it|in place)": ", then {VERB=close} {thing}",
     "<start> {thing} (is|are) [all|just] (rubbish|trash|garbage|waste|junk) (,|.|;|:|and) [so] [please] {VERB=discard} {_PRON} <end>": "{VERB=discard} {thing}",

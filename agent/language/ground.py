@@ -136,6 +136,11 @@ class Grounder(Vicinity):
             )
             if len(together) > 1 and (ref.number is None or ref.number == len(together)):
                 return Meaning(together, several=True)
+        if ref.plural and ref.number:
+            # "put the can on the block and then put both of them in the bin"
+            last = list(dict.fromkeys(name for ids in reversed(self.discourse.mentioned) for name in ids))[: ref.number]
+            if len(last) == ref.number and all(name not in barred and fits and fits(name) for name in last):
+                return Meaning(tuple(reversed(last)), several=True)
         movable = [
             name
             for name in self.world.objects

@@ -335,7 +335,9 @@ _EXACTLY = frozenset({"exactly", "precisely", "only", "just"})
 _COLOURLESS = ("black", "white", "grey")
 _OUTMOST = frozenset({"nearest", "closest", "farthest", "furthest"})
 _LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
-_AFTER_A_NAME = word_set("on in into onto to next and or with for then before after goes beside behind from off under above , . ; ? !") | {""}
+_AFTER_A_NAME = word_set(
+    "on in into onto to next and or with for then before after goes beside behind from off under above , . ; ? !"
+) | {""}
 _THINGS = word_set("thing thingy object item toy")
 _SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS

@@ -40,7 +40,8 @@ class Phrasing(Choices):
             return found
         for j, which in self.tag(i, "PRON"):
             them = which == "them"
-            base = Ref(text=self.said(i, j), determiner="it", plural=them)
+            two = 2 if {"both", "two"} & {*self.texts[i:j]} else None
+            base = Ref(text=self.said(i, j), determiner="it", plural=them, number=two)
             found.append((j, base))
             if self.text(j) in ("all", "both"):
                 found.append((j + 1, replace(base, plural=True, number=2 if self.text(j) == "both" else None)))

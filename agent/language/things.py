@@ -296,7 +296,7 @@ ABOUT = (
 )
 PRONOUNS: dict[str, str] = {
     "it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves",
-    "them": "both of them, all of them, each of them, the two of them, the both of them, all three of them, them, those, these, they, all of them, those ones, these ones, all of those, em",
+    "them": "both, both of them, all of them, each of them, the two of them, the both of them, all three of them, them, those, these, they, all of them, those ones, these ones, all of those, em",
 }
 DEFINITES = "the, this, that, these, those, my, your, our, said, the one, these here, that there, this here, its, their"
 INDEFINITES = (
