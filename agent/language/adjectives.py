@@ -56,7 +56,7 @@ DISTINCT = frozenset({"different", "separate", "distinct", "individual"})
 
 MEASURES = word_set(
     """
-    roll packet bar stick piece jar tube bunch bag loaf carton slice sheet lump chunk pack sachet pair tub box bottle can
+    roll packet bar stick piece bit jar tube bunch bag loaf carton slice sheet lump chunk pack sachet pair tub box bottle can
     tin cup glass mug pot reel spool ball block kind sort type
     """
 )

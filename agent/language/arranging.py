@@ -33,7 +33,8 @@ class Arranging(Placing):
                     "sort",
                     command.objects,
                     Relation("in", (Ref(text=place.noun, determiner="all", nouns=(place.noun,), plural=True),)),
-                )
+                ),
+                matching=True,
             )
             return
         if command.tower and isinstance(place, Relation):
@@ -204,7 +205,11 @@ class Arranging(Placing):
         if any(ref.plural and ref.determiner != "a" for _, ref in order):
             return self._by_group(order, names)
         placed: list[str] = []
+        kind = command.objects[0].nouns if len(command.objects) == 1 else ()
         for level, ref in order:
+            if kind and ref.one and not (ref.nouns or ref.names) and self.ground.has(replace(ref, nouns=kind)):
+                # "a tower of the blocks, red at the bottom": the red block.
+                ref = replace(ref, nouns=kind)
             found = self.ground.one(ref, lambda name: name in names and name not in placed).ids[0]
             counted = command.place is not None or any(each.number for each in command.objects)
             if found not in names and level in ("bottom", "top") and not counted:
@@ -363,7 +368,7 @@ class Arranging(Placing):
             else:
                 self._put_at(name, xy, f"the place of {other}")
 
-    def _sort(self, command: Command) -> None:
+    def _sort(self, command: Command, *, matching: bool = False) -> None:
         names, _ = self._objects(command)
         if self.world.held not in names:
             self._need_empty("sort")
@@ -379,7 +384,7 @@ class Arranging(Placing):
         if not isinstance(command.place, Relation) and len(containers) == 1 and not all(homes.values()):
             homes = {}
         if any(homes.values()) or (isinstance(command.place, Relation) and containers):
-            if not any(homes.values()) and len(containers) >= len(homes):
+            if not any(homes.values()) and len(containers) >= len(homes) and not matching:
                 homes = {colour: [container] for colour, container in zip(homes, containers, strict=False)}
             for colour, bins in homes.items():
                 if len(bins) != 1:

@@ -42,7 +42,7 @@ NOUNS: dict[str, str] = {
     "tower": "tower, stack, pile, column, heap, pyramid",
     "handle": "handle",
     "fruit": "fruit",
-    "vegetable": "vegetable, veggie",
+    "vegetable": "vegetable, veggie, veg",
     "tool": "tool",
     "animal": "animal",
     "vehicle": "vehicle",

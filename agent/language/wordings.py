@@ -43,7 +43,7 @@ SHORTHAND = {
     "(back|rear) side of {one}": "behind {one}",
     "[at|on|in|to|by] [the] front side of {one}": "in front of {one}",
     "in front of {one} [,] (on|at|to) the side (that faces|which faces|facing|towards|nearest) [to] (the robot|you|the arm)": "in front of {one}",
-    "(on|onto|on to) the (centre|center|middle) of {one}": "on {one}",
+    "(on|onto|on to|in|into) the (centre|center|middle) of {one}": "on {one}",
     "(on|onto|on to) {one} above <edge>": "on {one}",
     "used to (be|stand|sit|lie)": "was",
     "the both {many}": "both {many}",
