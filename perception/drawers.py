@@ -140,6 +140,9 @@ def _as_drawer(family: Sequence[Group], grip: Group, scenery: Scenery) -> Drawer
         centre=whole.centre + opening / 2.0 * along,
         sizes=np.array([depth / 2.0, whole.sizes[1], whole.sizes[2]]),
     )
+    if 2.0 * hull.sizes[:2].min() < _LEAST_SIDE:
+        # A wall with something before it is no cabinet.
+        return None
     return Drawer(hull, opening, Group((*members.segments, *grip.segments)), seen)
 
 

@@ -24,6 +24,7 @@ from robosandbox.types import (
 )
 
 _SAME_SIZE = 0.0015
+_LEAST_SIZE = 0.001
 
 
 class SensedSim:
@@ -167,7 +168,7 @@ def _alike(a: DetectedObject, b: DetectedObject) -> bool:
 
 def _as_object(item: DetectedObject) -> SceneObject:
     kind = "box" if item.kind == "mesh" else item.kind
+    # What is badly seen may look like less than a world can be built of.
+    size = tuple(max(measure, _LEAST_SIZE) for measure in item.size)
     apart = Pose(xyz=item.pose.xyz, quat_xyzw=item.pose.quat_xyzw)
-    return SceneObject(
-        id=item.id, kind=kind, size=item.size, pose=apart, mass=0.05, open=min(item.opening or 0.0, item.size[-1])
-    )
+    return SceneObject(id=item.id, kind=kind, size=size, pose=apart, mass=0.05, open=min(item.opening or 0.0, size[-1]))

@@ -4,17 +4,20 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from pydantic import ValidationError
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.errors import DrawerError, InvalidArgumentError, PlacementError
 from robosandbox.evidence import DrawerEvidence, PlacementEvidence
 from robosandbox.perception.relations import CLOSED_WITHIN, inside
+from robosandbox.robots.loader import load_robot
+from robosandbox.sim.world import build_world
 from robosandbox.skills.close_drawer import CloseDrawer
 from robosandbox.skills.open_drawer import OpenDrawer
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_in import PlaceIn
 from robosandbox.tasks.session import Session, open_session
-from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.types import LEAST_DRAWER, Pose, Scene, SceneObject
 
 OPEN = 0.08
 
@@ -123,3 +126,10 @@ def test_a_drawer_comes_back_with_its_checkpoint_and_copies_slide_alone() -> Non
         CloseDrawer()(session.ctx, {"drawer": "drawer"})
         session.restore(kept)
         assert opening(session.ctx) == pytest.approx(0.05, abs=1e-4)
+
+
+def test_a_drawer_has_room_between_its_walls() -> None:
+    smallest = drawer(size=(LEAST_DRAWER, LEAST_DRAWER, LEAST_DRAWER, 0.02))
+    assert build_world(Scene(objects=(smallest,)), load_robot(None, None)).object_bodies
+    with pytest.raises(ValidationError, match="leaves no room"):
+        drawer(size=(0.2, 0.012, 0.09, 0.01))

@@ -12,10 +12,12 @@ from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.recognize import Thing, described
 from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.track import Track, renew
 from robosandbox.perception.tracks import Tracker
 from robosandbox.perception.view import Table
 from robosandbox.tasks.session import open_session
+from robosandbox.types import DetectedObject, Pose
 
 TABLE = 0.04
 BIN = np.array([0.074, 0.074, 0.025])
@@ -150,3 +152,22 @@ def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
     tracker.strangers["red_bin_2"] = {"red_bin"} if beside else set()
     tracker.update([look_at_bin((0.2, 0.1), BIN)], Scenery(looks={}, table=Table(TABLE)), None, np.ones(3))
     assert [*tracker.tracks] == (["red_bin_2"] if beside else ["red_bin"])
+
+
+def test_what_is_seen_too_small_to_be_does_not_break_the_world_to_plan_in():
+    with open_session("put_in_bin") as session:
+        sensed = SensedSim(session.sim, session.task.scene)
+        seen = session.observe()
+        cube, phantom = (
+            seen.objects[0],
+            DetectedObject(
+                id="phantom",
+                kind="box",
+                size=(0.02, 0.0, 0.02),
+                colour="red",
+                rgba=(1.0, 0.0, 0.0, 1.0),
+                pose=Pose(xyz=(0.2, 0.3, 0.06)),
+            ),
+        )
+        sensed.believe(replace(seen, objects=(cube, phantom)))
+        assert {cube.id, "phantom"} == {*sensed.object_bodies}

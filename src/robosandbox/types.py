@@ -186,6 +186,8 @@ OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
 }
 
 CONTAINER_WALL = 0.004
+# Walls of cabinet and box, and something between, metres.
+LEAST_DRAWER = 0.03
 
 CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "cup", "drawer"})
 
@@ -303,6 +305,10 @@ class SceneObject(StrictModel):
         drawer, beads = self.kind == "drawer", self.kind == "beads"
         if not drawer and (self.open or self.locked):
             raise ValueError(f"{'open' if self.open else 'locked'}: a {self.kind} is no drawer; leave it out")
+        if drawer and min(self.size[:3]) < LEAST_DRAWER:
+            raise ValueError(
+                f"size: {min(self.size[:3]):g} leaves no room between a drawer's walls; at least {LEAST_DRAWER:g} m each way"
+            )
         if drawer and self.open > self.size[3]:
             raise ValueError(f"open: {self.open:g} is more than the drawer's max_open, {self.size[3]:g}")
         if beads != bool(self.count) or beads != (self.inside is not None):
