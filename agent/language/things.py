@@ -295,7 +295,7 @@ ABOUT = (
     "at least, up to, by another, at most, no more than, not more than, by no more than, by at most, by at least, a full, by a full, something like, by something like"
 )
 PRONOUNS: dict[str, str] = {
-    "it": "it, that, this, that one, this one, the same one, him, her, the latter, itself, themselves",
+    "it": "it, that, this, that one, this one, the same one, him, her, itself, themselves",
     "them": "both, both of them, all of them, each of them, the two of them, the both of them, all three of them, them, those, these, they, all of them, those ones, these ones, all of those, em",
 }
 DEFINITES = "the, this, that, these, those, my, your, our, said, the one, these here, that there, this here, its, their"
