@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from robosandbox.agent.language import colloquial
 from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
+from robosandbox.agent.language.compound import COMPOUND
 from robosandbox.agent.language.courtesies import POLITE
 from robosandbox.agent.language.incidental import without_incidentals
 from robosandbox.agent.language.initials import in_full
 from robosandbox.agent.language.numbering import by_number
 from robosandbox.agent.language.ordering import in_order
 from robosandbox.agent.language.pairing import pairwise_told
+from robosandbox.agent.language.referring import told_again
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.template import Constructions
 from robosandbox.agent.language.terse import TERSE
@@ -222,5 +224,5 @@ _INDIRECT = Constructions(colloquial.CLAUSES, ABROAD, FOREIGN, INDIRECT, parts=_
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
     return _INDIRECT.reworded(
-        without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(pairwise_told(by_number(in_full(said)))))))
+        without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(COMPOUND.reworded(told_again(pairwise_told(by_number(in_full(said)))))))))
     )

@@ -16,6 +16,12 @@ _REVERSED = tuple(
 )
 _JOINTS = frozenset({",", "and"})
 _NAMING = frozenset({"COLOUR", "SIZE", "SHADE", "NOUN"})
+_STARTING = frozenset({"starting", "beginning", "start", "begin"})
+_TURNS = (
+    *(((verb,), last) for verb in ("do", "take", "move", "handle") for last in (False, True)),
+    *(((verb, "with"), False) for verb in ("starting", "beginning", "start", "begin")),
+)
+_PLACING = frozenset({"in", "on", "into", "onto", "to", "next", "beside"})
 Item = tuple[int, int]
 
 
@@ -27,9 +33,67 @@ def in_order(said: Said) -> Said:
             for i in range(len(texts) - len(words) + 1):
                 if tuple(texts[i : i + len(words)]) == words:
                     return _reversed(said, i, i + len(words))
+    if {"first", "last"} & {*texts} or "with" in texts:
+        said = _whose_turn(said)
     if "first" in texts:
         return _first_named(said)
     return said
+
+
+def _whose_turn(said: Said) -> Said:
+    """As in "put the can in the box and the jar on the tray, but do the jar first", "..., starting with the jar"."""
+    texts = said.texts
+    end = len(texts)
+    while end and texts[end - 1] in (".", "!"):
+        end -= 1
+    for lead, last in _TURNS:
+        ends = 1 if lead[0] not in _STARTING else 0
+        for k in range(end - 1, 3, -1):
+            told = tuple(texts[k : k + len(lead)]) == lead and texts[k - 1] in (",", ";", ".", "but", "and")
+            if not told or (ends and texts[end - 1] != ("last" if last else "first")):
+                continue
+            which = {*texts[k + len(lead) : end - ends]} - {"the", "one", "with", "first"}
+            cut = k
+            while texts[cut - 1] in (",", ";", ".", "but", "and"):
+                cut -= 1
+            return _with_turn(said, cut, which, last=last) if which else said
+    return said
+
+
+def _with_turn(said: Said, end: int, which: set[str], *, last: bool) -> Said:
+    steps = _steps(said, end)
+    meant = [k for k, (_, (a, b), _) in enumerate(steps) if which <= _words(said.tokens[a:b])]
+    if len(meant) != 1 or len(steps) < 2:
+        return said
+    step = steps.pop(meant[0])
+    steps.insert(len(steps) if last else 0, step)
+    made: list[Token] = []
+    for verb, (a, b), until in steps:
+        then = (Token(",", ",", "mark"), Token("then", "then", "word")) if made else ()
+        made += [*then, *verb, *said.tokens[a:b], *said.tokens[b:until]]
+    return said.now(made)
+
+
+def _steps(said: Said, end: int) -> list[tuple[Sequence[Token], Item, int]]:
+    """Return the commands up to `end`: the verb of each, where it names its one thing, and where it ends; none if one is not so plain."""
+    steps: list[tuple[Sequence[Token], Item, int]] = []
+    i, verb = 0, said.tokens[:0]
+    told = Said(tuple(said.tokens[:end]), said.words)
+    while i < end:
+        verbs = [b for b, _ in told.grammar.tag(i, "VERB")]
+        verb, i = (said.tokens[i : verbs[-1]], verbs[-1]) if verbs else (verb, i)
+        things = [b for b in told.ends("that", i) if not _PLACING & {*said.texts[i:b]}]
+        if not verb or not things:
+            return []
+        laid = [b for kind in ("place", "way") for b in told.ends(kind, things[0])]
+        until = max((b for b in laid if _JOINTS.isdisjoint(said.texts[i:b])), default=things[0])
+        steps.append((verb, (i, things[0]), until))
+        i = until
+        while i < end and said.texts[i] in (*_JOINTS, "then"):
+            i += 1
+        if i == until < end:
+            return []
+    return steps
 
 
 def _reversed(said: Said, i: int, end: int) -> Said:

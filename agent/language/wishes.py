@@ -161,6 +161,9 @@ class Wishes(Clauses, ABC):
         k = i + 1 if self.text(i) in (*_MODALS, "to") else i + 2 if self.said(i, i + 2) in _MODALS_TO else i
         held = self.text(k)
         plain = held in ("gets", "receives")
+        if held == "with" and k > i:
+            # "the short can with it" says no "can".
+            return []
         if len(refs) != 1 or not (plain or (held in _HOLDS and (k > i or wished))):
             return []
         found: Found[Command] = []

@@ -1,0 +1,63 @@
+"""Parts of long sentences that say when, with what, or what stays: each with the plainer words for it.
+
+`template` says how a pattern reads. What only says that a step comes after the one before it is said by their order.
+"""
+
+from __future__ import annotations
+
+from robosandbox.agent.language.template import Constructions
+
+# fmt: off
+PARTS = {
+    "when": "(when!|once!|after!|as soon! as)",
+    "they": "(it|they|both|everything|(both|all|each|the two!|all three!) of them|they (all|both)|all three!|those|these|{_drawer})",
+    "are": "(is|are|has|have|has been|have been|have both|have all) [all|both|safely|been|now|finally|each]",
+    "there": "(in|inside|in there|in it|up|up there|on there|on it|there|in place|changed places|changed over|swapped [places|over|round]|traded places|exchanged|moved|done|finished|away|put away|stacked [up]|tapped|sorted|gone|out of the way|together|side by side|shut|closed|open|poured|empty)",
+    "moved": "(moved|touched|lifted|picked up|put anywhere|put away|put in|gone anywhere|taken|pushed|swapped)",
+    "joint": "(,|.|;|and|, and|and then|, and then|but|, but)",
+    "wants": "(want|need|would like|am after!|are after!|mean|was thinking of)",
+    "lone": "(that|it|this) is (the one|what|the {_NOUN})",
+}
+WHEN = {
+    # What comes after the step before it, once that is done.
+    "<joint> <when> <they> <are> <there> [,] [then] {VERB}": ", then {VERB}",
+    "<joint> {VERB=home} <when> <they> <are> <there> <end>": ", then {VERB=home}",
+    "<joint> {VERB=tap} {thing} <when> <they> <are> <there> <end>": ", then {VERB=tap} {thing}",
+    "(after|once!|as soon! as) {thing} (has|have|is|are) [been] {VERB} {place}": "after you {VERB} {thing} {place}",
+    "(after|once!|as soon! as) {thing} (has|have) been {VERB=tap} <edge>": "after you {VERB=tap} {thing}",
+    "before {thing} (is|are|gets|get) [put|being] {VERB} {place}": "before you {VERB} {thing} {place}",
+    "before {thing} (is|are|gets|get) {VERB=tap} <edge>": "before you {VERB=tap} {thing}",
+    "(,|.|;) [but|and] {words} before! (any|either|all|one|anything|both|they|it) [of (them|those|these)] (is|are|has been|gets|get) <moved> <end>": ", but first {words}",
+    "[,] but [only!] after you have {VERB} {thing} [{place}] <end>": "after you have {VERB} {thing} {place}",
+    "<joint> after! (it|them|those|these|that) {thing} <edge>": "and then {thing}",
+    "{thing} (and|, and|,) last! of all {thing2} {place}": "{thing} and {thing2} {place}",
+}
+WITH = {
+    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing} (with|along with|together with) (it|them|that) <edge>": "{in} {one} , then put {thing} {in} {one}",
+    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) (with|along with|together with) (it|them|that) [goes|go] {thing} <edge>": "{in} {one} , then put {thing} {in} {one}",
+    ", {_one} and all ,": "",
+    "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} each": "{LIGHT_NOUN} {thing}",
+}
+STAYS = {
+    "{many} {place} , all (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
+    "[,|.|;|and|but] [and|but] leave the other (two!|three!|four!|five!) [{_NOUN}] (alone|there|be|where (they|it) (are|is)|as they are|untouched) <edge>": ". leave everything else alone",
+    "(,|.|;|and|but) [and|but] the other (two!|three!|four!|five!) [{_NOUN}] [can|should|must|to] (stay|remain|are to stay) (put|there|where they are|as they are|alone|on the table) <edge>": ". leave everything else alone",
+    "(,|.|;|and|but) [and|but] nothing! else (moves|is to move|should move|must move|may move|gets moved|is [to be] moved|should be (moved|touched)|is [to be] touched|changes) <edge>": ". leave everything else alone",
+}
+TOLD = {
+    "<start> there (is|are) nothing! [left|else!] in {holder} [now|yet!|at the moment|any more|anymore] (,|.|;) [so|and] {VERB} {thing} {in:in|into} (it|there) <edge>": "{VERB} {thing} {in} {holder}",
+    "[,] (now|now that|that) there is nothing! [left|else!] in (it|them|there|{_one}) [,]": "",
+    "[,] now that (it|they) (is|are) [completely|all|quite|nice and] (empty|emptied|clean|free) [,]": "",
+    "instead of {thing} , which <is_so> ,": "instead of {thing} ,",
+    "{that} , which <is_so> (,|<end>)": "{that}",
+    "{except:except|except for|bar|but|apart from|but not|save|other than} {thing} , which [can|should|must|may|will|could] (go|goes|belong|belongs|be put|have to go|has to go|are to go|is to go) {place}": "{except} {thing} . put {thing} {place}",
+    "<start> not! {one} [,|.|;] [but] the {NOUN} [right|immediately|directly] to the {side:left|right} of it ,": "the {NOUN} to the {side} of {one} ,",
+    "<edge> {one} , <lone> [that] (i|we) <wants> {place}": "put {one} {place}",
+    "<verb> (tip|shake|empty) {_thing} out of {one} {into:into|onto|in|on} {one2}": "pour {one} {into} {one2}",
+}
+# fmt: on
+PARTS["is_so"] = (
+    "((i|we|he|she|they) (am|are|is) [still!|currently|busy] {_word} [with|on|at]"
+    "|(is|are|was|were|looks|seems|feels|has been|have been) [still!|already|rather|quite|very|a bit|a little|far too|too|all] {_name})"
+)
+COMPOUND = Constructions(WHEN, WITH, STAYS, TOLD, parts=PARTS)
