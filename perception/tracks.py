@@ -88,6 +88,7 @@ class Tracker:
             held: Id of what is in the gripper, which moves with it and is left alone.
             hand: The TCP, (3,); between fingers a thing shows pieces that are no things of their own.
         """
+        known = frozenset(self.tracks)
         free = [track for track in self.tracks.values() if track.id != held]
         pairs = _assign(free, things, near=True)
         left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
@@ -122,7 +123,7 @@ class Tracker:
             self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
         new = [thing for thing in new if not any(thing is known for _, known in back)]
         for thing in new:
-            if not self._is_strange(thing, hand):
+            if not self._is_strange(thing, hand, known):
                 continue
             r, g, b = (float(value) for value in thing.rgb)
             turned_up = _assign(
@@ -152,23 +153,29 @@ class Tracker:
                 clear.remove(stranger)
                 self.rename(stranger.id, known.id)
 
-    def _is_strange(self, thing: Thing, hand: Array) -> bool:
+    def _is_strange(self, thing: Thing, hand: Array, known: frozenset[str]) -> bool:
         """Tell whether a new thing is one of its own: no piece of another, and none between the fingers."""
         if thing.confidence < _STRANGER_CONFIDENCE or float(np.linalg.norm(thing.fit.centre - hand)) < _AT_HAND:
             return False
         if any(_is_part(thing, track.thing) for track in self.tracks.values()):
             return False
-        return not self._is_known_inside(thing)
+        return not self._is_known_inside(thing, known)
 
-    def _is_known_inside(self, thing: Thing) -> bool:
-        """Tell whether a new thing lies in a container with something of its colour that is known to be there, and hidden."""
+    def _is_known_inside(self, thing: Thing, known: frozenset[str]) -> bool:
+        """Tell whether a new thing lies in a container with something of its colour that was known before, or is hidden.
+
+        Of what lies on and against each other in a bin pieces are seen that look like other things.
+        """
         for vessel in self.tracks.values():
             if vessel.thing.kind in CONTAINER_KINDS and _lies_in(thing.fit.centre, vessel.thing):
+                if thing.kind in CONTAINER_KINDS and vessel.id in known:
+                    # A hollow between things in a bin is no bowl.
+                    return True
                 for other in self.tracks.values():
                     alike = colour_difference(other.thing.rgb, thing.rgb) < _COLOUR_GATE
                     if (
                         other is not vessel
-                        and other.hidden
+                        and (other.hidden or other.id in known)
                         and alike
                         and _lies_in(other.thing.fit.centre, vessel.thing)
                     ):

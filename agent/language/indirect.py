@@ -224,5 +224,9 @@ _INDIRECT = Constructions(colloquial.CLAUSES, ABROAD, FOREIGN, INDIRECT, parts=_
 def plainly_asked(said: Said) -> Said:
     """Return a sentence without formulas and incidental clauses, its indirect orders said outright; the same if none."""
     return _INDIRECT.reworded(
-        without_incidentals(_FORMULAS.reworded(POLITE.reworded(in_order(COMPOUND.reworded(told_again(pairwise_told(by_number(in_full(said)))))))))
+        without_incidentals(
+            _FORMULAS.reworded(
+                POLITE.reworded(in_order(COMPOUND.reworded(told_again(pairwise_told(by_number(in_full(said)))))))
+            )
+        )
     )

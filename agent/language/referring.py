@@ -12,7 +12,13 @@ from robosandbox.agent.language.wordlist import word_set
 
 _MOVED = word_set("moved put placed set stacked shifted picked lifted swapped pushed tapped touched")
 _TAPS = {"tapped": "tap", "touched": "tap", "pushed": "push"}
-_PAIRS = (("the", "pair"), ("the", "lot"), ("the", "whole", "lot"), ("the", "two", "of", "them"), ("both", "of", "them"))
+_PAIRS = (
+    ("the", "pair"),
+    ("the", "lot"),
+    ("the", "whole", "lot"),
+    ("the", "two", "of", "them"),
+    ("both", "of", "them"),
+)
 _OPPOSITE = {"left": "right", "right": "left", "forward": "back", "back": "forward"}
 _WAYS: dict[tuple[str, ...], bool] = {
     (*lead, which, way): other
@@ -123,7 +129,9 @@ def _as_far(said: Said) -> Said:
 
 
 def _last_distance(said: Said, end: int) -> Sequence[Token]:
-    spans = [(a, b) for a in range(end) if said.tokens[a].kind == "number" for b in said.ends("distance", a) if b <= end]
+    spans = [
+        (a, b) for a in range(end) if said.tokens[a].kind == "number" for b in said.ends("distance", a) if b <= end
+    ]
     told = {tuple(said.texts[a:b]) for a, b in spans}
     return said.tokens[slice(*spans[-1])] if len(told) == 1 else ()
 
@@ -134,7 +142,9 @@ def _the_other_way(said: Said) -> Said:
     for words, opposite in _WAYS.items():
         for k in range(1, len(texts) - len(words) + 1):
             end = k + len(words)
-            closed = end == len(texts) or texts[end] in MARKS | {"and", "then", "by"} or said.tokens[end].kind == "number"
+            closed = (
+                end == len(texts) or texts[end] in MARKS | {"and", "then", "by"} or said.tokens[end].kind == "number"
+            )
             if tuple(texts[k:end]) != words or not closed:
                 continue
             told = {way for i in range(k) for _, tag, way in LEXICON.at(said.tokens, i) if tag == "DIR"}
