@@ -55,7 +55,9 @@ class Amendments(Commands, ABC):
         narrowed = [
             (len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6)))
             for j, refs in (self.np_list(k) if len(last.objects) > 1 else ())
-            if self._skip(j) >= len(self.tokens) and {*map(_naming, refs)} < {*map(_naming, last.objects)}
+            if not any(ref.relations for ref in last.objects)
+            and self._skip(j) >= len(self.tokens)
+            and {*map(_naming, refs)} < {*map(_naming, last.objects)}
         ]
         if narrowed:
             # "the salt and the pepper on the plate... nah, only the salt"
@@ -153,17 +155,20 @@ class Amendments(Commands, ABC):
             ]
         for j, ref in self.np(k):
             # "the red cube left of the bowl and the blue one to the right": of the bowl.
-            for end, place in self._other_side(last, j) if not ref.ranks else []:
+            for end, place in self._other_side(last, j) if self.text(j - 1) not in _SIDE_WORDS else []:
                 again = replace(last, objects=(ref,), place=place, bare=0.3)
                 if self._skip(end) >= n:
                     found.append((n, (*part, again)))
                 for m in self._joints(end):
                     found += [(q, (*part, again, *rest)) for q, rest in self._parts(m) if rest]
         for j, refs in self.np_list(k) if last.verb not in ("push", "stack") or last.place else []:
+            beside = isinstance(last.place, Relation) and last.place.kind in _SIDES
             if any(ref.text in _EACH for ref in refs) or (
-                last.verb == "put" and self.text(j - 1) in _SIDE_WORDS and self.text(j - 2) in ("the", "in", "to")
+                last.verb == "put"
+                and self.text(j - 1) in _SIDE_WORDS
+                and (beside or self.text(j - 2) in ("the", "in", "to"))
             ):
-                # "..., 5 cm each" and "the blue one to the right" are no more of the same.
+                # "..., 5 cm each" and "the blue one to the right" are no more of the same, nor is "black right".
                 continue
             # "into the bowl; then the ball": the same with another object; "the ball does too", "the ball joins it there".
             # "tap the can twice, then the ball": a new order, done once.
@@ -243,7 +248,14 @@ class Amendments(Commands, ABC):
         beside = last.place
         if not isinstance(beside, Relation) or not beside.refs or beside.kind not in _SIDES:
             return []
-        return [(j, replace(beside, kind=side)) for j, side in self.tag(k, "OPPOSITE")]
+        told = [(j, replace(beside, kind=side)) for j, side in self.tag(k, "OPPOSITE")]
+        side = {"behind": "back"}.get(self.text(k), self.text(k))
+        if side in ("left", "right", "back") and (
+            self._skip(k + 1) > k + 1 or k + 1 >= self.count or self.tag(k + 1, "THEN")
+        ):
+            # "the red one left of the bowl, the blue one right"
+            told.append((k + 1, replace(beside, kind=side)))
+        return told
 
     def _joints(self, j: int) -> list[int]:
         """Return where the next part can start after one that ended at `j`."""
@@ -270,11 +282,12 @@ class Amendments(Commands, ABC):
             starts.append(k)
         if self.text(k) == "but":
             starts.append(k + 1)
-        # "in the grey bin and tap it" is no binning.
-        named = k > 0 and k < self.count and "NOUN" in self.tags[k] and not _ADJECTIVES.isdisjoint(self.tags[k - 1])
+        # "put a in the grey bin and tap it" is not "put a in the grey", and then to bin something.
+        noun = k > 0 and k < self.count and "NOUN" in self.tags[k] and not _ADJECTIVES.isdisjoint(self.tags[k - 1])
         if (
             k == j
-            and not named
+            and not noun
+            and self.text(k) not in self.words.parts
             and any(
                 verb in ("pick", "put", "push", "stack", "tap", "go", "open", "close")
                 for _, verb in self.tag(k, "VERB")

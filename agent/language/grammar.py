@@ -89,16 +89,24 @@ class Grammar(Amendments):
                 # "pick up the can, no, push it": what was said before does not count; "wait, push it first" adds to it.
                 if "first" in self.texts[k : next((m for m in range(k, n) if self.tokens[m].kind == "mark"), n)]:
                     continue
+                if self.text(k) == "right" and self.text(k + 1) in (",", "and", "then"):
+                    # "to the left of it, no, right, and the can ..." agrees to nothing.
+                    continue
                 for end, rest in self._parts(k):
                     first = rest[0] if rest else None
                     last = part[-1]
                     if isinstance(first, Command) and isinstance(last, Command):
+                        if not self.tag(k, "VERB") and _takes_more(first, last):
+                            continue
                         if first.objects and first.objects[0].determiner == "it":
                             first = replace(first, objects=last.objects)
                         there = last.place.refs if isinstance(last.place, Relation) else ()
                         if isinstance(first.place, Relation) and first.place.refs == (IT,) and there:
                             # "..., I mean the banana next to it"
                             first = replace(first, place=replace(first.place, refs=there))
+                        if replace(first, bare=last.bare) == last and "wait" in self.texts[j:k]:
+                            # "tap the bell, wait a second, tap it again"
+                            first, rest = last, rest if last.bare else (last, *rest)
                         found.append((end, (*part[:-1], first, *rest[1:])))
             for k in self._corrected(j):
                 # "put it in the bowl - no, in the tray", "push it left, I mean right": the verb stays.
@@ -296,6 +304,17 @@ class Grammar(Amendments):
 
 def _goes_home(part: Part) -> bool:
     return isinstance(part, Command) and part.verb == "home"
+
+
+def _takes_more(anew: Command, last: Command) -> bool:
+    """Say whether a correction without a verb would carry more than it corrects elsewhere.
+
+    As in "the hammer in the toolbox, no, the brick, and the sponge in the crate": the brick alone is the better word.
+    """
+    if not anew.bare and anew.verb != last.verb:
+        return False
+    # "in the red bin, no, ..." asks nobody to bin anything.
+    return anew.verb != last.verb or (bool(anew.place and last.place) and len(anew.objects) > len(last.objects))
 
 
 def _plainly_done(command: Command) -> bool:

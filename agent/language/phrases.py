@@ -256,6 +256,9 @@ class Phrasing(Choices):
                     if (placed or other) and self.text(i - 1) in _BEFORE_PLACES:
                         # "put a on b, no, c on b": both are said anew.
                         continue
+                    if refs[-1].relations and len(better) > 1:
+                        # "the fig in the bag, no, the nut, and the bun in the box": the nut is what goes in the bag.
+                        continue
                     if better[0].one and not better[0].nouns:
                         better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))

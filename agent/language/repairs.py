@@ -78,6 +78,8 @@ class Repair:
         if anew:
             return [anew]
         for end in self._ends():
+            if self._shared(end):
+                return []
             better = tokens[self.start : end]
             found = [change for change in self._replaced(end, better, wrong) if self._changes(*change)]
             if found:
@@ -92,6 +94,14 @@ class Repair:
             return False
         before = [text for text in self.said.texts[start:stop] if text not in DETERMINERS]
         return before != [token.text for token in words if token.text not in DETERMINERS]
+
+    def _shared(self, end: int) -> bool:
+        """As in "the nut in the bag, no, the bolt and the pin in the box": is the bolt for the bag or for the box?"""
+        n = len(self.said.texts)
+        if self.said.texts[end : end + 1] != ["and"] or end + 1 >= n or self.resume:
+            return False
+        ends = [m for m, ref in self.said.grammar.np(end + 1) if not (ref.unknown or ref.relations)]
+        return any(at_edge(self.said.texts, m) or self.said.texts[m] in PREPOSITIONS for m in ends)
 
     def _thing_and_place(self) -> Words:
         """As in "put the cup by the jug, I mean the glass by it": thing and place anew."""

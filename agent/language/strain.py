@@ -13,6 +13,8 @@ _AGAIN = 0.5
 # "the red, white and green cubes": another white thing is no white cube.
 _SHARED = 1.6
 _LEVELS = frozenset({"bottom", "top", "middle"})
+_SIDES = frozenset({"left", "right", "front", "back"})
+_TO_ONE_SIDE = re.compile(r" (?:to the (?:left|right)|in front|behind)$")
 _AT_LEVEL = re.compile(r" (?:at|on|in) (?:the )?\w+$")
 
 
@@ -67,7 +69,11 @@ def _of_command(command: Command) -> float:
     contrast = 0.6 * sum(" but not " in ref.text for ref in getattr(command.place, "refs", ())) if several else 0.0
     levels = [ref for _, ref in command.order] if isinstance(command.order, tuple) else []
     colours = _SHARED * _colours_before_a_noun(command.objects)
-    return command.bare + contrast + colours + sum(map(_of_ref, (*parties(command), *levels)))
+    # "the can to the left, the cup to the right of the box": a place, not which can.
+    sided = getattr(command.place, "kind", "") in _SIDES and any(
+        _TO_ONE_SIDE.search(r.text) for r in command.objects[:-1]
+    )
+    return command.bare + contrast + colours + _SHARED * sided + sum(map(_of_ref, (*parties(command), *levels)))
 
 
 def _colours_before_a_noun(refs: tuple[Ref, ...]) -> bool:

@@ -64,6 +64,7 @@ ABBREVIATIONS = {
     "drwr": "drawer", "lg": "large", "lrg": "large", "sml": "small", "ylw": "yellow", "yel": "yellow", "grn": "green",
     "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
 }  # fmt: skip
+_NO = [[word, ","] for word in ("no", "sorry", "wait", "mean")]
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _RUN_TOGETHER = re.compile(
     r"(in|into|on|onto|to|up|of|off|from|at|and|with|by|over|next|down|behind|under|between|beside|around|all|both)"
@@ -336,6 +337,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             # "to the right now" and "an inch right now" name a direction.
             length = 0
         listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
+        if tokens[i].text == "right" and [token.text for token in kept[-2:]] in _NO:
+            # "to the left of the bowl, no, right, and ..."
+            listed = listed or any(token.text in _WAYS for token in kept)
         if tokens[i].text == "right" and [t.text in UNITS for t in kept[-2:-1]] == [True] and kept[-1].text == ",":
             # "the block, 3 cm, right"; but "..., right?"
             listed = i + 1 >= len(tokens) or tokens[i + 1].text != "?"

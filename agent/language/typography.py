@@ -83,10 +83,28 @@ _CONTRACTIONS = [
         ),
         # There and back is no way that a push goes.
         (r"(,|\band)( then)? back again\b", r"\1\2 backagain"),
+        # "tap the can, and do it again"; after more than one thing to do, which of them?
+        (
+            r"^((?:(?! and | then |[,.;]).)*\w)[,.;]?\s*(?:and |then |and then )?do (?:it|that|this) (?:again|once more|one more time)(?=[.! ]*$)",
+            r"\1 twice",
+        ),
+        (r"\bdo (?:it|that|this) (?:all )?(?:again|once more|one more time)\b", "repeat that"),
+        (
+            r"^((?:(?! and | then |[,.;]).)*\w),? (?:and|then|and then) (?:again|once more|one more time)(?=[.! ]*$)",
+            r"\1 twice",
+        ),
         # "the red cube left and the blue one right of the bowl"
         (
-            r"\b(?:to the |on the )?(left|right) and ((?:the |a )?[a-z_ ]{2,30}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: \w+)?)(?=\s*(?:[,.!;]|$|\band\b|\bthen\b))",
+            r"\b(?:to the |on the )?(left|right)(?: and|, and|,) ((?:the |a )?[a-z_ ]{2,30}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
             r"to the \1 of \4 and \2 to the \3 of \4",
+        ),
+        (
+            r"\bin front(?: and|, and|,) ((?:the |a )?[a-z_ ]{2,30}?) behind ((?:the |a |my )\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
+            r"in front of \2 and \1 behind \2",
+        ),
+        (
+            r"\bbehind(?: and|, and|,) ((?:the |a )?[a-z_ ]{2,30}?) in front of ((?:the |a |my )\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
+            r"behind \2 and \1 in front of \2",
         ),
         (r"\bur (?=at it\b)", "you are "),
         # "the pear too, the plum in the bowl": with what comes before.
