@@ -39,12 +39,17 @@ WITH = {
     "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} each": "{LIGHT_NOUN} {thing}",
 }
 STAYS = {
-    "{many} {place} , all (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
+    "{many} [away|up|over] {place} , all (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
     "[,|.|;|and|but] [and|but] leave the other (two!|three!|four!|five!) [{_NOUN}] (alone|there|be|where (they|it) (are|is)|as they are|untouched) <edge>": ". leave everything else alone",
     "(,|.|;|and|but) [and|but] the other (two!|three!|four!|five!) [{_NOUN}] [can|should|must|to] (stay|remain|are to stay) (put|there|where they are|as they are|alone|on the table) <edge>": ". leave everything else alone",
     "(,|.|;|and|but) [and|but] nothing! else (moves|is to move|should move|must move|may move|gets moved|is [to be] moved|should be (moved|touched)|is [to be] touched|changes) <edge>": ". leave everything else alone",
 }
 TOLD = {
+    "<start> {holder} is [already|still!|now|currently] [quite|completely|all] (open|closed|shut|empty|clear|free) [now|already] (,|.|;) [so|and] {VERB} {thing} {in:in|into} (it|there) <edge>": "{VERB} {thing} {in} {holder}",
+    "<start> (before! (you do anything|anything) (else!|with {_thing}|to {_thing}) [happens|moves]|first! things first!) ,": "",
+    "{one} [goes|go|should go|belongs] {place} (and|, and|,) {one2} [goes|go|should go|belongs] {place2} [,] (or! rather|rather|or! (no!|wait)|no! [,] [wait|actually] [,]|actually|sorry|or!) [,] [make it|make that] (vice versa|the other way (round|around|about)) <end>": "{one} {place2} , {one2} {place}",
+    ", [and] not! (vice versa|the other way (round|around|about)) <edge>": "",
+    "(,|, and|and|then) [then] {VERB} {thing} in last! [of all] <end>": ", then {VERB} {thing} in there",
     "<start> there (is|are) nothing! [left|else!] in {holder} [now|yet!|at the moment|any more|anymore] (,|.|;) [so|and] {VERB} {thing} {in:in|into} (it|there) <edge>": "{VERB} {thing} {in} {holder}",
     "[,] (now|now that|that) there is nothing! [left|else!] in (it|them|there|{_one}) [,]": "",
     "[,] now that (it|they) (is|are) [completely|all|quite|nice and] (empty|emptied|clean|free) [,]": "",

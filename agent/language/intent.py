@@ -72,10 +72,14 @@ class Region:
     Attributes:
         name: corner, edge, side or middle.
         sides: left, right, far, near; none leaves it open.
+        anchor: For a corner: the thing that it is nearest to, or farthest from.
+        farthest: It is farthest from the anchor.
     """
 
     name: str
     sides: tuple[str, ...] = ()
+    anchor: Ref | None = None
+    farthest: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,8 @@ NUDGE = 0.10
 _OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
 
+_AS_NEAR = 0.02
+
 
 class Placing(Hands):
     """Places for one object."""
@@ -203,6 +205,9 @@ class Placing(Hands):
         if (inner in match.CONTAINERS or kind == "cup") and not world.fits_in(name, target):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} does not fit into {target}.", (name, target))
         if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
+            if world.held == name and name in self.poured:
+                # What was poured from is set down while the drawer is opened.
+                self._put_free(name, world.at[name])
             if world.held:
                 raise RefusedError(
                     RefusalCode.IMPOSSIBLE,
@@ -322,6 +327,17 @@ class Placing(Hands):
         self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
         self.world.put(name, (x, y))
 
+    def _corner_by(self, region: Region, corners: Sequence[tuple[float, float]]) -> tuple[float, float]:
+        """Return the corner nearest to the anchor of a region, or farthest from it."""
+        if region.anchor is None:
+            raise ValueError(f"{region} has no anchor")
+        anchor = self.ground.one(region.anchor, lambda _: True).ids[0]
+        order = sorted(corners, key=lambda p: math.dist(p, self.world.at[anchor]), reverse=region.farthest)
+        best, second = (math.dist(p, self.world.at[anchor]) for p in order[:2])
+        if abs(best - second) < _AS_NEAR:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Two corners are as near to {anchor}; which one?", (anchor,))
+        return order[0]
+
     def _put_region(self, name: str, region: Region, radius: float) -> None:
         """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
         x, y = self.world.at[name]
@@ -339,6 +355,7 @@ class Placing(Hands):
                 if (along is None or (p[0] > 0.2) == (along > 0.2)) and (across is None or p[1] * across > 0)
             ]
             near = min(choices, key=lambda p: (round(math.dist(p, (x, y)), 4), p))
+            near = self._corner_by(region, choices) if region.anchor else near
         else:
             near = (along if along is not None else x, across if across is not None else y)
             if not sides:

@@ -97,6 +97,9 @@ class Positions(Chart, ABC):
             if names:
                 region = Region(names, tuple(dict.fromkeys(sides)))
                 found += [(end, region) for end in self._of_table(k + 1)]
+                found += [
+                    hit for end in self._of_table(k + 1) if names == "corner" for hit in self._told_by(end, region)
+                ]
             if (
                 sides
                 and j > start
@@ -107,6 +110,21 @@ class Positions(Chart, ABC):
             ):
                 found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
         return found
+
+    def _told_by(self, i: int, corner: Region) -> Found[Region]:
+        """As in "the corner nearest the bin", "the corner diagonally opposite the bin"."""
+        k = i + 1 if self.text(i) in ("diagonally", "directly", "right", "that") else i
+        k = k + 1 if self.text(k) == "is" and k > i else k
+        word = self.text(k)
+        if word not in _BY_ANCHOR or corner.sides:
+            return []
+        k = k + 2 if self.text(k + 1) in ("to", "from") else k + 1
+        far = _BY_ANCHOR[word]
+        return [
+            (end, Region(corner.name, anchor=ref, farthest=far))
+            for end, ref in self.np(k)
+            if not (ref.plural or ref.unknown or ref.determiner == "it")
+        ]
 
     def _of_table(self, i: int) -> list[int]:
         ends = [i]
@@ -131,6 +149,10 @@ _REGION_SIDES = {
     "lower": "near", "back": "far", "far": "far", "rear": "far", "top": "far", "upper": "far", "farthest": "far",
     "furthest": "far", "leftmost": "left", "rightmost": "right", "lefthand": "left", "righthand": "right",
 }  # fmt: skip
+_BY_ANCHOR = {
+    **dict.fromkeys(("nearest", "closest"), False),
+    **dict.fromkeys(("opposite", "farthest", "furthest"), True),
+}
 _REGION_NAMES = {
     "corner": "corner", "edge": "edge", "border": "edge", "rim": "edge", "side": "side", "half": "side", "end": "side", "part": "side",
     "area": "side", "section": "side", "middle": "middle", "center": "middle", "centre": "middle", "midpoint": "middle",

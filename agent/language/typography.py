@@ -49,7 +49,10 @@ _CONTRACTIONS = [
         (r"\b(she|he)'ll\b", r"\1 will"),
         (r"'cause\b|\bcause\b(?= (?:i|it|we|he|she|they|my|the|that|this)\b)", "because"),
         (r"\b(you|they)re\b", r"\1 are"),
-        (r"\b(\w+)'s (?=(?:empty|full|broken|dirty|done|finished|dead|old|rotten|mine|yours)\b)", r"\1 is "),
+        (
+            r"\b(\w+)'s (?=(?:empty|full|open|closed|shut|broken|dirty|done|finished|dead|old|rotten|mine|yours)\b)",
+            r"\1 is ",
+        ),
         (r"\bsh(?:u|ou)d\b", "should"),
         (r"\bc(?:u|ou)d\b", "could"),
         (r"\bw(?:u|ou)d\b", "would"),
