@@ -123,6 +123,9 @@ class Amendments(Commands, ABC):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
+        if self.text(k) == "all" and self.tag(k + 1, "EXCEPT"):
+            # "the cubes in the box, all but the red one" leaves one out, and is no more things.
+            return []
         if self.said(k, k + 3) == "all of it":
             # "the ice in the bowl, all of it": the same ice.
             return [(n, part)] if self._skip(k + 3) >= n else []

@@ -35,10 +35,11 @@ WHEN = {
 WITH = {
     "{in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing} (with|along with|together with) (it|them|that) <edge>": "{in} {one} , then put {thing} {in} {one}",
     "{in:in|into|inside|on|onto} {one} (and|, and|,|;) (with|along with|together with) (it|them|that) [goes|go] {thing} <edge>": "{in} {one} , then put {thing} {in} {one}",
-    ", {_one} and all ,": "",
+    ", {_one} and all (,|<end>)": "",
     "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} each": "{LIGHT_NOUN} {thing}",
 }
 STAYS = {
+    "{many} , all (but|except|except for|apart from|bar|save|other than) {thing} <end>": "{many} except {thing}",
     "{many} [away|up|over] {place} , all (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
     "[,|.|;|and|but] [and|but] leave the other (two!|three!|four!|five!) [{_NOUN}] (alone|there|be|where (they|it) (are|is)|as they are|untouched) <edge>": ". leave everything else alone",
     "(,|.|;|and|but) [and|but] the other (two!|three!|four!|five!) [{_NOUN}] [can|should|must|to] (stay|remain|are to stay) (put|there|where they are|as they are|alone|on the table) <edge>": ". leave everything else alone",

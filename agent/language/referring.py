@@ -122,7 +122,8 @@ def _as_far(said: Said) -> Said:
                 return said.now((*said.tokens[:start], number_token, *far[1:], *said.tokens[k + len(words) :]))
             if times != 1.0:
                 return said
-            if {"left", "right", "forward", "back", "backwards", "way"} & {*texts[k:]}:
+            pushed = any(tag == "DIR" for i in range(k) for _, tag, _ in LEXICON.at(said.tokens, i))
+            if pushed and {"left", "right", "forward", "back", "backwards", "way"} & {*texts[k:]}:
                 # Nothing says how far: both go as far as pushed things go.
                 return said.now((*said.tokens[:start], *said.tokens[k + len(words) :]))
     return said
@@ -151,7 +152,14 @@ def _the_other_way(said: Said) -> Said:
             told |= {texts[i] for i in range(k) if texts[i] in ("left", "right")}
             if len(told) == 1 and (way := next(iter(told))) in _OPPOSITE:
                 word = _OPPOSITE[way] if opposite else way
-                return said.now((*said.tokens[:k], Token(word, word, "word"), *said.tokens[end:]))
+                start = next((i for i in range(k - 1, 0, -1) if texts[i] in _JOINTS), 0)
+                stop = next((i for i in range(end, len(texts)) if texts[i] in _JOINTS), len(texts))
+                told_far = any(token.kind == "number" for token in (*said.tokens[start:k], *said.tokens[end:stop]))
+                # "the can 3 cm to the left and the cup the other way": as far.
+                far = () if told_far else _last_distance(said, start)
+                to = ("to", "the", word) if word in ("left", "right") else (word,)
+                way_there = (Token(text, text, "word") for text in to)
+                return said.now((*said.tokens[:k], *far, *way_there, *said.tokens[end:]))
     return said
 
 
