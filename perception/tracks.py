@@ -88,7 +88,7 @@ class Tracker:
             held: Id of what is in the gripper, which moves with it and is left alone.
             hand: The TCP, (3,); between fingers a thing shows pieces that are no things of their own.
         """
-        before = frozenset(self.tracks)
+        known_before = frozenset(self.tracks)
         free = [track for track in self.tracks.values() if track.id != held]
         pairs = _assign(free, things, near=True)
         left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
@@ -123,7 +123,7 @@ class Tracker:
             self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
         new = [thing for thing in new if not any(thing is known for _, known in back)]
         for thing in new:
-            if not self._is_strange(thing, hand, before):
+            if not self._is_strange(thing, hand, known_before):
                 continue
             r, g, b = (float(value) for value in thing.rgb)
             turned_up = _assign(

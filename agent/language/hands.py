@@ -116,7 +116,7 @@ class Hands:
                 # "the two smallest balls in the cup and the biggest one in the box": the biggest ball.
                 alike = replace(ref, nouns=self.called)
                 ref = alike if self.ground.has(alike, fits=self.world.movable) else ref
-            self.called = ref.nouns or self.called
+            self.called = ref.nouns or tuple(name for name in ref.names[-1:] if name.isalpha()) or self.called
             if self.emptied and ref.determiner == "the" and not ref.plural and Relation("empty") in ref.relations:
                 # "pour the tea into the bowl, then put the empty cup on the tray": the one that was poured from.
                 own = replace(ref, names=self.emptied)
