@@ -145,4 +145,6 @@ def _told_by_looks(ref: Ref) -> bool:
 
 def _of_kind(ref: Ref, whole: Ref) -> Ref:
     """Return a description that may say a colour only ("the yellow one", "yellow") with the kind of what it is one of."""
-    return ref if ref.nouns or ref.names or ref.determiner == "it" else replace(ref, nouns=whole.nouns, one=False)
+    if ref.nouns or ref.names or ref.determiner == "it":
+        return ref
+    return replace(ref, nouns=whole.nouns, names=() if whole.nouns else whole.names, one=False)

@@ -127,6 +127,7 @@ CLAUSES = {
     "and nothing! else! {place} <end>": "{place}",
     "<mark> [just|only!|but|so] [just] do not! (take|include|use|grab|move|pick) {one} <end>": "except {one}",
     "<start> [take|see|there are|here are] {many} (:|,|.|;) [put] one {go:goes in|goes on|goes into|in|into|on|onto|goes to|to} {one} [,|;] [and] [put] the (other|other one) [goes] {go2:in|on|into|onto|to} {one2} <end>": "one of {many} {go} {one} , the other one {go2} {one2}",
+    "(,|.|;|but|and) [but|and] [please] do not! (put|place|drop|move) {one} (there|in there|in it) <end>": ", leave {one} alone",
     "{that:that|which} (is|are) (already|currently|presently|now) {state:open|opened|closed|shut|empty|full}": "{that} is {state}",
     "[and|,] [and|then] {VERB=close} {thing} (when!|once!|after!) (it|they|both|all of them|everything) (is|are) [all|safely|both] (in|inside|in there|in it|in place)": ", then {VERB=close} {thing}",
     "<start> {thing} (is|are) [all|just] (rubbish|trash|garbage|waste|junk) (,|.|;|:|and) [so] [please] {VERB=discard} {_PRON} <end>": "{VERB=discard} {thing}",

@@ -213,7 +213,7 @@ SAME_COLOUR = (
     "that matches their color, that matches their colour, with a matching color, with a matching colour, "
     "which matches its color, "
     "that has the same color, that has the same colour, that share its color, that shares its color, "
-    "that shares its colour, with the matching color, that match their color, that match their colour, "
+    "that shares its colour, with the matching color, that match their color, that match their colour, that match their colors, that match their colours, "
     "matching its color, matching their color, matching its colour, matching their colour"
 )
 HOMES = (
