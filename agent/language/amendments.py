@@ -120,6 +120,9 @@ class Amendments(Commands, ABC):
         if "first" in (self.text(k), self.text(k - 1)) and ":" not in (self.text(k - 1), self.text(k - 2)):
             # "the cans in the box, first the red one, then ..." says in which order, which is not known here.
             return []
+        if self.text(k - 2) == "before" and self.text(k - 1) in ("that", "this"):
+            # "tap the can, but before that the cup" tells of what comes first.
+            return []
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
@@ -156,6 +159,21 @@ class Amendments(Commands, ABC):
                 for j, refs in (self.np_list(k) if open_ else ())
                 if self._skip(j) >= n and last.objects[0].number in (None, len(refs))
             ]
+        if self.text(k - 1) == "," and len(last.objects) == 1 and (last.objects[0].number or 0) > 1:
+            # "put two blocks in the tray, yellow and red": which two.
+            whole = last.objects[0]
+            which = [
+                refs
+                for j, refs in self.np_list(k)
+                if self._skip(j) >= n
+                and len(refs) > 1
+                and all((ref.one and not ref.nouns) or ref.nouns == whole.nouns for ref in refs)
+            ]
+            if which and len(which[0]) != whole.number:
+                return []
+            if which:
+                named = tuple(replace(ref, nouns=whole.nouns, one=False) for ref in which[0])
+                return [(n, (*part[:-1], replace(last, objects=named)))]
         for j, ref in self.np(k):
             # "the red cube left of the bowl and the blue one to the right": of the bowl.
             for end, place in self._other_side(last, j) if self.text(j - 1) not in _SIDE_WORDS else []:
@@ -179,14 +197,22 @@ class Amendments(Commands, ABC):
             again = replace(last, objects=refs, bare=0.9, times=1 if afresh else last.times)
             again = replace(again, order=None) if turns_of(last) else again
             j = max((end for end, _ in self.tag(j, "DOES_TOO")), default=j)
+            done, further = part, again
             for end, times in self.tag(j, "TIMES") if last.verb in ("tap", "push") else []:
                 # "tap the can once, then the ball twice"
-                j, again = end, replace(again, times=times)
+                j, again, further = end, replace(again, times=times), replace(again, times=1)
+                others = tuple(ref for ref in last.objects if _naming(ref) not in map(_naming, refs))
+                if others and not afresh:
+                    # "tap the can, the cup and the ball, the ball twice"
+                    done = (*part[:-1], replace(last, objects=others))
             if self._skip(j) >= n:
-                found.append((n, (*part, again)))
+                found.append((n, (*done, again)))
             for m in self._joints(j):
-                found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
-                found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+                found += [
+                    (end, (*done, *((again, *rest[1:]) if rest[0] == further else rest)))
+                    for end, rest in self._gapped((further,), m)
+                ]
+                found += [(end, (*done, again, *rest)) for end, rest in self._parts(m) if rest]
         if last.verb != "push":
             return found
         for j, again in self._pushed_on(last, k):

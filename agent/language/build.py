@@ -92,6 +92,7 @@ class _Builder(Arranging):
         for command in _fused(steps):
             self._check_condition(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
+            self._check_tower(spared)
             getattr(self, f"_{command.verb}")(spared)
         avoid |= self._avoided(others)
         self._check_forbidden()
@@ -106,6 +107,15 @@ class _Builder(Arranging):
         if not self.steps:
             raise RefusedError(RefusalCode.IMPOSSIBLE, "That is already so; there is nothing to do.")
         return Draft(tuple(self.steps), self.substitutes)
+
+    def _check_tower(self, command: Command) -> None:
+        """As in "move the tower to the tray": not its topmost block alone."""
+        towers = [ref for ref in command.objects if ref.nouns == ("tower",)]
+        if command.verb in ("put", "pick", "push") and towers:
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED,
+                f"I cannot move “{towers[0].text}” as a whole; tell me which of its parts goes where.",
+            )
 
     def _check_condition(self, command: Command) -> None:
         """As in "if the drawer is open, close it": done only if it is so."""

@@ -231,6 +231,9 @@ class Grammar(Amendments):
         # "put the can in the bin before the cup" may say where it goes.
         likely = ("put", "pour") if tag == "AFTER" else ("pour",)
         told = isinstance(place, Relation) and place.kind in ("in", "on") and place.refs not in ((), (IT,))
+        if tag == "BEFORE" and self.text(k) in ("that", "this"):
+            # "tap the can, but before that the cup": the cup comes first.
+            return []
         if not (command.verb == "tap" or (command.verb in likely and told)) or command.order or command.tower:
             return []
         return [

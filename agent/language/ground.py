@@ -366,6 +366,9 @@ class Grounder(Vicinity):
         elif kind in ("on", "in", "under", "from"):
             anchors = self._anchors(relation.refs[0], loose=True)
             if relation.refs[0].nouns == ("tower",) or relation.refs[0].nouns == ("stack",):
+                if kind in ("on", "in") and (ref.plural or ref.determiner == "all"):
+                    # "the blocks in the tower" are all that it is made of.
+                    return [name for name in names if any(name in world.column(top) for top in anchors)]
                 # "off the tower" is its top itself.
                 return [name for name in names if name in anchors] or anchors
             found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]

@@ -73,7 +73,7 @@ class Modifiers(Positions):
         start = i + 1 if self.text(i) == "," else i
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
-        for j, _ in self.tag(i, "OF_THEM"):
+        for j, _ in self.tag(i, "OF_THEM") if self.text(i - 1) != "top" or self.text(i + 1) != "both" else ():
             found.append((j, ref))
         for j, _ in self.tag(i, "HELD"):
             found.append((j, replace(ref, relations=(*ref.relations, HELD))))

@@ -38,6 +38,9 @@ class Positions(Chart, ABC):
                         if key in ("left", "right") and k == j + 2:
                             other = Ref(text=self.said(j, k), one=True, ranks=(Rank(key),))
                             found.append((k, Relation("in", (other,), None, directional)))
+                if self.said(j, j + 2) in ("front of", "top of"):
+                    # "in front of both" is in nothing.
+                    continue
                 for k, refs in self.np_list(j):
                     single = len(refs) == 1
                     if kind == "between":

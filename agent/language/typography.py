@@ -86,6 +86,7 @@ _CONTRACTIONS = [
         ),
         # There and back is no way that a push goes.
         (r"(,|\band)( then)? back again\b", r"\1\2 backagain"),
+        (r"(?<=\w)[,;.]?\s*\bbut,? before you do(?: that| it| so)?\b,?", ", but first"),
         # "tap the can, and do it again"; after more than one thing to do, which of them?
         (
             r"^((?:(?! and | then |[,.;]).)*\w)[,.;]?\s*(?:and |then |and then )?do (?:it|that|this) (?:again|once more|one more time)(?=[.! ]*$)",

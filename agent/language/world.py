@@ -162,10 +162,15 @@ class World:
 
     def level(self, name: str) -> int:
         """Return how many objects lie below one."""
-        seen = 0
-        while name in self.parent and self.parent[name][0] == "on" and seen < 20:
-            name, seen = self.parent[name][1], seen + 1
-        return seen
+        return len(self.column(name)) - 1
+
+    def column(self, name: str) -> list[str]:
+        """Return an object and what lies below it, downwards."""
+        found = [name]
+        while name in self.parent and self.parent[name][0] == "on" and len(found) <= 20:
+            name = self.parent[name][1]
+            found.append(name)
+        return found
 
     def is_carried(self, name: str) -> bool:
         """Say whether a held object has been lifted; one that is merely gripped may still be picked up."""
