@@ -83,12 +83,13 @@ class Amendments(Commands, ABC):
                 # "put the red cup on the tray, no, the white one": colours stand against each other.
                 same = [bool(ref.colours) for ref in (*last.objects, *places)]
                 refs = (replace(refs[0], nouns=next(iter(last.objects)).nouns, one=False),)
-            if self._skip(j) >= len(self.tokens) and same[0] and not any(same[1:]):
+            better = replace(last, objects=refs)
+            if same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
-                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare - 0.6))))
-            elif self._skip(j) >= len(self.tokens) and not any(same[1:]) and refs[0].names:
+                found += self._going_on(part, replace(better, bare=last.bare - 0.6), j)
+            elif not any(same[1:]) and refs[0].names:
                 # "put red_1 in the bucket, make that blue_2": what makes sense decides.
-                found.append((len(self.tokens), (*part[:-1], replace(last, objects=refs, bare=last.bare + 0.3))))
+                found += self._going_on(part, replace(better, bare=last.bare + 0.3), j)
         better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
         if better_distance and self._skip(k + 1) >= len(self.tokens):
             # "5 cm to the left, no, make it 10"
@@ -105,6 +106,16 @@ class Amendments(Commands, ABC):
                 for m in self._joints(j):
                     found += [(end, (*part[:-1], better, *rest)) for end, rest in self._parts(m) if rest]
         return found
+
+    def _going_on(self, part: tuple[Part, ...], better: Command, j: int) -> Found[tuple[Part, ...]]:
+        """Return the parts with a better last one, and what follows it from `j` on."""
+        parts = (*part[:-1], better)
+        if self._skip(j) >= len(self.tokens):
+            return [(len(self.tokens), parts)]
+        if self.text(j) == "and":
+            # "no, the bolt and the pin in the box": is the bolt for the box, too?
+            return []
+        return [(end, (*parts, *rest)) for m in self._joints(j) for end, rest in self._parts(m) if rest]
 
     def _gapped(self, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
         """As in "push the cube left, then right"; "push the can back and the cube forward": the verb from before."""

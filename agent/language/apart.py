@@ -91,10 +91,16 @@ def dealt_first(commands: Sequence[Command]) -> list[Command]:
 def sorted_as_told(commands: Sequence[Command]) -> tuple[Command, ...]:
     """As in "sort the balls: the white one into the cup, the others into the bin": that is how they are sorted."""
     lead, told = commands[0], commands[1:]
-    whole = lead.objects[0] if lead.verb == "sort" and lead.place is None and len(lead.objects) == 1 else None
-    if whole is None or len(told) < 2 or not all(_takes_some(command, whole) for command in told):
+    sorts = lead.objects if lead.verb == "sort" and lead.place is None else ()
+    if len(sorts) > 1 and tuple(ref.nouns for c in told for ref in c.objects) == tuple(ref.nouns for ref in sorts):
+        # "sort the mugs and the fruit: mugs in the drawer, fruit in the bowl"
+        return tuple(told)
+    whole = sorts[0] if len(sorts) == 1 else None
+    end = next((k for k, c in enumerate(told) if whole is None or not _takes_some(c, whole)), len(told))
+    if whole is None or end < 2:
         return tuple(commands)
-    return tuple(replace(c, objects=tuple(_all_of_kind(ref, whole) for ref in c.objects)) for c in told)
+    dealt = (replace(c, objects=tuple(_all_of_kind(ref, whole) for ref in c.objects)) for c in told[:end])
+    return (*dealt, *told[end:])
 
 
 def _all_of_kind(ref: Ref, whole: Ref) -> Ref:

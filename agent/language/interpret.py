@@ -111,6 +111,11 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     """
     if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+|[.;:]", prompt.lower().rstrip(" .!;"))}:
         return made
+    doors = [(call.skill, str(call.arguments["drawer"])) for call in made.calls if "drawer" in call.arguments]
+    reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
+    if reopened and "open" not in prompt.lower() and ("close_drawer", reopened[-1]) != doors[-1]:
+        # "the drawer should be closed and the sponge in it"
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Should {reopened[-1]} be closed at first or in the end?")
     held, places = "", dict[str, str]()
     for call in made.calls:
         held = str(call.arguments["object"]) if call.skill in ("pick", "stack") else held

@@ -55,6 +55,8 @@ CANONICAL_COLOUR = {
 }
 
 
+_GROWN = frozenset({"fruit", "vegetable"})
+_OF_IT = frozenset({"half", "slice", "wedge", "piece", "chunk", "quarter"})
 _LIVING = frozenset({"fruit", "vegetable", "animal", "vehicle", "tool"})
 
 
@@ -93,6 +95,9 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         head = _head(parts)
         if noun_class in _LIVING and head in NOUN_CLASS and head not in things.KINDS_OF[noun_class]:
             # A tomato can is no vegetable.
+            return 0
+        if noun_class in _GROWN and head and head not in things.KINDS_OF[noun_class] | _OF_IT:
+            # Nor is a pepper mill.
             return 0
         return SHAPE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())

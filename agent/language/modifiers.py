@@ -73,7 +73,7 @@ class Modifiers(Positions):
         start = i + 1 if self.text(i) == "," else i
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
-        for j, _ in self.tag(i, "OF_THEM") if self.text(i - 1) != "top" or self.text(i + 1) != "both" else ():
+        for j, _ in self.tag(i, "OF_THEM") if not self._tells_where(i) else ():
             found.append((j, ref))
         for j, _ in self.tag(i, "HELD"):
             found.append((j, replace(ref, relations=(*ref.relations, HELD))))
@@ -231,6 +231,10 @@ class Modifiers(Positions):
                     if len(fewer.without) > len(less.without) + 1 or self.text(j + 1) in ("nor", "or")
                 ]
         return found
+
+    def _tells_where(self, i: int) -> bool:
+        """As in "on top of both", "I need the lemon here and the lime in the bowl": words that say no more than which."""
+        return self.said(i - 1, i + 2) == "top of both" or self.said(i, i + 2) == "here and"
 
     def _filled_with(self, i: int, ref: Ref) -> Found[Ref]:
         """As in "the mug with the beans in it", "the bin that has no ball in it", "the bowl with nothing in it"."""

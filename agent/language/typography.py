@@ -87,14 +87,20 @@ _CONTRACTIONS = [
         # There and back is no way that a push goes.
         (r"(,|\band)( then)? back again\b", r"\1\2 backagain"),
         (r"(?<=\w)[,;.]?\s*\bbut,? before you do(?: that| it| so)?\b,?", ", but first"),
+        (
+            r"(?<=\w)\s*[.;,!]\s*(?:oh,? |no,? |actually,? |wait,? )*never ?mind(?: that| it)?\s*[,.;!:]+\s*(?=\w)",
+            ", scratch that, ",
+        ),
+        # "I'm going to put the jam on the tray, you take the bread": who speaks does the one.
+        (r"^i(?:'m| am) (?:going to|gonna) (?:(?!\byou\b)[^,.;])*[,.;] (?:and |so |then )*(?=you \w)", ""),
         # "tap the can, and do it again"; after more than one thing to do, which of them?
         (
-            r"^((?:(?! and | then |[,.;]).)*\w)[,.;]?\s*(?:and |then |and then )?do (?:it|that|this) (?:again|once more|one more time)(?=[.! ]*$)",
+            r"^((?:(?! and | then |[,.;]).)*\w)[,.;]?\s*(?:and |then |and then )?do (?:it|that|this) (?:again|once more|one more time)(?=[.! ]*$|,? (?:if|please|for|when|thanks)\b)",
             r"\1 twice",
         ),
         (r"\bdo (?:it|that|this) (?:all )?(?:again|once more|one more time)\b", "repeat that"),
         (
-            r"^((?:(?! and | then |[,.;]).)*\w),? (?:and|then|and then) (?:again|once more|one more time)(?=[.! ]*$)",
+            r"^((?:(?! and | then |[,.;]).)*\w),? (?:and|then|and then) (?:again|once more|one more time)(?=[.! ]*$|,? (?:if|please|for|when|thanks)\b)",
             r"\1 twice",
         ),
         # "the red cube left and the blue one right of the bowl"
