@@ -29,12 +29,17 @@ WHEN = {
     "before {thing} (is|are|gets|get) {VERB=tap} <edge>": "before you {VERB=tap} {thing}",
     "(,|.|;) [but|and] {words} before! (any|either|all|one|anything|both|they|it) [of (them|those|these)] (is|are|has been|gets|get) <moved> <end>": ", but first {words}",
     "[,] but [only!] after you have {VERB} {thing} [{place}] <end>": "after you have {VERB} {thing} {place}",
+    "[,] but not! before! you have {VERB} {thing} [{place}] <end>": "after you have {VERB} {thing} {place}",
+    "<start> do not! {words} until! you have {VERB} {thing} [{place}] <end>": "{words} after you have {VERB} {thing} {place}",
+    ", having first! {VERB} {thing} [{place}] <end>": "after you have {VERB} {thing} {place}",
+    "(,|.|;|and|but) [and|but] do {thing} {turn:first|last} [of all] <end>": ", {thing} {turn}",
     "<joint> after! (it|them|those|these|that) {thing} <edge>": "and then {thing}",
     "{thing} (and|, and|,) last! of all {thing2} {place}": "{thing} and {thing2} {place}",
 }
 WITH = {
-    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing} (with|along with|together with) (it|them|that) <edge>": "{in} {one} , then put {thing} {in} {one}",
-    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) (with|along with|together with) (it|them|that) [goes|go] {thing} <edge>": "{in} {one} , then put {thing} {in} {one}",
+    "<verb> {VERB=put} {thing} {in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing2} (with|along with|together with) (it|them|that) <edge>": "{VERB=put} {thing} and {thing2} {in} {one}",
+    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing} (with|along with|together with) (it|them|that) <end>": "{in} {one} , then put {thing} {in} {one}",
+    "{in:in|into|inside|on|onto} {one} (and|, and|,|;) (with|along with|together with) (it|them|that) [goes|go] {thing} <end>": "{in} {one} , then put {thing} {in} {one}",
     ", {_one} and all (,|<end>)": "",
     "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} each": "{LIGHT_NOUN} {thing}",
 }
@@ -46,6 +51,8 @@ STAYS = {
     "(,|.|;|and|but) [and|but] nothing! else (moves|is to move|should move|must move|may move|gets moved|is [to be] moved|should be (moved|touched)|is [to be] touched|changes) <edge>": ". leave everything else alone",
 }
 TOLD = {
+    "(,|.|;) no [,] [wait|hang on|hold on|oh|sorry] [,] {_one} [is] in the way (,|.|;|:|, so|so) {way} [{way2}] [will do|would do|is fine|instead!] <end>": ", no , {way} {way2}",
+    "{way} (will|would|should) (do|suffice|be (enough|plenty|fine)) <edge>": "{way}",
     "<start> {holder} is [already|still!|now|currently] [quite|completely|all] (open|closed|shut|empty|clear|free) [now|already] (,|.|;) [so|and] {VERB} {thing} {in:in|into} (it|there) <edge>": "{VERB} {thing} {in} {holder}",
     "<start> (before! (you do anything|anything) (else!|with {_thing}|to {_thing}) [happens|moves]|first! things first!) ,": "",
     "{one} [goes|go|should go|belongs] {place} (and|, and|,) {one2} [goes|go|should go|belongs] {place2} [,] (or! rather|rather|or! (no!|wait)|no! [,] [wait|actually] [,]|actually|sorry|or!) [,] [make it|make that] (vice versa|the other way (round|around|about)) <end>": "{one} {place2} , {one2} {place}",
@@ -57,8 +64,12 @@ TOLD = {
     "instead of {thing} , which <is_so> ,": "instead of {thing} ,",
     "{that} , which <is_so> (,|<end>)": "{that}",
     "{except:except|except for|bar|but|apart from|but not|save|other than} {thing} , which [can|should|must|may|will|could] (go|goes|belong|belongs|be put|have to go|has to go|are to go|is to go) {place}": "{except} {thing} . put {thing} {place}",
-    "<start> not! {one} [,|.|;] [but] the {NOUN} [right|immediately|directly] to the {side:left|right} of it ,": "the {NOUN} to the {side} of {one} ,",
-    "<edge> {one} , <lone> [that] (i|we) <wants> {place}": "put {one} {place}",
+    "<start> not! {one} [,|.|;] [but] the {word} [right|immediately|directly] to the {side:left|right} of it ,": "the {word} to the {side} of {one} ,",
+    "{that} [that|which] (it|they) (was|were) in {back:back|away|down}": "{that} {back}",
+    "<start> {one} (is|are) (the one|what) [that] (i|we) <wants> {place}": "{one} goes {place}",
+    "<start> (the (thing|one|object) [that]|what) (i|we) <wants> {place} is {one} <end>": "{one} goes {place}",
+    "<start> (move|take|get) {one} : it (goes|belongs) {place} <end>": "put {one} {place}",
+    "<edge> {one} , <lone> [that] (i|we) <wants> {place}": "{one} goes {place}",
     "<verb> (tip|shake|empty) {_thing} out of {one} {into:into|onto|in|on} {one2}": "pour {one} {into} {one2}",
 }
 # fmt: on

@@ -6,6 +6,7 @@ from robosandbox.agent.language.amendments import Amendments, without
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.phrases import single
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
@@ -120,7 +121,8 @@ class Grammar(Amendments):
                         # "tap the can, but first tap the cup, then go home": home comes last.
                         final = rest[-1:] if rest[1:] and _goes_home(rest[-1]) else ()
                         before = rest[: len(rest) - len(final)]
-                        found.append((end, (*_in_it(before, part), *part, *final)))
+                        before = _in_it(before, part, alone=not follows)
+                        found += [(end, (*before, *part, *final))] if before else []
             for k in self._joints(j):
                 # "put the can on the block, but tap the block first"
                 for m, second in self.part(k) if self.text(k - 1) in ("but", ",", ";", ".", "and") else []:
@@ -128,7 +130,10 @@ class Grammar(Amendments):
                     late_word = next((q for q in range(m + 1, m + 3) if self.said(m, q) in _BEFOREHAND), 0)
                     if not asked or not late_word:
                         continue
-                    before = (*_in_it(second, part), *part)
+                    first_done = _in_it(second, part, alone=not follows)
+                    if not first_done:
+                        continue
+                    before = (*first_done, *part)
                     if self._skip(late_word) >= n:
                         found.append((n, before))
                     for q in self._joints(late_word):
@@ -329,8 +334,11 @@ def _plainly_done(command: Command) -> bool:
     return named and not command.bare
 
 
-def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]:
-    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last."""
+def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...], *, alone: bool) -> tuple[Part, ...]:
+    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last.
+
+    Returns nothing where "them" would be one thing; `alone` where no command stands before.
+    """
     first, last = parts[0] if parts else None, named[0] if named else None
     if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
         return parts
@@ -341,11 +349,23 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...]) -> tuple[Part, ...]
         first = replace(first, place=there)
     elif isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
         first = replace(first, place=replace(place, refs=last.objects))
+    elif first.objects and _several(first.objects[0]) and single(last.objects[0]):
+        # "put the cup next to the can, but first tap both": the cup and the can.
+        both = "both" in first.objects[0].text.split()
+        refs = last.place.refs if alone and isinstance(last.place, Relation) else ()
+        told = len(refs) == 1 and single(refs[0]) and (both or (isinstance(there, Relation) and there.kind != "in"))
+        return (replace(first, objects=(*last.objects, *refs)), *parts[1:]) if told else ()
     elif first.objects and first.objects[0].determiner == "it":
         into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
         opened = first.verb in ("open", "close") and into and into != (IT,)
         first = replace(first, objects=into if opened else last.objects)
     return (first, *parts[1:])
+
+
+def _several(ref: Ref) -> bool:
+    """Say whether a description is a pronoun for several things: "them", "both of them", "both"."""
+    both = ref.text.startswith("both") and not (ref.nouns or ref.names or ref.colours or ref.ranks)
+    return both or (ref.determiner == "it" and ref.plural)
 
 
 def _inside_it(second: Command, first: Command) -> Command:

@@ -46,6 +46,14 @@ def _whose_turn(said: Said) -> Said:
     end = len(texts)
     while end and texts[end - 1] in (".", "!"):
         end -= 1
+    turn = texts[end - 1]
+    comma = max((k for k in range(end) if texts[k] == ","), default=0)
+    named = {*texts[comma + 1 : end - 1]} - {"the", "one", "and", "with"}
+    if turn in ("first", "last") and comma and named:
+        # "the can in the box and the jar on the tray, the jar first"
+        ordered = _with_turn(said, comma, named, last=turn == "last")
+        if ordered is not said:
+            return ordered
     for lead, last in _TURNS:
         ends = 1 if lead[0] not in _STARTING else 0
         for k in range(end - 1, 3, -1):
