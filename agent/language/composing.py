@@ -101,7 +101,8 @@ def build(frame: Frame) -> list[Command]:
         return [Command("stack", (every,), None, (), tuple(ends))]
     whole = len(middle) == 1 and (middle[0].plural or middle[0].determiner == "all")
     listed_at = [k for k, kind in enumerate(frame.kinds) if kind in ("objects", "material")][1:]
-    if whole or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
+    ranked = len(middle) > 1 and all(_extreme(ref) and not (ref.nouns or ref.names) for _, ref in ends)
+    if ranked or whole or (listed_at and frame.kinds.index("order_end") > listed_at[0]):
         # "of the red, green and blue blocks with the green one on top": the end is one of those listed.
         return [Command("stack", middle, None, (), tuple(ends))]
     by_level: dict[str, Ref] = dict(ends)

@@ -100,7 +100,7 @@ class Grammar(Amendments):
                         if not self.tag(k, "VERB") and _takes_more(first, last):
                             continue
                         if first.objects and first.objects[0].determiner == "it":
-                            first = replace(first, objects=last.objects)
+                            first = replace(first, objects=(*last.objects, *first.objects[1:]))
                         there = last.place.refs if isinstance(last.place, Relation) else ()
                         if isinstance(first.place, Relation) and first.place.refs == (IT,) and there:
                             # "..., I mean the banana next to it"
@@ -358,7 +358,7 @@ def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...], *, alone: bool) -> 
     elif first.objects and first.objects[0].determiner == "it":
         into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
         opened = first.verb in ("open", "close") and into and into != (IT,)
-        first = replace(first, objects=into if opened else last.objects)
+        first = replace(first, objects=(*(into if opened else last.objects), *first.objects[1:]))
     return (first, *parts[1:])
 
 
