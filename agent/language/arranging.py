@@ -291,7 +291,7 @@ class Arranging(Placing):
         ref = command.objects[0]
         names, _ = self._objects(command)
         group = list(names)
-        if ref.nouns == ("tower",) or ref.nouns == ("stack",) or len(names) == 1:
+        if ref.nouns == ("tower",) or ref.nouns == ("stack",):
             below = names[0]
             while below in self.world.parent and self.world.parent[below][0] == "on":
                 below = self.world.parent[below][1]
