@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.apart import dealt_first, members_apart, sorted_as_told, without_what_is_denied
@@ -89,6 +90,7 @@ class _Builder(Arranging):
             )
         told = sorted_as_told(tuple(map(_each_spared, sentence.steps)))
         steps = dealt_first(members_apart(told, Grounder(self.world, Discourse())))
+        _check_sides(steps)
         for command in _fused(steps):
             self._check_condition(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
@@ -431,6 +433,18 @@ def _lifts_both(before: Command, command: Command) -> bool:
         and not before.objects[0].plural
         and {before.verb, command.verb} <= {"put", "stack"}
     )
+
+
+def _check_sides(commands: Sequence[Command]) -> None:
+    """As in "the cup left of the can, and the jar left of that": left of the can, or of the cup?"""
+    for before, command in pairwise(commands):
+        here, there = before.place, command.place
+        if not (isinstance(here, Relation) and isinstance(there, Relation) and before.verb == command.verb == "put"):
+            continue
+        again = there.kind == here.kind in ("left", "right", "front", "back") and here.refs and here.distance is None
+        if again and there.refs and there.refs[0].determiner == "it" != here.refs[0].determiner:
+            told = " or ".join(f"“{ref.text}”" for ref in (*here.refs, *before.objects))
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{there.refs[0].text}”: is that {told}?")
 
 
 def _is_tower(commands: Sequence[Command]) -> bool:
