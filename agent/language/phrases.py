@@ -94,7 +94,12 @@ class Phrasing(Choices):
                 k = j + 1 if self.text(j) == "," else j
                 k += self.text(k) == "but"
                 for end, ref in self.np(k) if k > j else ():
-                    if ref.one and not ref.nouns and ref.determiner == "the" and self.text(end - 1) not in self.words.ids:
+                    if (
+                        ref.one
+                        and not ref.nouns
+                        and ref.determiner == "the"
+                        and self.text(end - 1) not in self.words.ids
+                    ):
                         # "not the red cup, the blue one"; "not the apple, the orange" is no orange apple.
                         kind = first.names if len(first.names) == 1 and first.names[0].isalpha() else ()
                         found.append((end, replace(ref, nouns=first.nouns, names=kind, one=not (first.nouns or kind))))
