@@ -174,14 +174,14 @@ class Arranging(Placing):
             movable = [name for name in self.world.objects if self.world.movable(name)]
             raise RefusedError(RefusalCode.AMBIGUOUS, f"A tower of what? I see {listed(movable)}.", movable)
         names, _ = self._objects(command)
-        targets = self._targets(place, names) if isinstance(place, Relation) and place.refs else ()
+        targets: tuple[str, ...] = self._targets(place, names) if isinstance(place, Relation) and place.refs else ()
         names = tuple(name for name in names if name not in targets)
         on = isinstance(place, Relation) and place.kind == "on"
         if len(names) < 2 and not (names and on):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"On what should {listed(names)} go?", tuple(self.world.objects))
         upwards = self._upwards(command, list(names))
         if on:
-            self._pile(targets[0], upwards)
+            self._pile(next(iter(targets)), upwards)
             return
         if place is not None:
             self._put_one(upwards[0], place, targets)

@@ -80,8 +80,9 @@ class Modifiers(Positions):
         if self.text(i) == "of" and ref.one and ref.ranks:
             # "the larger of the two red blocks"
             for j, whole in self.np(i + 1):
-                if whole.plural and not whole.ranks:
+                if whole.plural and not (whole.ranks or whole.determiner == "it"):
                     merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, number=None)
+                    merged = replace(merged, colours=ref.colours or whole.colours, shades=ref.shades or whole.shades)
                     found.append((j, merged))
             # "the taller of the can and the cube"
             compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours

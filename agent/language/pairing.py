@@ -91,7 +91,7 @@ def _rows(said: Said, start: int) -> list[Row]:
         row = max((_row(said, i, ending) for ending in (_thing_end, _laid_end)), key=len)
         if len(row) > 1:
             rows.append(row)
-        i = max(i + 1, thing, row[-1][1] if row[1:] else i)
+        i = max(i + 1, thing, *(end for _, end in row[1:]))
     return rows
 
 
@@ -144,8 +144,10 @@ def _each(said: Said, row: Row) -> list[Sequence[Token]]:
             # "the red and green cubes": one of each.
             phrase = next(phrase for _, phrase, plural in named if plural)
             noun = (Token(phrase, phrase, "word"),)
-            made, single = [(*item[:-1], *noun) for item in made], (*last[:-1], *noun)
-    return [*made, single]
+            made[:] = [(*item[:-1], *noun) for item in made]
+            single = (*last[:-1], *noun)
+    made.append(single)
+    return made
 
 
 def _of_two(said: Said) -> Said:

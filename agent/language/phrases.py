@@ -175,6 +175,8 @@ class Phrasing(Choices):
                 continue
             for k, better in self.np(j + 1):
                 closer = better.one and not (better.nouns or better.plural or better.other or better.number)
+                # "left of the bowl, the rightmost right" names another thing.
+                closer = closer and bool(better.colours or self.text(k - 1) == "one")
                 if closer and better.colours + better.ranks and self.text(k) not in ("and", "or"):
                     merged = replace(better, nouns=ref.nouns, names=ref.names, one=False, text=ref.text)
                     merged = replace(merged, relations=(*ref.relations, *better.relations))
@@ -264,8 +266,9 @@ class Phrasing(Choices):
                     if refs[-1].relations and len(better) > 1:
                         # "the fig in the bag, no, the nut, and the bun in the box": the nut is what goes in the bag.
                         continue
-                    if better[0].one and not better[0].nouns:
-                        better = (replace(better[0], nouns=refs[-1].nouns, one=False), *better[1:])
+                    for lead in better[:1]:
+                        if lead.one and not lead.nouns:
+                            better = (replace(lead, nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
 

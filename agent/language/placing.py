@@ -55,6 +55,12 @@ class Placing(Hands):
             if ref.determiner == "it" and self.last_side and {"opposite", self.last_side[0]} & {*opposite}:
                 # "the plum left of the can and the pear right of it", "... on the other side of it": of the can.
                 return (self.last_side[1],)
+            if ref.determiner == "it" and ref.plural and place.kind == "on":
+                # "stack the can on the block and the cup on top of both": on the upper one.
+                pile = self.ground.many(ref, lambda name: True, names).ids
+                upper = [name for name in pile if not world.on_top_of(name)]
+                if len(upper) == 1 and all(world.parent.get(name, ("", ""))[0] == "on" for name in upper):
+                    return (upper[0],)
             # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
             barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
             if ref.determiner == "it" and world.held in self.poured and world.held not in names:

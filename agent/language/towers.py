@@ -83,7 +83,7 @@ class Towers(WordOrder, ABC):
         for j, verb in verbs:
             if verb == "stack":
                 for k, refs in self.np_list(j):
-                    several = len(refs) > 1 or refs[0].plural
+                    several = len(refs) > 1 or any(ref.plural for ref in refs)
                     if several and not any(ref.unknown or ref.text.endswith(_ENDS) for ref in refs):
                         found += [(end, head, 0) for end, head in self._heading(k, refs)]
         for j in [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"] or [i]:
@@ -113,7 +113,7 @@ class Towers(WordOrder, ABC):
             for j, _ in self.tag(i, "MATERIAL"):
                 for k, refs in self.np_list(j):
                     if not any(ref.unknown or ref.text.endswith(_ENDS) for ref in refs) and (
-                        len(refs) > 1 or refs[0].plural
+                        len(refs) > 1 or any(ref.plural for ref in refs)
                     ):
                         found += self._heading(k, refs)
         sized = [j for tag in ("BY_SIZE", "BY_OTHER") for j, _ in self.tag(i, tag) if self.text(j - 1) == "size"]

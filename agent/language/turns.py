@@ -145,7 +145,7 @@ def taking_turns(commands: list[Command], turns: Turns) -> list[Command]:
         for command in commands
         if command.order is None
         and command.objects
-        and (len(command.objects) > 1 or command.objects[0].plural or command.objects[0].determiner == "all")
+        and (len(command.objects) > 1 or any(ref.plural or ref.determiner == "all" for ref in command.objects))
     ]
 
 
