@@ -171,3 +171,26 @@ def test_what_is_seen_too_small_to_be_does_not_break_the_world_to_plan_in():
         )
         sensed.believe(replace(seen, objects=(cube, phantom)))
         assert {cube.id, "phantom"} == {*sensed.object_bodies}
+
+
+def in_a_bin(rgb, kind="box"):
+    """Return a small thing that stands in a bin at (0.1, 0.3), as seen."""
+    size = np.array([0.02, 0.02, 0.02])
+    return replace(look_at_bin((0.12, 0.3), size, confidence=0.7), kind=kind, size=tuple(size), rgb=np.array(rgb))
+
+
+@pytest.mark.parametrize(
+    ("bin_is_known", "rgb", "kind", "is_new"),
+    [
+        (True, (0.95, 0.85, 0.15), "box", False),
+        (True, (0.1, 0.2, 0.9), "box", True),
+        (True, (0.1, 0.2, 0.9), "bin", False),
+        (False, (0.95, 0.85, 0.15), "box", True),
+    ],
+)
+def test_a_piece_of_what_lies_in_a_known_bin_is_no_new_thing(bin_is_known, rgb, kind, is_new):
+    tracker = Tracker()
+    tracker.tracks["red_bin"] = Track("red_bin", look_at_bin((0.1, 0.3), BIN))
+    tracker.tracks["lemon"] = Track("lemon", in_a_bin((1.0, 0.8, 0.1)))
+    known = frozenset(tracker.tracks) if bin_is_known else frozenset()
+    assert tracker._is_known_inside(in_a_bin(rgb, kind), known) is not is_new

@@ -68,11 +68,14 @@ def interpret(
         return readings
     made = _once_each(prompt, choose(readings, scene, names, discourse, chosen))
     if isinstance(made, Refusal) and (made.code in _PERHAPS_MISREAD or may_correct(prompt)):
-        plainer = _reread(prompt, tuple(item.id for item in scene.objects)) if len(prompt) <= _MOST_REMEMBERED else ()
-        for readings in plainer:
-            better = _once_each(prompt, choose(readings, scene, names, discourse, chosen)) if readings else made
-            if isinstance(better, Draft):
-                return better
+        ids = tuple(item.id for item in scene.objects)
+        for read_again in (_plainer, _corrected) if len(prompt) <= _MOST_REMEMBERED else ():
+            others = read_again(prompt, ids)
+            # What it was read as already makes no more sense now.
+            if others and others != readings:
+                better = _once_each(prompt, choose(others, scene, names, discourse, chosen))
+                if isinstance(better, Draft):
+                    return better
     return made
 
 
@@ -87,13 +90,11 @@ def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings |
 # What a sentence says depends on the words of the scene, not on what is where: replans and benches ask for it again.
 @lru_cache(maxsize=32)
 def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Readings | Refusal:
-    known = scene_words(ids)
     try:
-        tokens = tokenize(prompt, known)
-        said = where_it_goes(Said(tokens, known))
+        said = _said(prompt, ids)
         readings = said.grammar.sentences()
         if not readings or readings[0][0] >= STRANGE:
-            plain = _plainly(said)
+            plain = _in_plain_words(prompt, ids)
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
             readings = readings or _set_right(said)
@@ -135,17 +136,36 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
 
 
 @lru_cache(maxsize=32)
-def _reread(prompt: str, ids: tuple[str, ...]) -> tuple[Readings, ...]:
-    """Return the readings of a sentence in plainer words, and with what it corrects set right: for what makes no sense as it stands."""
+def _said(prompt: str, ids: tuple[str, ...]) -> Said:
     known = scene_words(ids)
+    return where_it_goes(Said(tokenize(prompt, known), known))
+
+
+@lru_cache(maxsize=32)
+def _in_plain_words(prompt: str, ids: tuple[str, ...]) -> Said:
+    return _plainly(_said(prompt, ids))
+
+
+@lru_cache(maxsize=32)
+def _plainer(prompt: str, ids: tuple[str, ...]) -> Readings:
+    """Return the readings of a sentence in plainer words, none if those are its own: for what makes no sense as it stands."""
     try:
-        said = where_it_goes(Said(tokenize(prompt, known), known))
+        said = _said(prompt, ids)
         if "anything" in said.texts:
             # "anything but the apple can go in the bin" allows it, and asks for nothing.
             return ()
-        plain = _plainly(said)
-        better = plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
-        return better, _set_right(said)
+        plain = _in_plain_words(prompt, ids)
+        return plain.grammar.sentences(_STEPS_AGAIN) if plain.texts and plain.texts != said.texts else ()
+    except (TooLongError, TooComplicatedError):
+        return ()
+
+
+@lru_cache(maxsize=32)
+def _corrected(prompt: str, ids: tuple[str, ...]) -> Readings:
+    """Return the readings of a sentence with what it corrects set right: for what makes no sense as it stands."""
+    try:
+        said = _said(prompt, ids)
+        return () if "anything" in said.texts else _set_right(said)
     except (TooLongError, TooComplicatedError):
         return ()
 

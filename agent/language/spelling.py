@@ -80,7 +80,7 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
             better = _filled(word, parts)
         if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
-        better = better or _ACCENTS.get(word) or _SLIPS.get(word)
+        better = better or _ACCENTS.get(word) or (_SLIPS.get(word) if word not in parts else None)
         if better is None and word not in parts and _single(word) in GRAMMAR_WORDS and word not in GRAMMAR_WORDS:
             better = _single(word)
         if better is None and word == "i" and made and words[i + 1 : i + 2] in (["the"], ["a"], ["my"]):
