@@ -258,11 +258,7 @@ class Amendments(Commands, ABC):
                     if better and self._skip(j) >= n:
                         found.append((n, (*part[:-1], replace(last, distance=better))))
                         continue
-                again = (
-                    replace(command, objects=last.objects)
-                    if not any(e.kind == "objects" for e in elements)
-                    else command
-                )
+                again = replace(command, objects=last.objects) if not told else replace(command, bare=0.3)
                 if self._skip(j) >= n:
                     found.append((n, (*part, again)))
                 for m in self._joints(j):

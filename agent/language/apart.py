@@ -23,7 +23,7 @@ def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Comman
         whole = group.objects[0] if len(group.objects) == 1 else None
         if whole is None or not (whole.plural or whole.determiner == "all") or whole.number or whole.share:
             continue
-        alike = group.verb == own.verb and own.bare and (group.place, group.times) != (own.place, own.times)
+        alike = group.verb == own.verb and own.bare and _manner(group) != _manner(own)
         if whole.determiner == "it" or not alike or len(own.objects) != 1:
             continue
         apart = _of_kind(own.objects[0], whole)
@@ -31,6 +31,10 @@ def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Comman
         if single and ground.has(apart, whole):
             made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
     return tuple(made)
+
+
+def _manner(command: Command) -> tuple[object, ...]:
+    return command.place, command.times, command.direction, command.distance
 
 
 def without_what_is_denied(command: Command, ground: Grounder) -> Command:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from robosandbox.agent.language.clauses import Axis
 from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
@@ -13,16 +15,14 @@ from robosandbox.agent.language.intent import (
     Offset,
     Original,
     Ref,
+    Region,
     Relation,
     Table,
     replace,
 )
 
-_AIMED = tuple(
-    f"{to} {whose} {side}"
-    for to in ("to", "towards", "toward")
-    for whose in ("the", "your")
-    for side in ("left", "right")
+_AIMED = re.compile(
+    r" (to|towards?) (the|your) (left|right|far|near|back|front)( hand)?( (edge|side|end)( of the table)?)?$"
 )
 
 
@@ -150,8 +150,8 @@ def push(frame: Frame) -> list[Command]:
     if len(frame.objects) > 1 or not frame.only("direction", "distance", "particle", "times"):
         return []
     objects = frame.objects[0] if frame.objects else (IT,)
-    if any(ref.text.endswith(_AIMED) for ref in objects):
-        # "push the can to the left and the ball to the right": ways to go, which tell no things apart.
+    if any(_AIMED.search(ref.text) for ref in objects):
+        # "push the can to the left and the ball to the right edge": ways to go, which tell no things apart.
         return []
     distance = frame.one("distance")
     direction = frame.one("direction")
@@ -165,6 +165,9 @@ def push(frame: Frame) -> list[Command]:
         return []
     if frame.places:
         place = frame.places[0]
+        if isinstance(place, Region) and len(frame.places) == 1 and not (direction or distance) and times == 1:
+            # "push it to the left edge"
+            return [Command("push", objects, place)] if len(place.sides) == 1 and place.name in ("edge", "side") else []
         if len(frame.places) > 1 or not isinstance(place, Relation) or direction:
             return []
         if (

@@ -31,6 +31,8 @@ class Hands:
         self.steps: list[Step] = []
         self.start_held = scene.held
         self.last_side: tuple[str, str] | None = None
+        self.side_told = False
+        """Whether the sentence said that side, and not just "next to"."""
         self.put_down: set[str] = set()
         self.dealt: set[str] = set()
         self.poured: set[str] = set()

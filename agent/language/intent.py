@@ -74,12 +74,14 @@ class Region:
         sides: left, right, far, near; none leaves it open.
         anchor: For a corner: the thing that it is nearest to, or farthest from.
         farthest: It is farthest from the anchor.
+        directional: "towards": a way to go rather than where to arrive.
     """
 
     name: str
     sides: tuple[str, ...] = ()
     anchor: Ref | None = None
     farthest: bool = False
+    directional: bool = False
 
 
 @dataclass(frozen=True, slots=True)

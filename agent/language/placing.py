@@ -22,6 +22,8 @@ from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
 
 NUDGE = 0.10
+BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}
+"""Where the far, the near and the left or right edge or side of what an arm reaches of the table begins, metres."""
 _OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
 
@@ -51,8 +53,8 @@ class Placing(Hands):
             targets = tuple(found)
         else:
             ref = place.refs[0]
-            opposite = (place.kind, _OPPOSITE.get(place.kind))
-            if ref.determiner == "it" and self.last_side and {"opposite", self.last_side[0]} & {*opposite}:
+            told = {place.kind, _OPPOSITE.get(place.kind)} if self.side_told else {place.kind} & {"opposite"}
+            if ref.determiner == "it" and self.last_side and {"opposite", self.last_side[0]} & told:
                 # "the plum left of the can and the pear right of it", "... on the other side of it": of the can.
                 return (self.last_side[1],)
             if ref.determiner == "it" and ref.plural and place.kind == "on":
@@ -117,9 +119,11 @@ class Placing(Hands):
                     self._put_at(name, (x + ex * apart, y + ey * apart), f"{distance:g} m {kind} of {target}")
                 elif kind in SIDES:
                     self._put_beside(name, target, (kind,))
-                    self.last_side = (kind, target)
+                    self.last_side, self.side_told = (kind, target), True
                 elif kind == "beside":
                     self._put_beside(name, target, SIDES)
+                    call = self.steps[-1].call.arguments
+                    self.last_side, self.side_told = (str(call["side"]), str(call["target"])), False
                 else:
                     raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot put things {kind} others.", (target,))
             case At(x=x, y=y):
@@ -366,7 +370,14 @@ class Placing(Hands):
             near = (along if along is not None else x, across if across is not None else y)
             if not sides:
                 near = (x, 0.36 if y >= 0 else -0.36)
-        spots = self.world.free_spots(near, radius, (name,))
-        if not spots or math.dist(spots[0], near) > 0.16:
+        if region.name in ("edge", "side") and sides:
+            # Anywhere along that edge or side is as good, and nowhere else.
+            far, near_robot, aside = BOUNDS[region.name]
+            low = (far if "far" in sides else -TABLE_HALF, aside if "left" in sides else -TABLE_HALF)
+            high = (near_robot if "near" in sides else TABLE_HALF, -aside if "right" in sides else TABLE_HALF)
+            spots = self.world.free_spots(near, radius, (name,), low=low, high=high)
+        else:
+            spots = [p for p in self.world.free_spots(near, radius, (name,)) if math.dist(p, near) <= 0.16]
+        if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
         self._put_at_first(name, spots)

@@ -98,7 +98,7 @@ class Positions(Chart, ABC):
                     k += 1
             names = _REGION_NAMES.get(self.text(k))
             if names:
-                region = Region(names, tuple(dict.fromkeys(sides)))
+                region = Region(names, tuple(dict.fromkeys(sides)), directional=self.text(i) in ("towards", "toward"))
                 found += [(end, region) for end in self._of_table(k + 1)]
                 found += [
                     hit for end in self._of_table(k + 1) if names == "corner" for hit in self._told_by(end, region)

@@ -238,10 +238,17 @@ class World:
         return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and self._near <= distance <= self._far
 
     def free_spots(
-        self, near: tuple[float, float], radius: float, ignore: Iterable[str] = ()
+        self,
+        near: tuple[float, float],
+        radius: float,
+        ignore: Iterable[str] = (),
+        *,
+        low: tuple[float, float] = (-TABLE_HALF, -TABLE_HALF),
+        high: tuple[float, float] = (TABLE_HALF, TABLE_HALF),
     ) -> list[tuple[float, float]]:
-        """Return free places on the table in easy reach, the nearest to `near` first."""
-        spots = _GRID[_in_reach(self.base_xy, self._near, self._far) & self._free(radius, ignore)]
+        """Return free places on the table in easy reach, from `low` to `high`, the nearest to `near` first."""
+        part = ((np.array(low) <= _GRID) & (np.array(high) >= _GRID)).all(axis=1)
+        spots = _GRID[_in_reach(self.base_xy, self._near, self._far) & self._free(radius, ignore) & part]
         distance = np.round(np.hypot(*(spots - near).T), 6)
         order = np.lexsort((spots[:, 1], spots[:, 0], distance))
         return [(float(x), float(y)) for x, y in spots[order[:4]]]
