@@ -6,7 +6,19 @@ from functools import cached_property
 from typing import Any
 
 from robosandbox.agent.language.chart import Found, rule
-from robosandbox.agent.language.intent import IT, At, Command, Element, Original, Ref, Region, Relation, Spot, Table
+from robosandbox.agent.language.intent import (
+    IT,
+    At,
+    ByRobot,
+    Command,
+    Element,
+    Original,
+    Ref,
+    Region,
+    Relation,
+    Spot,
+    Table,
+)
 from robosandbox.agent.language.turns import TakingTurns
 from robosandbox.agent.language.wordlist import word_set
 
@@ -174,6 +186,9 @@ class Clauses(TakingTurns):
 
     def _place(self, i: int) -> Found[Any]:
         found: Found[Any] = []
+        if "ROBOT" in self.present:
+            found += self._by_robot(i, None)
+            found += [hit for j, metres in self.distance(i) for hit in self._by_robot(j, metres)]
         for j, relation in self.relation(i):
             found.append((j, Table() if relation.kind == "on" and not relation.refs else relation))
         for j, metres in self.distance(i):
@@ -332,6 +347,16 @@ class Clauses(TakingTurns):
         """Say whether "2 in" before `i` can only be inches."""
         closed = i >= len(self.tokens) or self.tokens[i].kind == "mark" or bool(self.tag(i, "THEN"))
         return closed or any(self.text(i) == side or end > i + 1 for end, side in self.tag(i, "DIR"))
+
+    def _by_robot(self, i: int, metres: float | None) -> Found[ByRobot]:
+        """As in "in front of the robot", "half a metre left of your base", "close to you"."""
+        return [
+            (end, ByRobot(side, metres))
+            for j, side in self.tag(i, "REL")
+            if side in ("front", "left", "right") or (side == "beside" and metres is None)
+            for k, _ in self.tag(j, "ROBOT")
+            for end in ([k + 1] if self.text(k) == "base" else [k])
+        ]
 
     def _direction(self, i: int) -> Found[str]:
         found: Found[str] = [

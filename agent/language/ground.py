@@ -10,7 +10,9 @@ from robosandbox.agent.language.adjectives import SHAPES
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
+from robosandbox.agent.language.measures import Measure, has_measure
 from robosandbox.agent.language.orders import Fits, Meaning
+from robosandbox.agent.language.shades import is_rather, shade_distance
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.things import KINDS_OF
 from robosandbox.agent.language.tokens import id_parts
@@ -193,6 +195,10 @@ class Grounder(Vicinity):
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]
+        for measure in ref.measures:
+            names = [name for name in names if has_measure(objects[name], Measure(*measure))]
+        if not names:
+            raise self._not_found(ref, fits, barred)
         for relation in ref.relations:
             names = self._related(names, relation, ref)
         for excluded in ref.without:
@@ -225,20 +231,18 @@ class Grounder(Vicinity):
             names = self._ranked(names, rank, ref)
         if ref.shades and several:
             # "the dark things": darker or lighter than grey.
-            light = ref.shades[0] == "light"
-            names = [name for name in names if (match.brightness(objects[name]) > 0.5) == light]
+            names = [name for name in names if is_rather(objects[name], ref.colours, ref.shades[0])]
             if not names:
                 raise self._not_found(ref, fits, barred)
         if ref.shades and len(names) > 1 and not several:
-            names.sort(key=lambda name: match.brightness(objects[name]), reverse=ref.shades[0] == "light")
-            names = names[:1]
+            names = [min(names, key=lambda name: shade_distance(objects[name], ref.colours, ref.shades[0]))]
         return names
 
     def _named(self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
         found = pool
         # Colour first: "the red block" is the red cube where no block is red.
         if ref.colours:
-            found = match.with_colour(found, ref.colours)
+            found = match.with_colour(found, ref.colours, ref.shades[0] if ref.shades else "")
         if ref.not_colours:
             found = [item for item in found if match.colour_of(item) not in ref.not_colours]
         if ref.names:
@@ -338,6 +342,9 @@ class Grounder(Vicinity):
 
     def _related(self, names: list[str], relation: Relation, ref: Ref, *, empty: bool = False) -> list[str]:
         kind, world = relation.kind, self.world
+        told = self._told_from_its_like(names, relation, ref)
+        if told:
+            return told
         if kind == "held":
             found = [name for name in names if name == world.held]
         elif kind == "than":
@@ -395,6 +402,29 @@ class Grounder(Vicinity):
                 names,
             )
         return found
+
+    def _told_from_its_like(self, names: list[str], relation: Relation, ref: Ref) -> list[str]:
+        """As in "the red cube left of the other red cube": of things alike, told by where the rest of them is."""
+        other = relation.refs[0] if len(relation.refs) == 1 else ref
+        sideways = relation.kind in ("left", "right", "front", "back", "beside")
+        if (
+            not (sideways and other.other)
+            or self.discourse.mentioned
+            or other.relations
+            or other.ranks
+            or len(names) < 2
+        ):
+            return []
+        alike = replace(other, other=False, one=False, nouns=other.nouns or ref.nouns, names=other.names or ref.names)
+        likes = {*self._loosely(replace(alike, colours=other.colours or (ref.colours if other.one else ())), names)}
+        rest = {name: [like for like in likes if like != name] for name in names}
+        if not (ref.plural or other.plural) and any(len(likes_) != 1 for likes_ in rest.values()):
+            return []
+        return [
+            name
+            for name in names
+            if rest[name] and all(self._around(relation.kind, [name], like) for like in rest[name])
+        ]
 
     def _exceeding(self, names: list[str], relation: Relation) -> list[str]:
         """As in "taller than the can": what comes before it in the order."""

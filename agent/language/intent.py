@@ -85,6 +85,14 @@ class Region:
 
 
 @dataclass(frozen=True, slots=True)
+class ByRobot:
+    """Near the robot's base, on a side of it: front is where it looks; distance in metres, None for not far."""
+
+    side: Literal["front", "left", "right", "beside"]
+    distance: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class At:
     """Coordinates in the world, metres."""
 
@@ -134,7 +142,7 @@ class Matching:
     noun: str = "bin"
 
 
-Place = Relation | Region | At | Offset | Original | Spot | Table | Matching
+Place = Relation | Region | ByRobot | At | Offset | Original | Spot | Table | Matching
 
 
 class Ref(NamedTuple):
@@ -163,6 +171,7 @@ class Ref(NamedTuple):
         share: "half of the cubes": this part of all that fit.
         total: "two of the three cubes": how many must fit.
         distinct: "different bins": each thing gets one of its own.
+        measures: "3 cm", "10 cm tall": each a dimension and metres.
     """
 
     text: str
@@ -187,6 +196,7 @@ class Ref(NamedTuple):
     total: int | None = None
     distinct: bool = False
     instead: tuple[Ref, ...] = ()
+    measures: tuple[tuple[str, float], ...] = ()
 
 
 IT = Ref(text="it", determiner="it")

@@ -10,6 +10,7 @@ from functools import lru_cache
 
 from robosandbox.agent.language import things
 from robosandbox.agent.language.lexicon import words_plural
+from robosandbox.agent.language.shades import has_shade
 from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import CONTAINER_KINDS, DetectedObject
@@ -149,10 +150,10 @@ def colour_of(item: DetectedObject) -> str:
     return CANONICAL_COLOUR.get(item.colour.lower(), item.colour.lower())
 
 
-def with_colour(items: Iterable[DetectedObject], colours: Sequence[str]) -> list[DetectedObject]:
-    """Return the objects that show one of the colours; by their ids where none shows it."""
+def with_colour(items: Iterable[DetectedObject], colours: Sequence[str], shade: str = "") -> list[DetectedObject]:
+    """Return the objects that show one of the colours, or a light or dark shade of it; by their ids where none shows it."""
     everything = list(items)
-    seen = [item for item in everything if colour_of(item) in colours]
+    seen = [item for item in everything if colour_of(item) in colours or (shade and has_shade(item, colours, shade))]
     return seen or [
         item for item in everything if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))
     ]
@@ -214,9 +215,3 @@ def is_waste(name: str) -> bool:
     return bool(
         {"waste", "trash", "rubbish", "garbage", "scrap", "dustbin", "wastebasket", "discard"} & {*id_parts(name)}
     )
-
-
-def brightness(item: DetectedObject) -> float:
-    """Return the luminance of the object's colour, 0..1 (Rec. 709 weights)."""
-    red, green, blue, _ = item.rgba
-    return 0.2126 * red + 0.7152 * green + 0.0722 * blue

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import IT, Rank, Ref, Relation, replace
+from robosandbox.agent.language.measures import measure_after
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
@@ -71,6 +72,8 @@ class Modifiers(Positions):
         if i >= self.count:
             return found
         start = i + 1 if self.text(i) == "," else i
+        if "UNIT" in self.present:
+            found += [(j, replace(ref, measures=(*ref.measures, measure))) for j, measure in measure_after(self, i)]
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
         for j, _ in self.tag(i, "OF_THEM") if not self._tells_where(i) else ():
@@ -283,6 +286,8 @@ class Modifiers(Positions):
             rest = [end for tag in ("OTHER", "REST") for end, _ in self.tag(j, tag)]
             found += [(end, replace(ref, ranks=(*ref.ranks, Rank(key)))) for end in rest]
         for j, anchor in self.np(i):
+            if _rest_of(anchor, ref):
+                found.append((j, replace(ref, ranks=(*ref.ranks, Rank(key)))))
             if not (anchor.other or anchor.plural or anchor.unknown):
                 than = Relation("than", (anchor,), order=key)
                 found.append((j, replace(ref, relations=(*ref.relations, than))))
@@ -335,7 +340,15 @@ class Modifiers(Positions):
             for j, anchor in self.np(start):
                 if start > i or self.tag(start, "THE") or anchor.names:
                     found.append((j, replace(ref, ranks=(*ref.ranks[:-1], replace(last, anchor=anchor)))))
-        return found
+        # "closer to the bin than the other one"
+        than = [
+            (k, near)
+            for j, near in found
+            if self.text(j) == "than"
+            for k, rest in self.np(j + 1)
+            if _rest_of(rest, ref)
+        ]
+        return [*than, *found]
 
     def _place_rank(self, i: int) -> Found[Rank]:
         """As in "on the left", "in the middle", "at the back": a place that singles one of several out."""
@@ -365,3 +378,9 @@ class Modifiers(Positions):
                         for k in self.optional(j + 1, "THE"):
                             found += [(end, Rank(key)) for end, (noun, _, _) in self.tag(k, "NOUN") if noun == "tower"]
         return found
+
+
+def _rest_of(other: Ref, ref: Ref) -> bool:
+    """Say whether "the other cubes" are the rest of those of which "the red cube" is one."""
+    noun = other.nouns in ((), ref.nouns) and other.names in ((), ref.names)
+    return other.other and noun and other.colours in ((), ref.colours) and not (other.ranks or other.relations)

@@ -8,6 +8,7 @@ from robosandbox.agent.language.adjectives import CLAIMS, DISTINCT, FEELINGS, ME
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Determiner, Rank, Ref, replace
 from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
+from robosandbox.agent.language.measures import measure_before
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
 from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS
@@ -139,6 +140,8 @@ class Nouns(Modifiers):
             step += self._adjective(start, ref)
         if self.text(start) in STATES:
             step.append((start + 1, replace(ref, relations=(*ref.relations, STATES[self.text(start)]))))
+        if start < self.count and self.tokens[start].kind == "number":
+            step += [(j, replace(ref, measures=(*ref.measures, measure))) for j, measure in measure_before(self, start)]
         word = self.text(start)
         if word in SHAPES and not any(end > start + 1 for end, _ in self.tag(start, "NOUN")):
             step.append((start + 1, replace(ref, shapes=(*ref.shapes, word))))

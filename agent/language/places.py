@@ -14,7 +14,7 @@ DIRECTIONS: dict[str, str] = {
         "further away, "
         "to the front, frontward, frontwards, in the forward direction, in a forward direction, "
         "in the +x direction, outward, outwards, "
-        "further from you, farther from you, out in front, further forward, along x, along +x, in front of you"
+        "further from you, farther from you, out in front, further forward, along x, along +x"
     ),
     "back": (
         "nearer, closer, to you, to yourself, over to you, over to yourself, back to you, back to yourself, back, backward, backwards, rearward, rearwards, towards you, toward you, towards yourself, toward yourself, "

@@ -10,6 +10,7 @@ from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.hands import Hands
 from robosandbox.agent.language.intent import (
     At,
+    ByRobot,
     Offset,
     Original,
     Place,
@@ -27,6 +28,8 @@ BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}
 _OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
 
+_CLOSE_BY = 0.3
+"""What an arm calls close to its base, metres."""
 _AS_NEAR = 0.02
 
 
@@ -154,6 +157,8 @@ class Placing(Hands):
                 gone = other_one in self.moved and other_one in self.discourse.origins
                 where = self.discourse.origins[other_one][0] if gone else world.at[other_one]
                 self._put_at(name, where, f"where {other_one} {'was' if gone else 'is'}")
+            case ByRobot():
+                self._put_by_robot(name, place)
             case Region():
                 self._put_region(name, place, radius)
             case _:
@@ -337,6 +342,25 @@ class Placing(Hands):
         self._add("place_at", [{"x": ox, "y": oy} for ox, oy in rest], x=x, y=y)
         self.world.put(name, (x, y))
 
+    def _put_by_robot(self, name: str, place: ByRobot) -> None:
+        """As in "50 cm in front of the robot", "close to the base"."""
+        x, y = self.world.base_xy
+        # What is before the robot is where it looks.
+        dx, dy = (1.0, 0.0) if place.side in ("front", "beside") else SIDE_AXES[place.side]
+        if place.distance is not None:
+            xy = (x + dx * place.distance, y + dy * place.distance)
+            self._put_at(name, xy, f"{place.distance:g} m from the robot")
+            return
+        near, aside = (x + dx * _CLOSE_BY, y + dy * _CLOSE_BY), 0.4 * _CLOSE_BY
+        low = (-TABLE_HALF, y + aside if place.side == "left" else -TABLE_HALF)
+        high = (TABLE_HALF, y - aside if place.side == "right" else TABLE_HALF)
+        spots = self.world.free_spots(near, self.world.radius(name), (name,), low=low, high=high)
+        if place.side in ("front", "beside"):
+            spots = [spot for spot in spots if math.dist(spot, near) < 0.2]
+        if not spots:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
+        self._put_at_first(name, spots)
+
     def _corner_by(self, region: Region, corners: Sequence[tuple[float, float]]) -> tuple[float, float]:
         """Return the corner nearest to the anchor of a region, or farthest from it."""
         if region.anchor is None:
@@ -352,8 +376,9 @@ class Placing(Hands):
         """As in "in the far left corner", "on the left side", "at the edge", "in the middle"."""
         x, y = self.world.at[name]
         sides = region.sides
-        across = 0.32 if "left" in sides else -0.32 if "right" in sides else None
-        along = 0.36 if "far" in sides else -0.02 if "near" in sides else None
+        aside, near_robot = (0.38, -0.06) if region.name == "edge" else (0.32, -0.02)
+        across = aside if "left" in sides else -aside if "right" in sides else None
+        along = 0.36 if "far" in sides else near_robot if "near" in sides else None
         if region.name == "middle":
             near = (0.1 if not sides else along or 0.1, 0.0 if across is None else across)
             near = (0.0, 0.0) if not sides else near
@@ -372,9 +397,9 @@ class Placing(Hands):
                 near = (x, 0.36 if y >= 0 else -0.36)
         if region.name in ("edge", "side") and sides:
             # Anywhere along that edge or side is as good, and nowhere else.
-            far, near_robot, aside = BOUNDS[region.name]
-            low = (far if "far" in sides else -TABLE_HALF, aside if "left" in sides else -TABLE_HALF)
-            high = (near_robot if "near" in sides else TABLE_HALF, -aside if "right" in sides else TABLE_HALF)
+            x0, x1, y0 = BOUNDS[region.name]
+            low = (x0 if "far" in sides else -TABLE_HALF, y0 if "left" in sides else -TABLE_HALF)
+            high = (x1 if "near" in sides else TABLE_HALF, -y0 if "right" in sides else TABLE_HALF)
             spots = self.world.free_spots(near, radius, (name,), low=low, high=high)
         else:
             spots = [p for p in self.world.free_spots(near, radius, (name,)) if math.dist(p, near) <= 0.16]

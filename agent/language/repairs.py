@@ -181,7 +181,12 @@ class Repair:
                 and _tells(ref)
                 and not PREPOSITIONS & {*self.said.texts[i:end]}
             ]
-            if not ends or self.said.texts[i : i + 2] == ["can", "you"]:
+            texts = self.said.texts
+            # "stack the block on the brick": what is to be done is no thing.
+            verb = (
+                texts[i] in BASE_FORMS and {*texts[i + 1 : i + 2]} <= DETERMINERS and (i == 0 or at_edge(texts, i - 1))
+            )
+            if not ends or verb or texts[i : i + 2] == ["can", "you"]:
                 i += 1
                 continue
             end, ref = max(ends, key=lambda hit: hit[0])

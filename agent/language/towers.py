@@ -86,13 +86,26 @@ class Towers(WordOrder, ABC):
                     several = len(refs) > 1 or any(ref.plural for ref in refs)
                     if several and not any(ref.unknown or ref.text.endswith(_ENDS) for ref in refs):
                         found += [(end, head, 0) for end, head in self._heading(k, refs)]
-        for j in [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"] or [i]:
+                    if all(ref.determiner == "it" for ref in refs):
+                        # "stack these from top to bottom: red, green, blue": what is listed.
+                        found += [(end, head, 0) for end, head in self._heading(k, ())]
+        for j in [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"] or self.optional(
+            i, "DESIRE"
+        ):
             for start in self.optional(j, "A"):
                 counts = [(m + (self.text(m) in _HIGH), int(n)) for m, n in self.tag(start, "NUM") if n >= 2]
                 for k, count in [*counts, (start, 0)]:
                     for m, (noun, _, plural) in self.tag(k, "NOUN"):
                         if noun == "tower" and not plural:
                             found += [(end, head, count) for end, head in self._heading(m, ())]
+                            # "a tower of three: ..."
+                            several = self.tag(m + 1, "NUM") if self.text(m) == "of" and not count else []
+                            found += [
+                                (end, head, int(n))
+                                for e, n in several
+                                if self.text(e) in (":", ",")
+                                for end, head in self._heading(e, ())
+                            ]
         return found
 
     def _heading(self, i: int, whole: tuple[Ref, ...]) -> Found[Head]:

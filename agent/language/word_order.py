@@ -131,7 +131,7 @@ class WordOrder(Wishes, ABC):
                     if place.kind == "place" and self.text(end) == "with" and self.tag(end + 1, "PRON")
                     for command in frame_command("put", (element, place))
                 ]
-            elif element.kind in ("place", "direction"):
+            elif element.kind in ("place", "direction") or (element.kind == "distance" and comma > j):
                 for start in self._preambles(comma, 0):
                     # "in the right bin ..." goes on with the bin.
                     noun = start == j and self.tag(start, "NOUN")

@@ -1,0 +1,124 @@
+"""Things told by their measures: "the 3 cm cube", "the can that is 10 cm tall", "the ball with a radius of 2 cm"."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from robosandbox.agent.language.chart import Chart, Found
+from robosandbox.agent.language.wordlist import word_set
+from robosandbox.types import DetectedObject
+
+_TOLERANCE = 0.12
+_LEAST_TOLERANCE = 0.003
+
+
+class Measure(NamedTuple):
+    """One measure of a thing.
+
+    Attributes:
+        dimension: height, diameter, radius, or "" for any of its outer measures.
+        metres: How much.
+    """
+
+    dimension: str
+    metres: float
+
+
+_ADJECTIVES = {
+    "tall": "height", "high": "height", "wide": "", "long": "", "broad": "", "across": "diameter", "thick": "",
+    "deep": "", "big": "", "large": "",
+}  # fmt: skip
+_NOUNS = {
+    "side": "", "sides": "", "edge": "", "edges": "", "length": "", "width": "", "height": "height",
+    "diameter": "diameter", "radius": "radius", "size": "",
+}  # fmt: skip
+_LENGTHS = frozenset({"length", "lengths"})
+_IS = word_set("is are was measures measure measuring being")
+
+
+def measure_before(chart: Chart, i: int) -> Found[Measure]:
+    """As in "3 cm" or "10 cm tall" before a noun; nothing that an article does not stand before."""
+    if i == 0 or not ({"THE", "A", "ALL", "OTHER"} & {*chart.tags[i - 1]}):
+        return []
+    return [(k, measure) for j, metres in _length(chart, i) for k, measure in _described(chart, j, metres, bare=True)]
+
+
+def measure_after(chart: Chart, i: int) -> Found[Measure]:
+    """As in "with 3 cm sides", "that is 10 cm tall", "with a diameter of 5 cm", "whose edges are 3 cm long"."""
+    word = chart.text(i)
+    if word in ("with", "of", "having"):
+        return [
+            *(hit for k in chart.optional(i + 1, "A") for hit in _noun_first(chart, k, "of")),
+            *(
+                (k + 1, Measure(_NOUNS[chart.text(m)], metres))
+                for start in chart.optional(i + 1, "A")
+                for j, metres in _length(chart, start)
+                for m in (j, j + 1)
+                for k in ([m + 1] if chart.text(m + 1) in _LENGTHS else [m])
+                if chart.text(m) in _NOUNS and (m == j or chart.text(j) in ("long", "wide"))
+            ),
+            *(
+                (j, Measure("", m))
+                for j, m in _length(chart, i + 1)
+                if word == "of" and chart.text(i - 1) not in _NOUNS
+            ),
+        ]
+    if word == "whose":
+        return _noun_first(chart, i + 1, *_IS)
+    told = i + (word in ("that", "which"))
+    stated = told + (chart.text(told) in _IS)
+    bare = stated > told
+    return [hit for j, metres in _length(chart, stated) for hit in _described(chart, j, metres, bare=bare)]
+
+
+def has_measure(item: DetectedObject, measure: Measure) -> bool:
+    """Say whether an object has such a measure, about as closely as people say one."""
+    allowed = max(_LEAST_TOLERANCE, _TOLERANCE * measure.metres)
+    return any(abs(metres - measure.metres) <= allowed for metres in _measures(item, measure.dimension))
+
+
+def _length(chart: Chart, i: int) -> Found[float]:
+    if i >= chart.count or chart.tokens[i].kind != "number":
+        return []
+    return [(j, chart.tokens[i].number * unit) for j, unit in chart.tag(i + 1, "UNIT")]
+
+
+def _described(chart: Chart, j: int, metres: float, *, bare: bool) -> Found[Measure]:
+    found = [(j + 1, Measure(_ADJECTIVES[chart.text(j)], metres))] if chart.text(j) in _ADJECTIVES else []
+    if chart.text(j) == "in" and chart.text(j + 1) in _NOUNS:
+        found.append((j + 2, Measure(_NOUNS[chart.text(j + 1)], metres)))
+    return [*found, (j, Measure("", metres))] if bare else found
+
+
+def _noun_first(chart: Chart, i: int, *joints: str) -> Found[Measure]:
+    if chart.text(i) not in _NOUNS:
+        return []
+    j = i + 2 if chart.text(i + 1) in _LENGTHS else i + 1
+    found = []
+    for k, metres in _length(chart, j + 1) if chart.text(j) in joints else ():
+        found.append((k + (chart.text(k) in ("long", "each")), Measure(_NOUNS[chart.text(i)], metres)))
+    return found
+
+
+def _measures(item: DetectedObject, dimension: str) -> tuple[float, ...]:
+    """Return the outer measures of an object that a dimension can mean, metres."""
+    match item.kind, item.size:
+        case "box", (x, y, z):
+            return {"height": (2 * z,), "radius": ()}.get(dimension, (2 * x, 2 * y, 2 * z))
+        case "sphere", (radius,):
+            return (radius,) if dimension == "radius" else (2 * radius,)
+        case "cylinder" | "capsule", (radius, half):
+            height = 2 * half if item.kind == "cylinder" else 2 * (half + radius)
+            return {"height": (height,), "radius": (radius,), "diameter": (2 * radius,)}.get(
+                dimension, (2 * radius, height)
+            )
+        case "bowl" | "cup", (radius, height):
+            return {"height": (height,), "radius": (radius,), "diameter": (2 * radius,)}.get(
+                dimension, (2 * radius, height)
+            )
+        case "bin", (x, y, height):
+            return {"height": (height,), "radius": ()}.get(dimension, (2 * x, 2 * y, height))
+        case "drawer", (width, depth, height, _):
+            return {"height": (height,), "radius": ()}.get(dimension, (width, depth, height))
+        case _:
+            return ()
