@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Shape, fit
+from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.groups import Group
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.support import Shape
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import Array, Pose
 
@@ -124,12 +125,14 @@ def _as_drawer(family: Sequence[Group], grip: Group, scenery: Scenery) -> Drawer
     whole = fit("box", seen, scenery.table.height) if len(seen.surface.points) else None
     if whole is None or whole.cost > _POOREST or 2.0 * whole.sizes[2] < _LEAST_HEIGHT:
         return None
-    rounded = [fit(shape, seen, scenery.table.height) for shape in _ROUND]
-    if any(one is not None and one.cost < whole.cost for one in rounded):
+    facing = _facing(whole, grip)
+    if facing is None:
         return None
-    whole = _facing(whole, grip)
-    if whole is None:
-        return None
+    for shape in _ROUND:
+        rounded = fit(shape, seen, scenery.table.height)
+        if rounded is not None and rounded.cost < whole.cost:
+            return None
+    whole = facing
     length = 2.0 * float(whole.sizes[0])
     depth = _cabinet(members, whole, scenery)
     opening = length - depth if length - depth > _SHUT else 0.0

@@ -34,13 +34,28 @@ class Surface:
         """From each point to where it was seen from, (n, 3), metres."""
         return np.asarray(self.camera - self.points)
 
+    @cached_property
+    def weights(self) -> Array:
+        """The weight of each point, (n,)."""
+        return np.full(len(self.points), self.weight) if np.ndim(self.weight) == 0 else np.asarray(self.weight)
+
+    @cached_property
+    def rows(self) -> Array:
+        """The points, (3, n)."""
+        return np.ascontiguousarray(self.points.T)
+
+    @cached_property
+    def rows_to_camera(self) -> Array:
+        """From each point to where it was seen from, (3, n), metres."""
+        return np.ascontiguousarray(self.to_camera.T)
+
     @staticmethod
     def stack(parts: Sequence[Surface]) -> Surface:
         """Return all points as one surface."""
         return Surface(
-            np.vstack([part.points for part in parts]),
-            np.vstack([np.broadcast_to(part.camera, part.points.shape) for part in parts]),
-            np.concatenate([np.broadcast_to(part.weight, len(part.points)) for part in parts]),
+            np.concatenate([part.points for part in parts]),
+            np.concatenate([np.broadcast_to(part.camera, part.points.shape) for part in parts]),
+            np.concatenate([part.weights for part in parts]),
         )
 
 

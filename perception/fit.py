@@ -10,21 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows
 from robosandbox.perception.quantiles import percentiles
+from robosandbox.perception.support import SIZES, TURNS, Shape, axes_of, support_terms, turn_terms
 from robosandbox.types import Array
 
-Shape = Literal["box", "cylinder", "lying", "sphere"]
-SIZES: dict[Shape, int] = {"box": 3, "cylinder": 2, "lying": 2, "sphere": 1}
-_TURNS: dict[Shape, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.pi, "sphere": 0.0}
-
 _GRID = np.radians(6.0)
+_HEADINGS = {shape: np.arange(0.0, turn, _GRID) if turn else np.zeros(1) for shape, turn in TURNS.items()}
 _ITERATIONS = 4
 _SETTLED = 0.0001
 _CLIP = 3.0
@@ -117,44 +115,6 @@ class Fit:
     def bottom(self) -> float:
         """Height of its lowest point, metres."""
         return float(self.centre[2] - self.terms(_UP[None])[0] @ self.sizes)
-
-
-def axes_of(shape: Shape, yaw: float) -> Array:
-    """Return the axes (3, 3), as columns, of a shape at a heading."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    if shape == "lying":
-        # The axis comes last and lies along the heading.
-        return np.array([[0.0, -s, c], [0.0, c, s], [-1.0, 0.0, 0.0]])
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
-    """Return d h(m) / d sizes for unit vectors m (n, 3): (n, k), or (g, n, k) for g headings."""
-    yaw = np.asarray(yaw)[..., None]
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y, z = normals.T
-    if shape == "sphere":
-        return np.ones((*np.broadcast_shapes(c.shape, x.shape), 1))
-    ahead, aside = np.abs(c * x + s * y), np.abs(c * y - s * x)
-    if shape == "box":
-        return np.stack([ahead, aside, np.broadcast_to(np.abs(z), ahead.shape)], axis=-1)
-    axial = ahead if shape == "lying" else np.broadcast_to(np.abs(z), ahead.shape)
-    return np.stack([np.sqrt(np.clip(1.0 - axial**2, 0.0, None)), axial], axis=-1)
-
-
-def turn_terms(shape: Shape, yaw: float, normals: Array) -> Array:
-    """Return the derivatives (n, k) of `support_terms` by the heading."""
-    c, s = np.cos(yaw), np.sin(yaw)
-    x, y = normals[:, 0], normals[:, 1]
-    ahead, aside = c * x + s * y, c * y - s * x
-    terms = np.zeros((len(normals), SIZES[shape]))
-    if shape == "box":
-        terms[:, 0] = np.sign(ahead) * aside
-        terms[:, 1] = -np.sign(aside) * ahead
-    elif shape == "lying":
-        terms[:, 1] = np.sign(ahead) * aside
-        terms[:, 0] = -ahead * aside / np.sqrt(np.clip(1.0 - ahead**2, 1e-9, None))
-    return terms
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -278,19 +238,17 @@ def _levels(top: float, sigma: float, resting: float | None) -> Rows:
 def cost_of(known: Fit, seen: Evidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
     surface, normals = seen.surface, normals_on(known, seen.surface)
-    on_faces = Rows(
-        normals, np.einsum("ij,ij->i", normals, surface.points), np.broadcast_to(surface.weight, len(normals))
-    )
+    on_faces = Rows(normals, np.einsum("ij,ij->i", normals, surface.points), surface.weights)
     every = Rows.stack([seen.rows, on_faces])
     rest = (every.values - every.normals @ known.centre - known.terms(every.normals) @ known.sizes) * every.weights
     return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
 
 
 def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
-    turn = _TURNS[shape]
-    yaws = np.arange(0.0, turn, _GRID) if turn else np.zeros(1)
-    terms = support_terms(shape, yaws, rows.normals)
-    design = np.concatenate([np.broadcast_to(rows.normals, (len(yaws), *rows.normals.shape)), terms], axis=2)
+    yaws = _HEADINGS[shape]
+    design = np.empty((len(yaws), len(rows.values), 3 + SIZES[shape]))
+    design[..., :3] = rows.normals
+    design[..., 3:] = support_terms(shape, yaws, rows.normals)
     solution = _solve(design, rows.values, rows.weights, prior)
     rest = ((design @ solution[..., None])[..., 0] - rows.values) * rows.weights
     cost = np.minimum(np.abs(rest), _CLIP) ** 2
@@ -328,34 +286,40 @@ def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: flo
     None as soon as it is clear that its cost will not come down to `least`.
     """
     shape, centre, sizes, yaw = start.shape, start.centre, start.sizes, start.yaw
-    turning = _TURNS[shape] > 0.0
-    count = 3 + SIZES[shape]
+    turning = TURNS[shape] > 0.0
+    count, planes = 3 + SIZES[shape], len(fixed.values)
     stiffness = _stiffness(prior, 1.0 if turning else None)
-    # A tangent plane too is known by a point of it.
-    points = np.concatenate([fixed.normals * fixed.values[:, None], surface.points])
-    certain = np.concatenate([fixed.weights, np.broadcast_to(surface.weight, len(surface.points))])
-    design = np.empty((len(points), len(stiffness)))
-    normals, terms = design[:, :3], design[:, 3:count]
-    normals[: len(fixed.values)] = fixed.normals
+    certain = np.concatenate([fixed.weights, surface.weights])
+    rest = np.empty(len(certain))
     last = False
     for iteration in range(_ITERATIONS + 1):
-        normals[len(fixed.values) :] = _normals(shape, centre, sizes, axes_of(shape, yaw), surface)
-        terms[:] = support_terms(shape, yaw, normals)
-        rest = np.einsum("ij,ij->i", normals, points - centre) - terms @ sizes
+        faces, face, rest[planes:] = _faces(shape, centre, sizes, axes_of(shape, yaw), surface)
+        normals = np.concatenate([fixed.normals, faces])
+        design = np.empty((len(normals), len(stiffness)))
+        design[:, :3] = normals
+        design[:, 3:count] = support_terms(shape, yaw, normals)
+        if turning:
+            design[:, count] = turn_terms(shape, yaw, normals) @ sizes
+        rest[:planes] = fixed.values - fixed.normals @ centre - design[:planes, 3:count] @ sizes
         scaled = np.abs(rest) * certain
         clipped = np.minimum(scaled, _CLIP)
-        cost = float(clipped @ clipped) / len(points)
+        cost = float(clipped @ clipped) / len(rest)
         if iteration >= _TRIES and cost > least + _HOPELESS:
             return None
         # Huber's weights: what is far off says little.
-        weights = certain * np.sqrt(_HUBER / np.maximum(scaled, _HUBER))
-        if turning:
-            design[:, count] = turn_terms(shape, yaw, normals) @ sizes
-        weighted = design * weights[:, None]
-        normal = weighted.T @ weighted + np.diag(stiffness)
+        weights = certain * certain * (_HUBER / np.maximum(scaled, _HUBER))
+        pulls = weights * rest
+        if face is not None:
+            # Points on one face ask for the same.
+            weights, pulls = (
+                np.concatenate([each[:planes], np.bincount(face, each[planes:], len(faces))])
+                for each in (weights, pulls)
+            )
+        normal = (design * weights[:, None]).T @ design
+        normal.flat[:: len(stiffness) + 1] += stiffness
         if last:
-            return Fit(shape, centre, sizes, yaw, cost, np.linalg.inv(normal), len(points))
-        right = (rest * weights) @ weighted
+            return Fit(shape, centre, sizes, yaw, cost, np.asarray(np.linalg.inv(normal), dtype=np.float64), len(rest))
+        right = pulls @ design
         right[3:count] += (prior.sizes - sizes) * prior.spread**-2
         change = np.linalg.solve(normal, right)
         settled = float(np.abs(change[:3]).max()) < _SETTLED
@@ -369,28 +333,43 @@ def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: flo
 
 def normals_on(found: Fit, surface: Surface) -> Array:
     """Return the outward normal (n, 3) of a fitted shape's face that each point lies on, of those that the camera sees."""
-    return _normals(found.shape, found.centre, found.sizes, found.axes, surface)
+    normals, face, _ = _faces(found.shape, found.centre, found.sizes, found.axes, surface)
+    return normals if face is None else normals[face]
 
 
-def _normals(shape: Shape, centre: Array, sizes: Array, axes: Array, surface: Surface) -> Array:
+def _faces(
+    shape: Shape, centre: Array, sizes: Array, axes: Array, surface: Surface
+) -> tuple[Array, NDArray[np.intp] | None, Array]:
+    """Return the faces that points lie on, of those that the camera sees.
+
+    Returns:
+        Their outward normals (j, 3); which of them each point lies on, (n,), None where each has one of its own; and how
+        far out of it each point is, (n,), metres.
+    """
+    if shape == "box":
+        local = axes.T @ surface.rows - (axes.T @ centre)[:, None]
+        away = (axes.T @ surface.rows_to_camera) < 0.0
+        out = np.where(away, -local, local) - sizes[:, None]
+        face = (out[1] > out[0]).astype(np.intp)
+        most = np.maximum(out[0], out[1])
+        face[out[2] > most] = 2
+        # The faces' normals, those that point against the axes last.
+        face += 3 * away.take(face * away.shape[1] + np.arange(away.shape[1]))
+        return np.concatenate([axes.T, -axes.T]), face, np.maximum(most, out[2])
     offset = surface.points - centre
     if shape == "sphere":
-        return np.asarray(offset / np.maximum(_lengths(offset), 1e-9)[:, None])
-    if shape == "box":
-        signs = np.copysign(1.0, surface.to_camera @ axes)
-        face = (signs * (offset @ axes) - sizes).argmax(axis=1)
-        # The faces' normals, those that point against the axes last.
-        faces = np.concatenate([axes.T, -axes.T])
-        return np.asarray(faces.take(face + 3 * (signs[np.arange(len(face)), face] < 0.0), axis=0))
+        length = _lengths(offset)
+        return offset / np.maximum(length, 1e-9)[:, None], None, length - sizes[0]
     axis = axes[:, 2]
     along = offset @ axis
     across = offset - along[:, None] * axis
     radius = _lengths(across)
     sign = np.copysign(1.0, surface.to_camera @ axis)
-    flat = sign * along - sizes[1] > radius - sizes[0]
+    above, beside = sign * along - sizes[1], radius - sizes[0]
+    flat = above > beside
     across /= np.maximum(radius, 1e-9)[:, None]
     across[flat] = sign[flat, None] * axis
-    return across
+    return across, None, np.maximum(above, beside)
 
 
 def _lengths(vectors: Array) -> Array:

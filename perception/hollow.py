@@ -10,13 +10,14 @@ import numpy as np
 from robosandbox.perception.contents import take_out
 from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import Fit, Shape, fit
+from robosandbox.perception.fit import Fit, fit
 from robosandbox.perception.groups import Group, alike, group
 from robosandbox.perception.leaning import lean_of
 from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.support import Shape
 from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
 
 _NEAR = 0.015
@@ -123,8 +124,8 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
     ):
         if -gain >= least:
             break
-        found = _as_container(chosen, family, scenery)
-        if found is None or found[1].cost >= _POOREST or found[1].cost - gain >= least:
+        found = _as_container(chosen, family, scenery, min(_POOREST, least + gain))
+        if found is None:
             continue
         if float(np.sqrt(np.diag(found[1].covariance)[:-1].max())) < _VAGUE:
             best, least = found, found[1].cost - gain
@@ -175,34 +176,28 @@ def _adjoin(a: Group, b: Group) -> bool:
     return bool(near) and any(alike(one, other) for one in a.segments for other in b.segments)
 
 
-def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Scenery) -> Container | None:
-    points = np.vstack([item.points for item in chosen])
+def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Scenery, worst: float) -> Container | None:
+    """Return the container that these groups of a family make, None where they make none at a cost below `worst`."""
+    members = chosen[0] if len(chosen) == 1 else Group(tuple(segment for item in chosen for segment in item.segments))
+    points = members.points
     if len(points) < _LEAST_POINTS:
         return None
     rim = float(percentiles(points[:, 2], [96.0])[0])
     if rim - scenery.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
         return None
-    members = Group(tuple(segment for item in chosen for segment in item.segments))
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
     seen = outer(members, [segment for item in family for segment in item.segments], rim, scenery)
-    options: list[tuple[ObjectKind, Fit]] = []
-    for kind, shape in _HULLS:
-        found = fit(shape, seen, scenery.table.height)
-        if (
-            found is not None
-            and _holds_something(found)
-            and not seen_through(found, scenery, _WALLS[shape], _GAPS)
-            and _is_hollow(found, scenery)
-        ):
-            options.append((kind, found))
-    if not options:
-        return None
-    kind, found = min(options, key=lambda option: option[1].cost)
-    if kind == "bowl" and 2.0 * found.sizes[1] > _TALL * (found.sizes[0] - CONTAINER_WALL):
-        kind = "cup"
-    return kind, found, members
+    fits = [(kind, found) for kind, shape in _HULLS if (found := fit(shape, seen, scenery.table.height)) is not None]
+    for kind, found in sorted(fits, key=lambda option: option[1].cost):
+        if found.cost >= worst:
+            return None
+        if _holds_something(found) and not _shows_gaps(found, scenery) and _is_hollow(found, scenery):
+            if kind == "bowl" and 2.0 * found.sizes[1] > _TALL * (found.sizes[0] - CONTAINER_WALL):
+                return "cup", found, members
+            return kind, found, members
+    return None
 
 
 def _has_a_top(points: Array, low: Array, high: Array, rim: float) -> bool:
@@ -216,6 +211,11 @@ def _walled(points: Array, middle: Array) -> bool:
     offset = points[:, :2] - middle
     sector = ((np.arctan2(offset[:, 1], offset[:, 0]) + np.pi) / (2.0 * np.pi) * _SECTORS).astype(int) % _SECTORS
     return len(np.unique(sector)) >= _CLOSED * _SECTORS
+
+
+def _shows_gaps(found: Fit, scenery: Scenery) -> bool:
+    """Tell whether something is seen behind where a hull's walls would be."""
+    return seen_through(found, scenery, _WALLS[found.shape], _GAPS)
 
 
 def _holds_something(found: Fit) -> bool:
@@ -250,9 +250,7 @@ def _is_hollow(found: Fit, scenery: Scenery) -> bool:
 
 def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     """Return the part of a picture in which a hull lies; None outside of it."""
-    reach = float(np.linalg.norm(found.sizes))
-    corners = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
-    pixels, depth = look.view.project(found.centre + corners * reach)
+    pixels, depth = look.view.project(found.corners(_RIM))
     height, width = look.view.depth.shape
     if (depth < 0.05).any() or not np.isfinite(pixels).all():
         return None

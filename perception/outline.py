@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.scenery import Look
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.view import Mask, View
+from robosandbox.perception.view import Mask
 from robosandbox.types import Array
 
 _DIRECTIONS = 32
@@ -36,6 +36,13 @@ _CALIBRATION = 0.0007
 
 _ANGLES = np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS
 _NORMALS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+_AGREE = _NORMALS @ _NORMALS.T
+# Steps from an extreme pixel: inwards, straight outwards, (steps, k, 2), and all around, (ways, 2).
+_INWARDS = -2.0 * _NORMALS
+_OUTWARDS = _OUTSIDE[:, None, None] * _NORMALS
+_CLOSE = (_OUTSIDE <= _BESIDE)[:, None]
+_AROUND = _AT_CUT * _NORMALS[::2]
+_OUTER_SIDE = _NORMALS @ _AROUND.T > _OUTER * _AT_CUT
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -55,10 +62,12 @@ class Rows:
     @staticmethod
     def stack(parts: list[Rows]) -> Rows:
         """Return all rows as one."""
+        if not parts:
+            return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
         return Rows(
-            np.vstack([part.normals for part in parts] or [np.zeros((0, 3))]),
-            np.concatenate([part.values for part in parts] or [np.zeros(0)]),
-            np.concatenate([part.weights for part in parts] or [np.zeros(0)]),
+            np.concatenate([part.normals for part in parts]),
+            np.concatenate([part.values for part in parts]),
+            np.concatenate([part.weights for part in parts]),
         )
 
 
@@ -76,24 +85,21 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     Multiple View Geometry, 8.1).
     """
     view = look.view
-    outlines = []
-    for segment in segments:
-        contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
-        outlines += [contour.reshape(-1, 2) + np.array(segment.box[:2]) for contour in contours]
-    if not outlines:
+    outline = np.concatenate([segment.outline for segment in segments])
+    if not len(outline):
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    outline = np.vstack(outlines).astype(np.float64)
-    points = np.vstack([segment.points for segment in segments])
+    points = np.concatenate([segment.points for segment in segments])
     reach = outline @ _NORMALS.T
+    farthest = reach.max(axis=0)
     # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
-    last = (reach > reach.max(axis=0) - _EDGE).astype(np.float64)
+    last = (reach > farthest - _EDGE).astype(np.float64)
     extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
     own = {id(segment) for segment in (*segments, *kin)}
     others = np.array([False, *(id(segment) not in own for segment in look.segments)])
     free = _free_ends(look, others, extreme, points, wary=wary)
     if not free.any():
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
-    normals, ends = _NORMALS[free], reach.max(axis=0)[free] + _PIXEL_BIAS
+    normals, ends = _NORMALS[free], farthest[free] + _PIXEL_BIAS
     planes = np.column_stack([normals, -ends]) @ view.matrix
     planes /= np.linalg.norm(planes, axis=1, keepdims=True)
     world = planes @ view.rotation.T
@@ -114,38 +120,34 @@ def _free_ends(look: Look, others: Mask, extreme: Array, points: Array, *, wary:
     """
     view = look.view
     height, width = view.depth.shape
-    here = _depth_at(view, extreme - 2.0 * _NORMALS)
+    here = view.depth.take(_places(extreme + _INWARDS, width, height)[0]).astype(np.float64)
     usual = float(median((points - view.position) @ view.rotation[:, 2]))
     here = np.where(np.abs(here - usual) < 0.15, here, usual)
     low = float(percentiles(points[:, 2], [3.0])[0])
     # All steps outwards at once: (steps, k).
-    pixels = np.rint(extreme + _OUTSIDE[:, None, None] * _NORMALS).astype(int)
-    columns, rows = np.clip(pixels[..., 0], 0, width - 1), np.clip(pixels[..., 1], 0, height - 1)
-    close = (_OUTSIDE <= _BESIDE)[:, None]
-    out = (columns != pixels[..., 0]) | (rows != pixels[..., 1])
-    depth, valid = view.depth[rows, columns], view.valid[rows, columns]
-    strange = others[look.pieces[rows, columns]]
-    lower = view.xyz[2, rows, columns] < low + _UNDER
-    hidden = (out & close) | (look.robot[rows, columns] & (look.robot_near[rows, columns] < here + 0.02))
+    places, out = _places(extreme + _OUTWARDS, width, height)
+    depth, valid = view.depth.take(places), view.valid.take(places)
+    strange = others.take(look.pieces.take(places))
+    lower = view.xyz[2].take(places) < low + _UNDER
+    hidden = (out & _CLOSE) | (look.robot.take(places) & (look.robot_near.take(places) < here + 0.02))
     # The table before a thing is nearer than it is, and covers nothing.
     hidden |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
-    covered: Mask = hidden.any(axis=0)
+    covered: Mask = np.any(hidden, axis=0)
     # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
     # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
     level = valid & ~((depth > here + _OCCLUDES) | lower)
     beside = np.zeros(len(extreme), dtype=bool)
     unknown = np.zeros(len(extreme), dtype=bool)
     for step in range(len(_OUTSIDE)):
-        asked = strange[step] & (unknown | close[step])
+        asked = strange[step] & (unknown | _CLOSE[step])
         beside |= asked & level[step]
         unknown = (unknown | asked) & ~(asked & valid[step])
     beside |= unknown
+    around, _ = _places(extreme[:, None] + _AROUND, width, height)
     if wary:
-        beside |= _next_to_others(look, others, extreme, here, low)
+        beside |= _next_to_others(look, others, around, here, low)
     # A corner where a cut begins is no end of the thing either, whichever way it points.
-    pixels = np.rint(extreme[:, None] + _AT_CUT * _NORMALS[::2]).astype(int)
-    columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
-    covered |= (look.robot[rows, columns] & (look.robot_near[rows, columns] < here[:, None] + 0.02)).any(axis=1)
+    covered |= np.any(look.robot.take(around) & (look.robot_near.take(around) < here[:, None] + 0.02), axis=1)
     # What is cut off may reach farther than what is left, and not only straight across the cut.
     free = sure = ~covered & ~beside
     for cut, reach in (
@@ -153,7 +155,7 @@ def _free_ends(look: Look, others: Mask, extreme: Array, points: Array, *, wary:
         (beside, _WARY_REACH if wary else _BESIDE_REACH),
     ):
         if cut.any():
-            free = free & ((_NORMALS @ _NORMALS[cut].T).max(axis=1) < reach)
+            free = free & (_AGREE[:, cut].max(axis=1) < reach)
     if free.sum() < _FEW:
         free = sure
     for side, at_border in zip(_SIDES, _borders(extreme, width, height), strict=True):
@@ -162,19 +164,28 @@ def _free_ends(look: Look, others: Mask, extreme: Array, points: Array, *, wary:
     return free
 
 
-def _next_to_others(look: Look, others: Mask, extreme: Array, here: Array, low: float) -> Mask:
-    """Return which extreme pixels (k, 2) have something else as near close to them, on the outer side: depth ends before edges do."""
+def _next_to_others(look: Look, others: Mask, around: NDArray[np.intp], here: Array, low: float) -> Mask:
+    """Return which extreme pixels have something else as near close to them, on the outer side: depth ends before edges do.
+
+    Args:
+        look: The view.
+        others: As for `_free_ends`.
+        around: The flat pixels around each extreme one, (k, ways).
+        here: How far away the thing is at each, (k,), metres.
+        low: How low it reaches, metres.
+    """
     view = look.view
-    height, width = view.depth.shape
-    ways = _AT_CUT * _NORMALS[::2]
-    outer = _NORMALS @ ways.T > _OUTER * _AT_CUT
-    pixels = np.rint(extreme[:, None] + ways).astype(int)
-    columns, rows = np.moveaxis(np.clip(pixels, 0, [width - 1, height - 1]), -1, 0)
-    valid, strange = view.valid[rows, columns], others[look.pieces[rows, columns]]
-    behind = valid & (
-        (view.depth[rows, columns] > here[:, None] + _OCCLUDES) | (view.xyz[2, rows, columns] < low + _UNDER)
-    )
-    return np.asarray((outer & strange & ~behind).any(axis=1))
+    valid, strange = view.valid.take(around), others.take(look.pieces.take(around))
+    behind = valid & ((view.depth.take(around) > here[:, None] + _OCCLUDES) | (view.xyz[2].take(around) < low + _UNDER))
+    return np.asarray((_OUTER_SIDE & strange & ~behind).any(axis=1))
+
+
+def _places(pixels: Array, width: int, height: int) -> tuple[NDArray[np.intp], Mask]:
+    """Return the flat pixels (...) of a picture that are nearest to places (..., 2), and which of these are outside of it."""
+    nearest = np.rint(pixels).astype(np.intp)
+    x, y = nearest[..., 0], nearest[..., 1]
+    columns, rows = np.minimum(np.maximum(x, 0), width - 1), np.minimum(np.maximum(y, 0), height - 1)
+    return rows * width + columns, (columns != x) | (rows != y)
 
 
 def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:
@@ -182,9 +193,3 @@ def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:
     left, upper = extreme.min(axis=0)
     right, lower = extreme.max(axis=0)
     return left <= 2, right >= width - 3, upper <= 2, lower >= height - 3
-
-
-def _depth_at(view: View, pixels: Array) -> Array:
-    height, width = view.depth.shape
-    columns, rows = np.clip(np.rint(pixels).astype(int), 0, [width - 1, height - 1]).T
-    return np.asarray(view.depth[rows, columns], dtype=np.float64)

@@ -12,7 +12,7 @@ from robosandbox.perception.doubles import explains, may_be_one, same_colour, se
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.familiar import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
-from robosandbox.perception.fit import Fit, Shape, best_fit, fit_leaning
+from robosandbox.perception.fit import Fit, best_fit, fit_leaning
 from robosandbox.perception.groups import Group
 from robosandbox.perception.hollow import Hull, families, find_containers, outer
 from robosandbox.perception.outline import Rows, tangents
@@ -20,6 +20,7 @@ from robosandbox.perception.paint import paint_of
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
+from robosandbox.perception.support import Shape
 from robosandbox.perception.view import Mask
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose

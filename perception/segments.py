@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import combinations
 from typing import Any
 
@@ -43,7 +43,7 @@ _REACH = 14
 _POINTS = 220
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Segment:
     """What one view shows of one thing.
 
@@ -66,6 +66,13 @@ class Segment:
     rgb: Array
     chroma: Array
     touches_border: bool
+
+    @cached_property
+    def outline(self) -> Array:
+        """The pixels of its outlines in the picture, (n, 2)."""
+        contours, _ = cv2.findContours(self.mask.view(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        pixels = np.concatenate([np.zeros((0, 2)), *(contour.reshape(-1, 2) for contour in contours)])
+        return np.asarray(pixels + self.box[:2], dtype=np.float64)
 
 
 def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> list[Segment]:
@@ -309,13 +316,9 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
     rgb = median(colours)
     step = max(1, len(points) // _POINTS)
     height, width = view.depth.shape
-    rows, columns = np.nonzero(mask)
-    border = bool(
-        (columns + box[0]).min() <= 1
-        or (rows + box[1]).min() <= 1
-        or (columns + box[0]).max() >= width - 2
-        or (rows + box[1]).max() >= height - 2
-    )
+    left, top, wide, high = cv2.boundingRect(mask.view(np.uint8))
+    left, top = left + box[0], top + box[1]
+    border = min(left, top) <= 1 or left + wide >= width - 1 or top + high >= height - 1
     return Segment(
         view=view,
         mask=mask,

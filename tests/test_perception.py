@@ -10,7 +10,7 @@ from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
 from robosandbox.perception.drawers import find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.fit import SIZES, fit, support_terms, turn_terms
+from robosandbox.perception.fit import fit
 from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.outline import Rows
@@ -19,6 +19,7 @@ from robosandbox.perception.relations import inside
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.support import SIZES, support_terms, turn_terms
 from robosandbox.perception.view import check_frame
 from robosandbox.protocols import ForkableSim
 from robosandbox.sim.board import Board

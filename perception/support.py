@@ -1,0 +1,68 @@
+"""Support functions of the shapes that are fitted: h(m) = max over a shape's points of m . x, linear in centre and sizes.
+
+(Boyd and Vandenberghe, Convex Optimization, 2.5.)
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from robosandbox.types import Array
+
+Shape = Literal["box", "cylinder", "lying", "sphere"]
+SIZES: dict[Shape, int] = {"box": 3, "cylinder": 2, "lying": 2, "sphere": 1}
+# After so much of a turn a shape looks the same; 0 where it always does.
+TURNS: dict[Shape, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.pi, "sphere": 0.0}
+
+_ROUNDING = 1e-12
+
+
+def axes_of(shape: Shape, yaw: float) -> Array:
+    """Return the axes (3, 3), as columns, of a shape at a heading."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    if shape == "lying":
+        # The axis comes last and lies along the heading.
+        return np.array([[0.0, -s, c], [0.0, c, s], [-1.0, 0.0, 0.0]])
+    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
+    """Return d h(m) / d sizes for unit vectors m (n, 3): (n, k), or (g, n, k) for g headings."""
+    headings = np.asarray(yaw)
+    terms = np.empty((*headings.shape, len(normals), SIZES[shape]))
+    if shape == "sphere":
+        terms[:] = 1.0
+        return terms
+    x, y, z = normals.T
+    c, s = np.cos(headings)[..., None], np.sin(headings)[..., None]
+    if shape == "box":
+        terms[..., 0] = np.abs(c * x + s * y)
+        terms[..., 1] = np.abs(c * y - s * x)
+        terms[..., 2] = np.abs(z)
+        return terms
+    axial = np.abs(z) if shape == "cylinder" else np.abs(c * x + s * y)
+    terms[..., 0] = np.sqrt(np.maximum(1.0 - axial * axial, 0.0))
+    terms[..., 1] = axial
+    return terms
+
+
+def turn_terms(shape: Shape, yaw: float, normals: Array) -> Array:
+    """Return the derivatives (n, k) of `support_terms` by the heading; where it has an edge the mean of both sides."""
+    c, s = np.cos(yaw), np.sin(yaw)
+    x, y = normals[:, 0], normals[:, 1]
+    ahead, aside = c * x + s * y, c * y - s * x
+    terms = np.zeros((len(normals), SIZES[shape]))
+    if shape == "box":
+        terms[:, 0] = _sign(ahead) * aside
+        terms[:, 1] = -_sign(aside) * ahead
+    elif shape == "lying":
+        terms[:, 1] = _sign(ahead) * aside
+        terms[:, 0] = -ahead * aside / np.sqrt(np.maximum(1.0 - ahead**2, 1e-9))
+    return terms
+
+
+def _sign(values: Array) -> Array:
+    """Return the signs of numbers; those of rounding errors are 0, as a normal across an edge belongs to neither side."""
+    return np.asarray(np.sign(values) * (np.abs(values) > _ROUNDING))
