@@ -12,6 +12,8 @@ from robosandbox.perception.outline import Rows
 from robosandbox.types import Array
 
 _ROUGH = 0.008
+_STANDS = 0.0008
+_UP = np.array([0.0, 0.0, 1.0])
 _COMPASS = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in np.arange(8) * np.pi / 4.0])
 
 
@@ -98,3 +100,27 @@ class Evidence:
         place = round(0.96 * (len(self.surface.points) - 1))
         values = np.partition(self.surface.points @ _COMPASS.T, place, axis=0)[place]
         return Rows.stack([self.rows, Rows(_COMPASS, values, np.full(len(_COMPASS), 1.0 / _ROUGH))])
+
+    def ended(self, rough: bool, resting: float | None) -> Rows:
+        """Return the tangents, or `rough`, with what is known of the heights at which the thing ends.
+
+        Args:
+            rough: Which.
+            resting: Height of what it stands on, metres; None for something in the air.
+        """
+        if (rough, resting) not in self._ended:
+            # A covered top shows no surface, but the sides end there.
+            rows, top, sigma = (self.rough, self.tops[0], 0.004) if rough else (self.rows, self.tops[1], 0.005)
+            self._ended[rough, resting] = Rows.stack([rows, _levels(top, sigma, resting)])
+        return self._ended[rough, resting]
+
+    @cached_property
+    def _ended(self) -> dict[tuple[bool, float | None], Rows]:
+        return {}
+
+
+def _levels(top: float, sigma: float, resting: float | None) -> Rows:
+    """Return what is known of the heights at which a thing ends."""
+    if resting is None:
+        return Rows(_UP[None], np.array([top]), np.array([1.0 / sigma]))
+    return Rows(np.vstack([_UP, -_UP]), np.array([top, -resting]), np.array([1.0 / sigma, 1.0 / _STANDS]))

@@ -32,7 +32,6 @@ _MOST_SHIFT = 0.03
 _MOST_TURN = 0.15
 _LEAST_SIZE = 0.003
 _LEAST_EVIDENCE = 12
-_STANDS = 0.0008
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
 _HOPELESS = 0.25
@@ -215,7 +214,7 @@ def _start(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | N
     """Return the shape as the silhouettes and the points' extents have it."""
     if seen.count < _LEAST_EVIDENCE:
         return None
-    return _grid(shape, Rows.stack([seen.rough, _levels(seen.tops[0], 0.004, resting)]), prior or usual(shape))
+    return _grid(shape, seen.ended(True, resting), prior or usual(shape))
 
 
 def _refined_or_none(
@@ -223,16 +222,7 @@ def _refined_or_none(
 ) -> Fit | None:
     if start is None:
         return None
-    # A covered top shows no surface, but the sides end there.
-    known = Rows.stack([seen.rows, _levels(seen.tops[1], 0.005, resting)])
-    return _refined(start, known, seen.surface, prior or usual(start.shape), least)
-
-
-def _levels(top: float, sigma: float, resting: float | None) -> Rows:
-    """Return what is known of the heights at which a thing ends."""
-    if resting is None:
-        return Rows(_UP[None], np.array([top]), np.array([1.0 / sigma]))
-    return Rows(np.vstack([_UP, -_UP]), np.array([top, -resting]), np.array([1.0 / sigma, 1.0 / _STANDS]))
+    return _refined(start, seen.ended(False, resting), seen.surface, prior or usual(start.shape), least)
 
 
 def cost_of(known: Fit, seen: Evidence) -> float:

@@ -54,12 +54,22 @@ def group(segments: list[Segment]) -> list[Group]:
             index = parent[index]
         return index
 
-    trees = [KDTree(segment.points) for segment in segments]
+    trees: dict[int, KDTree] = {}
+
+    def tree(index: int) -> KDTree:
+        if index not in trees:
+            trees[index] = KDTree(segments[index].points)
+        return trees[index]
+
+    boxes = [(segment.points.min(axis=0) - _SAME_PLACE, segment.points.max(axis=0)) for segment in segments]
     for first, second in combinations(range(len(segments)), 2):
         a, b = segments[first], segments[second]
         if a.view is b.view or root(first) == root(second):
             continue
-        if alike(a, b) and _overlap(trees[first], trees[second]):
+        (low_a, high_a), (low_b, high_b) = boxes[first], boxes[second]
+        if (low_a > high_b).any() or (low_b > high_a).any() or not alike(a, b):
+            continue
+        if _overlap(tree(first), tree(second)):
             parent[root(first)] = root(second)
     groups: dict[int, list[Segment]] = {}
     for index, segment in enumerate(segments):
@@ -77,8 +87,6 @@ def alike(a: Segment, b: Segment) -> bool:
 
 def _overlap(a: KDTree, b: KDTree) -> bool:
     """Tell whether enough of one's points lie near the other."""
-    if (a.mins - _SAME_PLACE > b.maxes).any() or (b.mins - _SAME_PLACE > a.maxes).any():
-        return False
     for one, other in ((a, b), (b, a)):
         distance, _ = other.query(one.data, distance_upper_bound=_SAME_PLACE)
         if np.count_nonzero(np.isfinite(distance)) > _LEAST_SHARE * len(distance):

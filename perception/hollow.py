@@ -189,7 +189,11 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Sce
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
     seen = outer(members, [segment for item in family for segment in item.segments], rim, scenery)
-    fits = [(kind, found) for kind, shape in _HULLS if (found := fit(shape, seen, scenery.table.height)) is not None]
+    fits: list[tuple[ObjectKind, Fit]] = []
+    for kind, shape in _HULLS:
+        found = fit(shape, seen, scenery.table.height)
+        if found is not None:
+            fits.append((kind, found))
     for kind, found in sorted(fits, key=lambda option: option[1].cost):
         if found.cost >= worst:
             return None

@@ -84,6 +84,16 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
     Multiple View Geometry, 8.1).
     """
+    own = {id(segment) for segment in (*segments, *kin)}
+    others = np.array([False, *(id(segment) not in own for segment in look.segments)])
+    key = (tuple(segments), others.tobytes(), wary)
+    if key not in look.made:
+        look.made[key] = _tangents(segments, look, others, wary=wary)
+    rows: Rows = look.made[key]
+    return rows
+
+
+def _tangents(segments: Sequence[Segment], look: Look, others: Mask, *, wary: bool) -> Rows:
     view = look.view
     outline = np.concatenate([segment.outline for segment in segments])
     if not len(outline):
@@ -94,8 +104,6 @@ def tangents(segments: Sequence[Segment], look: Look, kin: Sequence[Segment] = (
     # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
     last = (reach > farthest - _EDGE).astype(np.float64)
     extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
-    own = {id(segment) for segment in (*segments, *kin)}
-    others = np.array([False, *(id(segment) not in own for segment in look.segments)])
     free = _free_ends(look, others, extreme, points, wary=wary)
     if not free.any():
         return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -29,6 +30,7 @@ class Look:
         pieces: Which of `segments` each pixel belongs to, counted from 1; 0 for none.
         bare: Where nothing but the table is seen, of every `BARE_STRIDE`th row and column.
         segments: What stands out of the table.
+        made: What was made of it, for those who would make the same again; of no other look, a divided one included.
     """
 
     view: View
@@ -37,6 +39,7 @@ class Look:
     pieces: NDArray[np.int16]
     bare: Mask
     segments: tuple[Segment, ...]
+    made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
     def divided(self, whole: Segment, part: Segment) -> tuple[Look, Segment | None]:
         """Return the look with a part of a piece as a piece of its own, and what is left of the piece, if that is enough.

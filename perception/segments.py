@@ -55,7 +55,6 @@ class Segment:
         colours: Their colours, channels 0..255, (n, 3).
         rgb: Its median colour, channels 0..255, (3,).
         chroma: Its colour without brightness: shares of red and green, (2,).
-        touches_border: Whether it leaves the picture.
     """
 
     view: View
@@ -65,7 +64,6 @@ class Segment:
     colours: Array
     rgb: Array
     chroma: Array
-    touches_border: bool
 
     @cached_property
     def outline(self) -> Array:
@@ -118,17 +116,19 @@ def _cut(
         (standing & ~jumps(view, crop)).astype(np.uint8), connectivity=4
     )
     labels: Labels = found.astype(np.int32, copy=False)
+    area = stats[:, cv2.CC_STAT_AREA]
     small = np.bincount(labels[raised], minlength=count) < _LEAST_PIXELS
     # A floor of a few millimetres is lost in the noise of a pixel, but not in that of hundreds.
-    mean = np.bincount(labels.ravel(), weights=height.ravel(), minlength=count) / np.maximum(stats[:, 4], 1)
-    small &= (stats[:, cv2.CC_STAT_AREA] < _WIDE) | (mean < _LEAST_FLOOR)
+    for number in np.flatnonzero(small & (area >= _WIDE)):
+        small[number] = float(height[labels == number].mean(dtype=np.float64)) < _LEAST_FLOOR
     # Noise makes a bump in the table here and there, of the table's colour.
-    coloured = np.bincount(labels[painted], minlength=count)
-    small |= (coloured < _LEAST_PAINT * stats[:, cv2.CC_STAT_AREA]) & (stats[:, cv2.CC_STAT_AREA] < _BUMP)
+    bumps = ~small & (area < _BUMP)
+    if bumps.any():
+        small |= bumps & (np.bincount(labels[painted], minlength=count) < _LEAST_PAINT * area)
     small[0] = False
     if small[1:].all():
         return []
-    labels[small[labels]] = 0
+    labels = np.where(small, 0, np.arange(count)).astype(np.int32).take(labels)
     masks = _grown(labels, standing, painted, view, crop)
     corner = (crop[1].start, crop[0].start)
     pieces = (_segment(view, labels, masks, n, stats[n], corner) for n in range(1, count) if not small[n])
@@ -315,10 +315,6 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
     colours = view.rgb[picture][core].astype(np.float64)
     rgb = median(colours)
     step = max(1, len(points) // _POINTS)
-    height, width = view.depth.shape
-    left, top, wide, high = cv2.boundingRect(mask.view(np.uint8))
-    left, top = left + box[0], top + box[1]
-    border = min(left, top) <= 1 or left + wide >= width - 1 or top + high >= height - 1
     return Segment(
         view=view,
         mask=mask,
@@ -327,7 +323,6 @@ def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int
         colours=colours[::step],
         rgb=rgb,
         chroma=_chroma(rgb),
-        touches_border=border,
     )
 
 
