@@ -113,7 +113,7 @@ def _cut(
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, found, stats, _ = cv2.connectedComponentsWithStats(
-        (standing & ~jumps(view, crop)).astype(np.uint8), connectivity=4
+        (standing & ~jumps(view, crop)).view(np.uint8), connectivity=4
     )
     labels: Labels = found.astype(np.int32, copy=False)
     area = stats[:, cv2.CC_STAT_AREA]
@@ -237,17 +237,18 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tupl
     shared out farther, among pieces of its colour.
     """
     sure = labels > 0
-    near = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
-    reach = cv2.dilate(sure.astype(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
+    near = cv2.dilate(sure.view(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
+    reach = cv2.dilate(sure.view(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
     other = ~(near | (reach & (standing | painted)))
     band = ~other & ~sure
     pixels = np.flatnonzero(band)
     source = _nearest(sure, pixels)
     piece = labels.reshape(-1)[source]
     if other.any():
-        flat = view.rgb[crop].reshape(-1, 3)
+        channels = cv2.split(view.rgb[crop])
         here, nearest, away = (
-            flat[chosen].T.astype(np.float32) for chosen in (pixels, source, _nearest(other, pixels))
+            np.array([channel.take(chosen) for channel in channels], dtype=np.float32)
+            for chosen in (pixels, source, _nearest(other, pixels))
         )
         mine = _apart(here, nearest) < _apart(here, away)
         # Where colours say nothing, depth does.
@@ -276,9 +277,7 @@ def _chroma(rgb: NDArray[Any]) -> NDArray[Any]:
 
 def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
     """Return the flat set pixel (n,) that is nearest to each of these flat pixels (n,)."""
-    _, numbers = cv2.distanceTransformWithLabels(
-        (~mask).astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL
-    )
+    _, numbers = cv2.distanceTransformWithLabels((~mask).view(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
     labels: Labels = np.asarray(numbers, dtype=np.int32).reshape(-1)
     zeros = np.flatnonzero(mask)
     # Each set pixel has a label of its own.
