@@ -135,6 +135,15 @@ def test_turning_a_shape_changes_its_reach_as_the_derivatives_say(shape):
     assert np.abs(turn_terms(shape, 0.3, normals) - (ahead - behind) / (2.0 * step)).max() < 1e-4
 
 
+def test_side_of_a_lying_cylinder_says_nothing_of_its_heading_whatever_the_rounding():
+    for yaw in np.linspace(0.1, 3.0, 40):
+        axis = np.array([np.cos(yaw), np.sin(yaw), 0.0])
+        across = np.random.default_rng(0).standard_normal((50, 3))
+        across -= (across @ axis)[:, None] * axis
+        across /= np.linalg.norm(across, axis=1, keepdims=True)
+        assert np.abs(turn_terms("lying", float(yaw), across)).max() < 1e-9
+
+
 def test_declared_names_go_to_the_things_that_fit_them_best():
     declared = [
         Declared(id="mug", kind="cylinder", size=(0.03, 0.05), rgb=(0.2, 0.3, 0.85)),
