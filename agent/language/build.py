@@ -16,6 +16,7 @@ from robosandbox.agent.language.intent import (
     Relation,
     Sentence,
     Spot,
+    Table,
     replace,
 )
 from robosandbox.agent.language.pushing import Pushing
@@ -326,9 +327,28 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
             place = command.place
             assert isinstance(place, Relation)
             fused[-1] = replace(before, tower=(*before.tower, *place.refs))
+        elif (
+            before
+            and _taken_out(before)
+            and command.verb in ("pick", "put", "stack", "push", "tap")
+            and _others(command)
+        ):
+            # "take the ball out of the bowl and put the cube in there": the ball goes on the table.
+            fused[-1:] = [replace(before, verb="put", place=Table()), command]
         else:
             fused.append(command)
     return fused
+
+
+def _taken_out(command: Command) -> bool:
+    """Say whether something is only taken off or out of something else."""
+    out = any(relation.kind == "from" and relation.refs for ref in command.objects for relation in ref.relations)
+    return command.verb == "pick" and out
+
+
+def _others(command: Command) -> bool:
+    """Say whether a command is about things that it names itself."""
+    return bool(command.objects) and not any(ref.determiner == "it" for ref in command.objects)
 
 
 def _lifts_both(before: Command, command: Command) -> bool:
