@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -36,30 +36,42 @@ class Declared:
         kind: Its shape.
         size: Metres, as in `OBJECT_SIZES`; empty for a mesh.
         rgb: Its colour, channels 0..1.
+        tag: Number of its tag; None without one.
+        tag_size: Edge of the tag's black square, metres.
     """
 
     id: str
     kind: ObjectKind
     size: tuple[float, ...]
     rgb: tuple[float, float, float]
+    tag: int | None = None
+    tag_size: float = 0.0
 
     @classmethod
     def of(cls, item: SceneObject) -> Declared:
         """Return the description of a scene's object."""
-        return cls(id=item.id, kind=item.kind, size=item.size, rgb=item.rgba[:3])
+        described = cls(id=item.id, kind=item.kind, size=item.size, rgb=item.rgba[:3])
+        return described if item.tag is None else replace(described, tag=item.tag, tag_size=item.tag_edge)
 
 
 def names_for(
-    seen: Sequence[tuple[ObjectKind, tuple[float, ...], Array]], declared: Iterable[Declared], taken: Collection[str]
+    seen: Sequence[tuple[ObjectKind, tuple[float, ...], Array]],
+    declared: Iterable[Declared],
+    taken: Collection[str],
+    tags: Sequence[int | None] = (),
 ) -> list[str | None]:
     """Return the declared id of each seen (kind, size, rgb), None where no free description fits.
 
-    All are assigned at once, at the least total difference in kind, colour and size.
+    All are assigned at once, at the least total difference in kind, colour and size. What is seen to carry one of `tags`,
+    a number or None for each, is nothing that is described with another.
     """
     free = [item for item in declared if item.id not in taken]
     if not seen or not free:
         return [None] * len(seen)
     costs = np.array([[_difference(*one, item) for item in free] for one in seen])
+    for row, tag in enumerate(tags):
+        if tag is not None:
+            costs[row, [item.tag not in (None, tag) for item in free]] = 2.0 * _WORST
     found: list[str | None] = [None] * len(seen)
     for row, column in zip(*linear_sum_assignment(np.minimum(costs, 2.0 * _WORST)), strict=True):
         if costs[row, column] < _WORST:
@@ -67,8 +79,10 @@ def names_for(
     return found
 
 
-def invented(colour: str, kind: ObjectKind, taken: Collection[str]) -> str:
-    """Return a new id such as `red_box_1`."""
+def invented(colour: str, kind: ObjectKind, taken: Collection[str], tag: int | None = None) -> str:
+    """Return a new id such as `red_box_1`, or `red_box_tag_9` for what carries a tag."""
+    if tag is not None and (name := f"{colour}_{kind}_tag_{tag}") not in taken:
+        return name
     number = 1
     while (name := f"{colour}_{kind}_{number}") in taken:
         number += 1

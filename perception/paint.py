@@ -19,7 +19,7 @@ _ON_TABLE = 0.006
 _FACING_UP = 0.8
 _LEAST = 8
 # A face that is turned from the light sends about this share of what the same colour lying flat sends.
-_SIDE_LIGHT = 0.62
+SIDE_LIGHT = 0.62
 
 
 def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hollow: bool = False) -> Array:
@@ -43,7 +43,7 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
             readings.append(median(segment.colours[up]) / light)
             weights.append(float(up.sum()))
         else:
-            readings.append(median(segment.colours) / light / _SIDE_LIGHT)
+            readings.append(median(segment.colours) / light / SIDE_LIGHT)
             weights.append(1e-3 * len(segment.points))
     if not readings:
         return np.asarray(segments[0].rgb / 255.0)

@@ -11,28 +11,33 @@ from numpy.typing import NDArray
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import support
 from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.tags import Tag
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
 
 _AXES = ((230, 40, 40), (30, 170, 40), (50, 80, 250))
 _HULL = (255, 255, 255)
+_TAG = (120, 255, 120)
 _ROBOT = np.array([90, 90, 160], dtype=np.float32)
 _AXIS_LENGTH = 0.04
 
 
-def draw(scenery: Scenery, things: Sequence[Thing], tracks: Sequence[Track]) -> NDArray[np.uint8]:
+def draw(
+    scenery: Scenery, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag] = ()
+) -> NDArray[np.uint8]:
     """Return the last look, its cameras side by side, (height, width, 3) uint8 RGB.
 
     Args:
         scenery: The views; without any the picture is grey.
         things: What the look showed; their pieces are tinted.
         tracks: What is known; their hulls, axes and names are drawn, hidden ones dashed.
+        tags: Which were seen; they are painted over in the views, and outlined here with their numbers.
     """
-    panels = [_panel(look, things, tracks) for look in scenery.looks.values()]
+    panels = [_panel(look, things, tracks, tags) for look in scenery.looks.values()]
     return np.hstack(panels) if panels else np.full((480, 640, 3), 128, dtype=np.uint8)
 
 
-def _panel(look: Look, things: Sequence[Thing], tracks: Sequence[Track]) -> NDArray[np.uint8]:
+def _panel(look: Look, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag]) -> NDArray[np.uint8]:
     canvas = look.view.rgb.astype(np.float32)
     canvas[look.robot] = 0.6 * canvas[look.robot] + 0.4 * _ROBOT
     picture = np.ascontiguousarray(canvas.astype(np.uint8))
@@ -41,10 +46,25 @@ def _panel(look: Look, things: Sequence[Thing], tracks: Sequence[Track]) -> NDAr
             if segment.view.camera == look.view.camera:
                 contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
                 cv2.drawContours(picture, contours, -1, (255, 220, 0), 1, offset=segment.box[:2])
+    for tag in tags:
+        _draw_tag(picture, look, tag)
     for track in tracks:
         _draw_track(picture, look, track)
     cv2.putText(picture, look.view.camera, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
     return picture
+
+
+def _draw_tag(picture: NDArray[np.uint8], look: Look, tag: Tag) -> None:
+    """Outline a tag and write its number into it, in the view that showed it best."""
+    if look.view.camera != tag.camera:
+        return
+    pixels, _ = look.view.project(tag.corners)
+    cv2.polylines(picture, [np.rint(pixels * 8).astype(np.int32)], True, _TAG, 1, cv2.LINE_AA, 3)
+    text = "?" if tag.number is None else str(tag.number)
+    x, y = pixels.mean(axis=0)
+    at = (int(x) - 4 * len(text), int(y) + 4)
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, (0, 0, 0), 3, cv2.LINE_AA)
+    cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, _TAG, 1, cv2.LINE_AA)
 
 
 def _draw_track(picture: NDArray[np.uint8], look: Look, track: Track) -> None:

@@ -66,6 +66,7 @@ class Thing:
         seen: What it was fitted to.
         resting: Height of what it stands on, metres; None in the air.
         opening: For a drawer: how far it is open, metres.
+        tag: Number of the tag that was read on it; None where none was.
     """
 
     kind: ObjectKind
@@ -79,6 +80,7 @@ class Thing:
     seen: Evidence
     resting: float | None
     opening: float | None = None
+    tag: int | None = None
 
     @property
     def top(self) -> float:

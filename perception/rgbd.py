@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 
 from robosandbox.perception.calibration import Calibration
+from robosandbox.perception.covering import covered
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
 from robosandbox.perception.recognize import Thing, recognize
@@ -13,9 +14,10 @@ from robosandbox.perception.scenery import Scenery, take_look
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.setup import Setup
 from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracks import Tracker
-from robosandbox.perception.view import Table, check_frame, make_view
+from robosandbox.perception.view import Image, Mask, Table, View, check_frame, make_view
 from robosandbox.protocols import Sim
 from robosandbox.types import ObservedScene, RgbdFrame
 
@@ -40,6 +42,7 @@ class RgbdPerception:
     Attributes:
         scenery: The last look's views.
         things: What the last look showed, before it was put together with what is remembered.
+        tags: What tags the last look showed; they are looked for where the setup describes an object with one.
         notes: Why the last look may have missed something.
     """
 
@@ -55,12 +58,14 @@ class RgbdPerception:
         self._calibration = Calibration.load(calibration) if calibration else None
         self._silhouette: tuple[object, RobotSilhouette] | None = None
         self._tracker = Tracker(setup.declared)
+        self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._hands = Hands(None, 0.0)
         self._episode = -1
         self._last: ObservedScene | None = None
         self._sensed: SensedSim | None = None
         self.scenery = Scenery({}, Table(setup.scene.table_height))
         self.things: list[Thing] = []
+        self.tags: list[Tag] = []
         self.notes: tuple[str, ...] = ()
 
     @property
@@ -104,7 +109,8 @@ class RgbdPerception:
         self.scenery = self._scenery(frames, sim)
         segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
         held = self._hands.hold.id if self._hands.hold else None
-        self.things = recognize(group(segments), self.scenery, self._tracker.hulls(held), self._tracker.solids(held))
+        things = recognize(group(segments), self.scenery, self._tracker.hulls(held), self._tracker.solids(held))
+        self.things = labelled(things, self.tags)
         return self.things
 
     def christen(self) -> None:
@@ -119,7 +125,9 @@ class RgbdPerception:
     def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
-        looks, notes = {}, []
+        notes = []
+        views: dict[str, View] = {}
+        masks: dict[str, tuple[Mask, Image]] = {}
         hold = self._hands.hold
         carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
         if self._calibration is not None:
@@ -131,7 +139,13 @@ class RgbdPerception:
                 continue
             silhouette.place(frame.q, frame.gripper_q)
             robot, near = silhouette.masks(frame, carried)
-            looks[frame.camera] = take_look(make_view(frame, table, robot), table, robot, near)
+            views[frame.camera], masks[frame.camera] = make_view(frame, table, robot), (robot, near)
+        self.tags = []
+        if self._tag_sizes:
+            seen = (find_tags(view, table, masks[camera][0], self._tag_sizes) for camera, view in views.items())
+            self.tags = merged(tag for tags in seen for tag in tags)
+            views = covered(views, self.tags, table)
+        looks = {camera: take_look(view, table, *masks[camera]) for camera, view in views.items()}
         self.notes = tuple(notes)
         return Scenery(looks, table)
 
@@ -148,7 +162,11 @@ class RgbdPerception:
     def _observed(self, sim: Sim) -> ObservedScene:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
+        in_hand = self._tracker.tracks[held] if held else None
         self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        if self._hands.hold is not None and in_hand is not None:
+            # A tag elsewhere may tell that it is not what it was taken for.
+            self._hands.hold.id = in_hand.id
         # Of a drawer in the hand the hand tells more than a look that it is in the way of.
         self._hands.move_drawers(seen, self.tracks)
         self.christen()

@@ -42,6 +42,7 @@ class Track:
         looks: How many looks its present place is an average of.
         hidden: Whether the last look did not show it.
         confidence: 0..1.
+        tag: Number of the tag that was last read on it; None before any was.
         tangents: How many its size is told by; 0 while it was not clearly seen.
     """
 
@@ -50,9 +51,11 @@ class Track:
     looks: int = 1
     hidden: bool = False
     confidence: float = 1.0
+    tag: int | None = None
     tangents: int = field(init=False, default=0)
 
     def __post_init__(self) -> None:
+        self.tag = self.thing.tag
         self.tangents = _tangents(self.thing)
 
     def detected(self) -> DetectedObject:
@@ -67,6 +70,7 @@ class Track:
             pose=self.thing.pose,
             confidence=round(self.confidence, 3),
             opening=self.thing.opening,
+            tag=self.tag,
         )
 
 
@@ -81,6 +85,7 @@ def renew(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
     track.hidden = False
+    track.tag = track.tag if thing.tag is None else thing.tag
     if old.kind == "drawer" and thing.kind == "drawer":
         total = thing.size[1] + (thing.opening or 0.0)
         track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)

@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from robosandbox.perception.absence import seen_through
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.familiar import Known
 from robosandbox.perception.fit import Fit
+from robosandbox.perception.identity import Numbers, displaced
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import inside
@@ -22,9 +24,6 @@ from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind
 _GATE = 0.05
 _COLOUR_GATE = 30.0
 _SIZE_GATE = 0.45
-_SEEN_THROUGH = 0.03
-_SHARE_THROUGH = 0.6
-_ALL_THROUGH = 0.95
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
@@ -33,6 +32,7 @@ _FALLEN = 0.4
 _MAYBE = 0.25
 _PIECE = 0.01
 _SLID = 0.0005
+_WORST = 10.0
 
 
 @dataclass
@@ -46,12 +46,17 @@ class Tracker:
         tracks: By id.
         lost: What was clearly seen once, is not where it was, and has not turned up elsewhere; by id.
         strangers: Ids of what nobody has described, each with the ids of all that was seen beside it.
+        numbers: Of tags, as the task describes them.
     """
 
     declared: Sequence[Declared] = ()
     tracks: dict[str, Track] = field(default_factory=dict)
     lost: dict[str, Track] = field(default_factory=dict)
     strangers: dict[str, set[str]] = field(default_factory=dict)
+    numbers: Numbers = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.numbers = Numbers.of(self.declared)
 
     def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
         """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
@@ -90,17 +95,21 @@ class Tracker:
         """
         known_before = frozenset(self.tracks)
         free = [track for track in self.tracks.values() if track.id != held]
-        pairs = _assign(free, things, near=True)
+        pairs = self._recognized(free, things)
+        self._rename_by_tag(pairs)
+        for track in displaced(free, pairs, things):
+            self.lost[track.id] = self.tracks.pop(track.id)
+            free.remove(track)
         left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
         new = [thing for thing in things if not any(thing is known for _, known in pairs)]
         gone = [track for track in left if seen_through(track.thing, scenery)]
-        moved = _assign(gone, new, near=False)
+        moved = self._assign(gone, new, near=False)
         new = [thing for thing in new if not any(thing is known for _, known in moved)]
         named = self._declared(new)
         new = [thing for thing in new if not any(thing is known for _, known in named)]
         # What nobody has described, and looks like something out of sight, is that.
         hidden = [track for track in left if not any(track is known for known, _ in moved) and track not in gone]
-        back = _assign(hidden, new, near=False)
+        back = self._assign(hidden, new, near=False)
         drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
         for track, thing in (*pairs, *moved, *back):
             renew(track, thing)
@@ -125,11 +134,10 @@ class Tracker:
         for thing in new:
             if not self._is_strange(thing, hand, known_before):
                 continue
-            r, g, b = (float(value) for value in thing.rgb)
-            turned_up = _assign(
+            turned_up = self._assign(
                 [track for track in self.lost.values() if track.id not in self.tracks], [thing], near=False
             )
-            name = turned_up[0][0].id if turned_up else invented(colour_name((r, g, b)), thing.kind, self.tracks)
+            name = turned_up[0][0].id if turned_up else self._invented(thing)
             self.tracks[name] = Track(name, thing, confidence=thing.confidence)
             if not turned_up:
                 self.strangers[name] = set()
@@ -146,8 +154,12 @@ class Tracker:
             if name != held and name in seen and self.tracks[name].tangents > 0
         ]
         for known in [track for track in self.lost.values() if track.id not in self.tracks]:
-            apart = [track for track in clear if known.id not in self.strangers.get(track.id, ())]
-            for _, thing in _assign([known], [track.thing for track in apart], near=False):
+            apart = [
+                track
+                for track in clear
+                if known.id not in self.strangers.get(track.id, ()) and track.tag in (None, self.numbers.on(known))
+            ]
+            for _, thing in self._assign([known], [track.thing for track in apart], near=False):
                 stranger = next(track for track in apart if track.thing is thing)
                 del self.strangers[stranger.id]
                 clear.remove(stranger)
@@ -205,8 +217,58 @@ class Tracker:
     def _declared(self, things: Sequence[Thing]) -> list[tuple[str, Thing]]:
         """Return the things that fit what the task describes and has not been seen yet, with the names."""
         sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
-        names = names_for([(thing.kind, thing.size, thing.rgb) for thing in sure], self.declared, self.tracks)
-        return [(name, thing) for name, thing in zip(names, sure, strict=True) if name is not None]
+        owners = [self.numbers.owner(thing) for thing in sure]
+        owned = [(name, thing) for name, thing in zip(owners, sure, strict=True) if name and name not in self.tracks]
+        sure = [thing for thing in sure if not any(thing is known for _, known in owned)]
+        names = names_for(
+            [(thing.kind, thing.size, thing.rgb) for thing in sure],
+            self.declared,
+            {*self.tracks, *(name for name, _ in owned)},
+            [thing.tag for thing in sure],
+        )
+        return [*owned, *((name, thing) for name, thing in zip(names, sure, strict=True) if name is not None)]
+
+    def _recognized(self, tracks: Sequence[Track], things: Sequence[Thing]) -> list[tuple[Track, Thing]]:
+        """Return which things known ones are: by a number that was read, else by place."""
+        sure = self.numbers.sure(tracks, things)
+        left = [track for track in tracks if not any(track is known for known, _ in sure)]
+        new = [thing for thing in things if not any(thing is known for _, known in sure)]
+        return [*sure, *self._assign(left, new, near=True)]
+
+    def _rename_by_tag(self, pairs: Sequence[tuple[Track, Thing]]) -> None:
+        """Give what turns out to carry a described number the name of that description; what had the name takes the other's."""
+        for track, thing in pairs:
+            name = self.numbers.owner(thing)
+            if name is None or name == track.id:
+                continue
+            other, before = self.tracks.get(name), track.id
+            if other is not None:
+                del self.tracks[name]
+            self.rename(before, name)
+            self.strangers.pop(before, None)
+            if other is not None:
+                other.id = before
+                self.tracks[before] = other
+
+    def _invented(self, thing: Thing) -> str:
+        r, g, b = (float(value) for value in thing.rgb)
+        return invented(colour_name((r, g, b)), thing.kind, self.tracks, thing.tag)
+
+    def _assign(self, tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
+        """Return which track each thing continues, all at once at the least total difference."""
+        if not tracks or not things:
+            return []
+        costs = np.array(
+            [
+                [
+                    _unlike(track.thing, thing, near=near) + _WORST * self.numbers.differ(track, thing)
+                    for thing in things
+                ]
+                for track in tracks
+            ]
+        )
+        rows, columns = linear_sum_assignment(np.minimum(costs, _WORST))
+        return [(tracks[r], things[c]) for r, c in zip(rows, columns, strict=True) if costs[r, c] < 1.0]
 
 
 def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
@@ -255,15 +317,6 @@ def _is_part(thing: Thing, known: Thing) -> bool:
     return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)
 
 
-def _assign(tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
-    """Return which track each thing continues, all at once at the least total difference."""
-    if not tracks or not things:
-        return []
-    costs = np.array([[_unlike(track.thing, thing, near=near) for thing in things] for track in tracks])
-    rows, columns = linear_sum_assignment(np.minimum(costs, 10.0))
-    return [(tracks[r], things[c]) for r, c in zip(rows, columns, strict=True) if costs[r, c] < 1.0]
-
-
 def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     """Return how different two looks at a thing are: below 1 they may be of the same."""
     distance = float(np.linalg.norm(old.fit.centre - new.fit.centre))
@@ -274,31 +327,3 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
         changed = new.kind in CONTAINER_KINDS and old.kind not in CONTAINER_KINDS and old.confidence > SURELY
         return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance
-
-
-def seen_through(thing: Thing, scenery: Scenery) -> bool:
-    """Tell whether some view shows what lies behind the place where a thing was."""
-    centre, axes, sizes = thing.fit.centre, thing.fit.axes, thing.fit.sizes
-    half = np.array([sizes[0], sizes[min(1, len(sizes) - 1)], sizes[-1]])
-    if thing.fit.shape in ("cylinder", "lying"):
-        half = np.array([sizes[0], sizes[0], sizes[1]])
-    # One looks into a container, and at no more than two of its walls.
-    walls = thing.kind in CONTAINER_KINDS
-    across, heights = ((-0.97, 0.0, 0.97), (0.3,)) if walls else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
-    corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or not walls])
-    points = centre + (corners * half) @ axes.T
-    for look in scenery.looks.values():
-        pixels, expected = look.view.project(points)
-        columns, rows = np.rint(pixels).astype(int).T
-        height, width = look.view.depth.shape
-        inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height) & (expected > 0.0)
-        columns, rows = columns[inside], rows[inside]
-        measured = look.view.depth[rows, columns]
-        clear = look.view.valid[rows, columns] & ~look.robot[rows, columns]
-        if clear.sum() < len(points) // 2:
-            continue
-        # The table is as far behind as the thing is high, along the ray.
-        behind = measured[clear] - expected[inside][clear] > min(_SEEN_THROUGH, 0.7 * float(half.min()))
-        if behind.mean() > (_ALL_THROUGH if walls else _SHARE_THROUGH):
-            return True
-    return False

@@ -56,4 +56,5 @@ def object_truth(
         opening=opening,
         grains=grains,
         felt=felt,
+        tag=item.tag,
     )

@@ -100,6 +100,7 @@ def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> Tr
             opening=item.opening,
             grains=item.grains,
             felt=item.felt,
+            tag=item.tag,
         )
         for item in truth.objects.values()
     )

@@ -24,6 +24,7 @@ class ObjectTruth:
         opening: For a drawer: how far it is open, metres.
         grains: For beads: where each is; their pose is in the middle, their velocity the mean.
         felt: The most that the robot has pressed or pulled it with since the reset, N; for what `feel` was asked about.
+        tag: Number of its AprilTag.
     """
 
     id: str
@@ -37,6 +38,7 @@ class ObjectTruth:
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
     felt: float = 0.0
+    tag: int | None = None
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""
@@ -49,6 +51,7 @@ class ObjectTruth:
             pose=self.pose,
             opening=self.opening,
             grains=self.grains,
+            tag=self.tag,
         )
 
 

@@ -223,6 +223,7 @@ def truth_of(state: TrueState) -> Truth:
                 opening=item.opening,
                 grains=item.grains,
                 felt=item.felt,
+                tag=item.tag,
             )
             for item in state.objects
         },

@@ -12,6 +12,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 
 # A module may import from its own layer and from those before it.
 LAYERS = (
+    {"tags"},
     {"types"},
     {"evidence"},
     {"errors", "shapes"},

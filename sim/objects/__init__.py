@@ -12,11 +12,12 @@ from robosandbox.sim.objects.drawer import BOX, add_drawer
 from robosandbox.sim.objects.geoms import PREFIX, add_geom
 from robosandbox.sim.objects.meshes import add_mesh, mesh_bounds
 from robosandbox.sim.objects.primitives import PRIMITIVES, bounding_radius, half_extents, inertia, padded
+from robosandbox.sim.objects.tags import add_tag
 from robosandbox.types import Array, Scene, SceneObject
 
 __all__ = ["BOX", "PREFIX", "add_objects", "can_rewrite", "mesh_bounds", "place", "rewrite"]
 
-_SHAPE_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside")
+_SHAPE_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
 
 
 def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
@@ -41,6 +42,8 @@ def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
                 add_drawer(body, item)
             case "box" | "sphere" | "cylinder" | "capsule":
                 add_geom(body, item, item.mass, type=PRIMITIVES[item.kind], size=padded(item.size))
+                # Behind the shape: `rewrite` takes a body's first geom for it.
+                add_tag(spec, body, item)
 
 
 def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:
@@ -65,7 +68,8 @@ def can_rewrite(old: SceneObject, new: SceneObject) -> bool:
     same = same and not (new.locked and old.open != new.open)
     # The parts of a drawer have shades of its colour.
     same = same and (new.kind != "drawer" or old.rgba == new.rgba)
-    return same and (old.size == new.size or new.kind in PRIMITIVES)
+    # A tag's place is compiled.
+    return same and (old.size == new.size or (new.kind in PRIMITIVES and new.tag is None))
 
 
 def rewrite(
@@ -89,7 +93,8 @@ def rewrite(
         inertia_per_mass: Of each as compiled, m^2, shape (k, 3).
     """
     if new.kind != "drawer":
-        model.geom_rgba[np.isin(model.geom_bodyid, bodies)] = new.rgba
+        # What has a material is a tag.
+        model.geom_rgba[np.isin(model.geom_bodyid, bodies) & (model.geom_matid < 0)] = new.rgba
     if (old.size, old.mass) == (new.size, new.mass):
         return False
     model.body_mass[bodies] = share * new.mass

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from robosandbox.tags import BORDERED, TAG_COUNT, TAGGED_KINDS, tag_face, usual_tag_size
+
 Array = NDArray[np.float64]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -257,6 +259,8 @@ class SceneObject(StrictModel):
         count: For `beads`: how many.
         inside: For `beads`: id of the container that they start in; it takes the place of a pose. Their mass is that of
             all of them.
+        tag: Number of the AprilTag, family 36h11, on its face at the end of local z; no two objects have the same.
+        tag_size: Edge of the tag's black square, metres; None leaves a rim of the face around its white border.
         randomize: Overrides the task's for this object.
     """
 
@@ -273,6 +277,8 @@ class SceneObject(StrictModel):
     locked: bool = False
     count: Annotated[int, Field(ge=0, le=MAX_BEADS)] = 0
     inside: str | None = None
+    tag: Annotated[int, Field(ge=0, lt=TAG_COUNT)] | None = None
+    tag_size: Positive | None = None
     randomize: Randomize | None = None
 
     @model_validator(mode="before")
@@ -316,6 +322,30 @@ class SceneObject(StrictModel):
             raise ValueError(f"count: a {self.kind} takes {wants}".replace("a beads takes", "beads take"))
         return self
 
+    @model_validator(mode="after")
+    def _tag_fits_its_face(self) -> Self:
+        if self.tag is None:
+            if self.tag_size is not None:
+                raise ValueError("tag_size: there is no tag; give its number as tag, or leave tag_size out")
+            return self
+        if self.kind not in TAGGED_KINDS:
+            kinds = " or ".join(TAGGED_KINDS)
+            raise ValueError(
+                f"tag: a {self.kind} has no flat face upward; give it to a {kinds}".replace("a beads has", "beads have")
+            )
+        edge = tag_face(self.kind, self.size)[0]
+        if self.tag_size is not None and BORDERED * self.tag_size > edge:
+            raise ValueError(
+                f"tag_size: {self.tag_size:g} and a white border take {BORDERED * self.tag_size:g} m of a face of {edge:g} m; "
+                f"at most {edge / BORDERED:g}"
+            )
+        return self
+
+    @property
+    def tag_edge(self) -> float:
+        """Edge of its tag's black square, metres, where it has a tag."""
+        return usual_tag_size(self.kind, self.size) if self.tag_size is None else self.tag_size
+
 
 class Scene(StrictModel):
     """A robot and the objects around it.
@@ -340,6 +370,17 @@ class Scene(StrictModel):
             if item.id in seen:
                 raise ValueError(f"two objects have the id {item.id!r}; ids must be distinct")
             seen.add(item.id)
+        return objects
+
+    @field_validator("objects")
+    @classmethod
+    def _tags_are_distinct(cls, objects: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
+        owners: dict[int, str] = {}
+        for item in objects:
+            if item.tag is not None and (other := owners.setdefault(item.tag, item.id)) != item.id:
+                raise ValueError(
+                    f"{item.id}.tag: {item.tag} is on {other!r} already; give each object a number of its own"
+                )
         return objects
 
     @field_validator("objects")
@@ -505,6 +546,7 @@ class DetectedObject:
         confidence: 0..1.
         opening: For a drawer: how far it is open, metres; None where it is not seen.
         grains: For beads: where each is, metres.
+        tag: Number of the AprilTag on it; None where none was read.
     """
 
     id: str
@@ -516,6 +558,7 @@ class DetectedObject:
     confidence: float = 1.0
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
+    tag: int | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -477,6 +477,7 @@ class TrueObject(StrictModel):
         opening: For a drawer: how far it is open, metres.
         grains: For beads: where each is.
         felt: The most that the robot has pressed or pulled it with since the reset, N; where the task asks for it.
+        tag: Number of its AprilTag.
     """
 
     id: str
@@ -490,6 +491,7 @@ class TrueObject(StrictModel):
     opening: Finite | None = None
     grains: tuple[Vec3, ...] = ()
     felt: Finite = 0.0
+    tag: int | None = None
 
 
 class TrueState(Message):

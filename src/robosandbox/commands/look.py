@@ -73,6 +73,7 @@ def lines(scene: ObservedScene) -> list[str]:
     told = [
         f"{item.id:<{width}}  {item.colour} {item.kind} at ({', '.join(f'{value:.3f}' for value in item.pose.xyz)}), "
         f"{' x '.join(f'{1000.0 * value:.1f}' for value in item.size)} mm, {100.0 * item.confidence:.0f} %"
+        f"{'' if item.tag is None else f', tag {item.tag}'}"
         for item in scene.objects
     ]
     return [*(told or ["nothing is seen"]), *(f"note: {note}" for note in scene.notes)]
@@ -87,6 +88,7 @@ def _record(item: DetectedObject) -> dict[str, Any]:
         "rgba": list(item.rgba),
         "pose": item.pose.model_dump(mode="json"),
         "confidence": item.confidence,
+        "tag": item.tag,
     }
 
 
@@ -99,7 +101,7 @@ def _draw(eyes: Perception, name: str, path: Path) -> None:
 
     from robosandbox.perception.picture import draw
 
-    written, content = cv2.imencode(".png", draw(eyes.scenery, eyes.things, eyes.tracks)[..., ::-1])
+    written, content = cv2.imencode(".png", draw(eyes.scenery, eyes.things, eyes.tracks, eyes.tags)[..., ::-1])
     try:
         if written:
             path.write_bytes(content.tobytes())

@@ -1,0 +1,114 @@
+"""Tags taken out of pictures: what is black and white gets the colour of the thing that it is on, as if there were no tag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.perception.paint import SIDE_LIGHT
+from robosandbox.perception.quantiles import median
+from robosandbox.perception.tags import Tag, filled
+from robosandbox.perception.view import Mask, Table, View
+from robosandbox.tags import BORDERED
+from robosandbox.types import Array
+
+_LEVEL = 0.004
+_DEPTH_OFF = 0.008
+# The face around a tag is looked at so far from its middle, in widths of the tag; the thing's sides farther.
+_FACE = 1.7
+_SIDES = 2.2
+_PIXEL = 0.75
+_LEAST = 5
+_SAME_HUE = 0.06
+
+
+def covered(views: Mapping[str, View], tags: Iterable[Tag], table: Table) -> dict[str, View]:
+    """Return the views with each tag painted over, wherever it was read.
+
+    Args:
+        views: By camera.
+        tags: In the world.
+        table: That they are over.
+    """
+    pictures = {camera: view.rgb.copy() for camera, view in views.items()}
+    for tag in tags:
+        parts = {camera: part for camera, view in views.items() if (part := _part(tag, view)) is not None}
+        covers = {camera: _border(tag, views[camera], part) for camera, part in parts.items()}
+        colours = _face_colours(tag, views, parts, covers, table)
+        for camera, part in parts.items():
+            if colours is not None:
+                pictures[camera][part][covers[camera]] = colours.get(camera, next(iter(colours.values())))
+    return {camera: replace(view, rgb=pictures[camera]) for camera, view in views.items()}
+
+
+def _border(tag: Tag, view: View, part: tuple[slice, slice]) -> Mask:
+    """Return the pixels in a part of a view that show a tag or its white border, and nothing before it."""
+    pixels, _ = view.project(tag.scaled(BORDERED))
+    # A pixel that the border's edge runs through is of both.
+    middle = pixels.mean(axis=0)
+    out = pixels - middle
+    pixels = middle + out * (1.0 + _PIXEL / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1.0))
+    valid = view.valid[part]
+    mask = filled(pixels - [part[1].start, part[0].start], valid.shape) > 0
+    off = np.abs(view.xyz[2, part[0], part[1]] - np.float32(tag.centre[2])) > max(_DEPTH_OFF, 4.0 * view.noise)
+    return np.asarray(mask & ~(off & valid))
+
+
+def _face_colours(
+    tag: Tag,
+    views: Mapping[str, View],
+    parts: Mapping[str, tuple[slice, slice]],
+    covers: Mapping[str, Mask],
+    table: Table,
+) -> dict[str, Array] | None:
+    """Return the colour (3,) of the face around a tag in each camera's light; of the nearest guess where it shows too little."""
+    rims: dict[str, NDArray[np.uint8]] = {}
+    sides: list[NDArray[np.uint8]] = []
+    for camera, crop in parts.items():
+        view = views[camera]
+        x, y, z = view.xyz[:, crop[0], crop[1]]
+        colours = view.rgb[crop]
+        far = np.hypot(x - np.float32(tag.centre[0]), y - np.float32(tag.centre[1])) / tag.edge
+        usable = view.valid[crop] & ~covers[camera]
+        level = np.abs(z - np.float32(tag.centre[2])) < max(_LEVEL, 2.0 * view.noise)
+        rims[camera] = colours[usable & level & (far < _FACE / np.sqrt(2.0))]
+        below = (z < tag.centre[2] - 2.0 * _LEVEL) & (z > table.height + 2.0 * _LEVEL)
+        sides.append(colours[usable & below & (far < _SIDES / np.sqrt(2.0))])
+    whole = np.vstack([np.zeros((0, 3), dtype=np.uint8), *sides]).astype(np.float64)
+    if len(whole) >= _LEAST:
+        hue = _shares(median(whole)[None])[0]
+        rims = {camera: rim[np.abs(_shares(rim) - hue).max(axis=1) < _SAME_HUE] for camera, rim in rims.items()}
+    seen = {camera: _brighter_half(rim.astype(np.float64)) for camera, rim in rims.items() if len(rim) >= _LEAST}
+    if seen:
+        most = max(seen, key=lambda camera: len(rims[camera]))
+        return {most: seen[most], **seen}
+    if len(whole) < _LEAST:
+        return None
+    return {next(iter(parts)): np.clip(median(whole) / SIDE_LIGHT, 0.0, 255.0)}
+
+
+def _brighter_half(colours: Array) -> Array:
+    """Return the median colour (3,) of the brighter half of colours (n, 3): at a face's edge pixels show a darker side too."""
+    total = colours.sum(axis=1)
+    return np.asarray(median(colours[total >= np.median(total)]))
+
+
+def _part(tag: Tag, view: View) -> tuple[slice, slice] | None:
+    """Return the part of a picture around a tag that shows the thing it is on; None where it is not in the picture."""
+    pixels, depths = view.project(tag.scaled(_SIDES))
+    height, width = view.depth.shape
+    if (depths < 0.02).any():
+        return None
+    reach = float(np.linalg.norm(pixels - pixels.mean(axis=0), axis=1).max())
+    low = np.maximum(np.floor(pixels.mean(axis=0) - 1.5 * reach).astype(int), 0)
+    high = np.minimum(np.ceil(pixels.mean(axis=0) + 1.5 * reach).astype(int), [width, height])
+    return None if (high <= low).any() else (slice(low[1], high[1]), slice(low[0], high[0]))
+
+
+def _shares(colours: NDArray[np.generic]) -> Array:
+    """Return the shares of red and green (n, 2) of colours (n, 3)."""
+    known = np.asarray(colours, dtype=np.float64)
+    return np.asarray(known[:, :2] / np.maximum(known.sum(axis=1, keepdims=True), 1.0))
