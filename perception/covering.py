@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,23 +25,37 @@ _LEAST = 5
 _SAME_HUE = 0.06
 
 
-def covered(views: Mapping[str, View], tags: Iterable[Tag], table: Table) -> dict[str, View]:
+def covered(views: Mapping[str, View], tags: Iterable[Tag], found: Sequence[Tag], table: Table) -> dict[str, View]:
     """Return the views with each tag painted over, wherever it was read.
 
     Args:
         views: By camera.
-        tags: In the world.
+        tags: One for each that there is.
+        found: All that the views showed by themselves: where a view shows a tag is not left to how cameras are calibrated.
         table: That they are over.
     """
     pictures = {camera: view.rgb.copy() for camera, view in views.items()}
     for tag in tags:
-        parts = {camera: part for camera, view in views.items() if (part := _part(tag, view)) is not None}
-        covers = {camera: _border(tag, views[camera], part) for camera, part in parts.items()}
-        colours = _face_colours(tag, views, parts, covers, table)
+        shown = {camera: _shown_by(camera, tag, found) for camera in views}
+        parts = {camera: part for camera, view in views.items() if (part := _part(shown[camera], view)) is not None}
+        covers = {camera: _border(shown[camera], views[camera], part) for camera, part in parts.items()}
+        colours = _face_colours(shown, views, parts, covers, table)
         for camera, part in parts.items():
             if colours is not None:
                 pictures[camera][part][covers[camera]] = colours.get(camera, next(iter(colours.values())))
     return {camera: replace(view, rgb=pictures[camera]) for camera, view in views.items()}
+
+
+def _shown_by(camera: str, tag: Tag, found: Sequence[Tag]) -> Tag:
+    """Return a tag as a camera shows it by itself; as another does where it shows none there."""
+    near = [
+        other
+        for other in found
+        if other.camera == camera
+        and other.number in (None, tag.number)
+        and float(np.linalg.norm(other.centre - tag.centre)) < 0.5 * tag.edge
+    ]
+    return min(near, key=lambda other: other.number is None, default=tag)
 
 
 def _border(tag: Tag, view: View, part: tuple[slice, slice]) -> Mask:
@@ -58,7 +72,7 @@ def _border(tag: Tag, view: View, part: tuple[slice, slice]) -> Mask:
 
 
 def _face_colours(
-    tag: Tag,
+    shown: Mapping[str, Tag],
     views: Mapping[str, View],
     parts: Mapping[str, tuple[slice, slice]],
     covers: Mapping[str, Mask],
@@ -68,7 +82,7 @@ def _face_colours(
     rims: dict[str, NDArray[np.uint8]] = {}
     sides: list[NDArray[np.uint8]] = []
     for camera, crop in parts.items():
-        view = views[camera]
+        view, tag = views[camera], shown[camera]
         x, y, z = view.xyz[:, crop[0], crop[1]]
         colours = view.rgb[crop]
         far = np.hypot(x - np.float32(tag.centre[0]), y - np.float32(tag.centre[1])) / tag.edge

@@ -142,9 +142,13 @@ class RgbdPerception:
             views[frame.camera], masks[frame.camera] = make_view(frame, table, robot), (robot, near)
         self.tags = []
         if self._tag_sizes:
-            seen = (find_tags(view, table, masks[camera][0], self._tag_sizes) for camera, view in views.items())
-            self.tags = merged(tag for tags in seen for tag in tags)
-            views = covered(views, self.tags, table)
+            found = [
+                tag
+                for camera, view in views.items()
+                for tag in find_tags(view, table, masks[camera][0], self._tag_sizes)
+            ]
+            self.tags = merged(found)
+            views = covered(views, self.tags, found, table)
         looks = {camera: take_look(view, table, *masks[camera]) for camera, view in views.items()}
         self.notes = tuple(notes)
         return Scenery(looks, table)
