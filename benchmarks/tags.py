@@ -146,9 +146,10 @@ def main() -> int:
     parser.add_argument("--plain", action="store_true", help="the same scenes without tags")
     options = parser.parse_args()
     cv2.setNumThreads(1)
+    smallest, largest = options.edges
     scenes = []
     for seed in range(options.first, options.first + options.seeds):
-        scene = measure(seed, options.sensor, *options.edges, options.plain)
+        scene = measure(seed, options.sensor, smallest, largest, options.plain)
         scenes.append(scene)
         if scene["right"] < scene["cubes"] or scene["things"] != scene["cubes"]:
             told = {name: value for name, value in scene.items() if name != "reads"}
