@@ -89,9 +89,8 @@ class Towers(WordOrder, ABC):
                     if all(ref.determiner == "it" for ref in refs):
                         # "stack these from top to bottom: red, green, blue": what is listed.
                         found += [(end, head, 0) for end, head in self._heading(k, ())]
-        for j in [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"] or self.optional(
-            i, "DESIRE"
-        ):
+        built = [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"]
+        for j in built or self.optional(i, "DESIRE"):
             for start in self.optional(j, "A"):
                 counts = [(m + (self.text(m) in _HIGH), int(n)) for m, n in self.tag(start, "NUM") if n >= 2]
                 for k, count in [*counts, (start, 0)]:
@@ -99,10 +98,10 @@ class Towers(WordOrder, ABC):
                         if noun == "tower" and not plural:
                             found += [(end, head, count) for end, head in self._heading(m, ())]
                             # "a tower of three: ..."
-                            several = self.tag(m + 1, "NUM") if self.text(m) == "of" and not count else []
+                            numbers = self.tag(m + 1, "NUM") if self.text(m) == "of" and not count else []
                             found += [
                                 (end, head, int(n))
-                                for e, n in several
+                                for e, n in numbers
                                 if self.text(e) in (":", ",")
                                 for end, head in self._heading(e, ())
                             ]
