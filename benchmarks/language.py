@@ -94,6 +94,7 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
                 rgba=item.rgba,
                 pose=places[item.id],
                 opening=item.open if item.kind == "drawer" else None,
+                tag=item.tag,
             )
             for item in scene.objects
         ),

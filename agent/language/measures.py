@@ -1,4 +1,4 @@
-"""Things told by their measures: "the 3 cm cube", "the can that is 10 cm tall", "the ball with a radius of 2 cm"."""
+"""Things told by numbers: "the 3 cm cube", "the can that is 10 cm tall", "the ball with a radius of 2 cm", "with tag 8"."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Measure(NamedTuple):
     """One measure of a thing.
 
     Attributes:
-        dimension: height, diameter, radius, or "" for any of its outer measures.
-        metres: How much.
+        dimension: height, diameter, radius, "" for any of its outer measures, or tag.
+        metres: How much; of a tag its number.
     """
 
     dimension: str
@@ -32,8 +32,27 @@ _NOUNS = {
     "side": "", "sides": "", "edge": "", "edges": "", "length": "", "width": "", "height": "height",
     "diameter": "diameter", "radius": "radius", "size": "",
 }  # fmt: skip
+TAG_WORDS = frozenset({"tag", "apriltag", "marker", "tagged"})
 _LENGTHS = frozenset({"length", "lengths"})
 _IS = word_set("is are was measures measure measuring being")
+
+
+def tagged(chart: Chart, i: int) -> Found[Measure]:
+    """As in "with tag 8", "carrying the tag number 8", "tagged 8"."""
+    k = (
+        i + 2
+        if chart.text(i) in ("that", "which") and chart.text(i + 1) in ("has", "carries", "bears", "is")
+        else i + 1
+    )
+    if chart.text(i) == "tagged" or (k > i + 1 and chart.text(k) == "tagged"):
+        k = k + (chart.text(k) in ("tagged", "with"))
+    elif k > i + 1 or chart.text(i) in ("with", "carrying", "bearing", "having"):
+        k = next((end + 1 for end in chart.optional(k, "THE", "A") if chart.text(end) in TAG_WORDS), 0)
+    else:
+        return []
+    k = k + 1 if k and chart.text(k) in ("number", "no", "id") else k
+    numbered = 0 < k < chart.count and chart.tokens[k].kind == "number"
+    return [(k + 1, Measure("tag", chart.tokens[k].number))] if numbered else []
 
 
 def measure_before(chart: Chart, i: int) -> Found[Measure]:
@@ -73,6 +92,8 @@ def measure_after(chart: Chart, i: int) -> Found[Measure]:
 
 def has_measure(item: DetectedObject, measure: Measure) -> bool:
     """Say whether an object has such a measure, about as closely as people say one."""
+    if measure.dimension == "tag":
+        return item.tag == measure.metres
     allowed = max(_LEAST_TOLERANCE, _TOLERANCE * measure.metres)
     return any(abs(metres - measure.metres) <= allowed for metres in _measures(item, measure.dimension))
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import IT, Rank, Ref, Relation, replace
-from robosandbox.agent.language.measures import measure_after
+from robosandbox.agent.language.measures import TAG_WORDS, measure_after, tagged
 from robosandbox.agent.language.positions import Positions
 
 HELD = Relation("held")
@@ -74,6 +74,8 @@ class Modifiers(Positions):
         start = i + 1 if self.text(i) == "," else i
         if "UNIT" in self.present:
             found += [(j, replace(ref, measures=(*ref.measures, measure))) for j, measure in measure_after(self, i)]
+        if not TAG_WORDS.isdisjoint(self.texts):
+            found += [(j, replace(ref, measures=(*ref.measures, tag))) for j, tag in tagged(self, i)]
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
         for j, _ in self.tag(i, "OF_THEM") if not self._tells_where(i) else ():
