@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import sys
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from types import ModuleType
@@ -14,6 +16,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.tasks.loader import load_task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 
 PROMPTS = Path(__file__).parent / "prompts"
@@ -430,3 +433,32 @@ def test_a_new_command_closes_an_open_question() -> None:
     stub = planner(dialogue=True)
     stub.plan("pick up the cube", TABLE)
     assert calls(stub.plan("tap the can", TABLE)) == ["tap(object=can)"]
+
+
+PAGE = Path(__file__).parents[1] / "docs" / "language.md"
+TASKS = Path(__file__).parents[1] / "tasks" / "definitions"
+
+
+def rows_of_the_page() -> Iterator[tuple[str, str, str]]:
+    """Task, sentence and what is said to come of it."""
+    task = ""
+    for line in PAGE.read_text().splitlines():
+        told = re.search(r"\bIn `(\w+)`:$", line)
+        task = told[1] if told else task
+        row = re.fullmatch(r"\| (.+?) \| (.+) \|", line)
+        if row and row[1] != "you say":
+            yield task, row[1], row[2].strip("`")
+
+
+def test_the_page_has_rows_of_several_tasks() -> None:
+    assert len(list(rows_of_the_page())) > 40
+    assert len({task for task, _, _ in rows_of_the_page()}) > 2
+
+
+@pytest.mark.parametrize(("task", "sentence", "told"), list(rows_of_the_page()))
+def test_sentence_is_planned_as_the_page_says(task: str, sentence: str, told: str) -> None:
+    answer = planner().plan(sentence, benchmark.observed(load_task(TASKS / f"{task}.yaml").scene))
+    if isinstance(answer, Plan):
+        assert benchmark.accepts(told, answer), answer
+    else:
+        assert f"{answer.code}: {answer.message}" == told
