@@ -135,13 +135,14 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     return made
 
 
-@lru_cache(maxsize=32)
+# A chart is large: kept any longer, those of sentences past would have the garbage collector walk through them all.
+@lru_cache(maxsize=1)
 def _said(prompt: str, ids: tuple[str, ...]) -> Said:
     known = scene_words(ids)
     return where_it_goes(Said(tokenize(prompt, known), known))
 
 
-@lru_cache(maxsize=32)
+@lru_cache(maxsize=1)
 def _in_plain_words(prompt: str, ids: tuple[str, ...]) -> Said:
     return _plainly(_said(prompt, ids))
 
