@@ -37,6 +37,7 @@ _ROUNDING = 1e-9
 _ANGLES = np.linspace(0.0, 2.0 * np.pi, 72, endpoint=False)
 _COMPASS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 _DOWN = np.array([0.0, 0.0, -1.0])
+_BOTH_WAYS = np.vstack([np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ def support(obj: DetectedObject, directions: Array) -> Array:
     local = directions @ obj.pose.rotation
     reach = directions @ centre(obj)
     axial = np.abs(local[:, 2])
-    radial = np.sqrt(np.clip(1.0 - axial**2, 0.0, None))
+    radial = np.sqrt(np.maximum(1.0 - axial**2, 0.0))
     match obj.kind:
         case "sphere":
             extent = np.full(len(directions), obj.size[0])
@@ -101,7 +102,8 @@ def support(obj: DetectedObject, directions: Array) -> Array:
 
 def bounds(obj: DetectedObject) -> tuple[Array, Array]:
     """Return the corners (low, high) of the object's box along the world's axes, each (3,)."""
-    return -support(obj, -np.eye(3)), support(obj, np.eye(3))
+    reach = support(obj, _BOTH_WAYS)
+    return -reach[3:], reach[:3]
 
 
 def bottom(obj: DetectedObject) -> float:

@@ -135,6 +135,7 @@ _DESCRIBING = frozenset(
     for phrase in phrase_list(phrases)
     for word in phrase.split()
 )
+_TELLING = _DESCRIBING | GRAMMAR_WORDS
 _COLOUR_WORDS = frozenset(word for phrases in COLOURS.values() for word in phrase_list(phrases))
 _ENDEARMENTS = frozenset({"honey", "sweetie", "sweetheart", "darling", "buddy", "pal", "dude", "boss"})
 WAITED_FOR = frozenset({"for", "until", "till", "to"})
@@ -145,7 +146,7 @@ _IN_NAMES = frozenset({"in", "out", "on", "off"})
 _TABLES = frozenset(phrase_list(TABLE))
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def scene_words(ids: tuple[str, ...]) -> SceneWords:
     """Return the vocabulary that a scene's ids add."""
     parts = {part for name in ids for part in id_parts(name)}
@@ -162,7 +163,7 @@ def scene_words(ids: tuple[str, ...]) -> SceneWords:
         # "in tray" is a name and no place.
         or (len(id_parts(name)) == 2 and id_parts(name)[0] in _IN_NAMES)
         # "fruit basket" means the one called so, "block red" likewise; "red cube" describes.
-        or (len(id_parts(name)) == 2 and not {*id_parts(name)} & (_DESCRIBING | GRAMMAR_WORDS))
+        or (len(id_parts(name)) == 2 and not {*id_parts(name)} & _TELLING)
         or (len(id_parts(name)) == 2 and id_parts(name)[-1] in _COLOUR_WORDS)
     )
     return SceneWords({name.lower(): name for name in ids}, frozenset(parts), pattern, spoken)
