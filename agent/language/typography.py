@@ -144,6 +144,19 @@ _CONTRACTIONS = [
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
+_GROUP = re.compile(r"\((?:\\.|\[(?:\\.|[^\]\\])*\]|[^()\[\\])*\)(?:[*+?]|\{[^}]*\})*")
+_NO_LITERAL = re.compile(r"(?:\\.|\[(?:\\.|[^\]\\])*\]|.(?=[*+?{])|[.^$])(?:[*+?]|\{[^}]*\})*")
+
+
+def _cues(pattern: str) -> tuple[str, ...]:
+    """Return pieces of text one of which is in whatever a pattern finds: of each alternative its longest plain piece outside groups."""
+    bare, groups = pattern, 1
+    while groups:
+        bare, groups = _GROUP.subn("\n", bare)
+    return tuple(max(_NO_LITERAL.sub("\n", way).split("\n"), key=len) for way in bare.split("|"))
+
+
+_CUED = [(_cues(pattern.pattern), pattern, replacement) for pattern, replacement in _CONTRACTIONS]
 _MARKS = str.maketrans(
     {
         "’": "'",
@@ -173,9 +186,13 @@ _ITS_SIDE = re.compile(
 def plain_text(text: str) -> str:
     """Return a text in lower case, in full words, without accents, with one kind of each mark."""
     text = text.translate(_MARKS).lower()
-    text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
-    for pattern, replacement in _CONTRACTIONS:
-        text = pattern.sub(replacement, text)
+    if not text.isascii():
+        text = "".join(c for c in unicodedata.normalize("NFKD", text) if not unicodedata.combining(c))
+    for cues, pattern, replacement in _CUED:
+        for cue in cues:
+            if cue in text:
+                text = pattern.sub(replacement, text)
+                break
     text = _ARROWS.sub(" to ", re.sub(r"\s*(?:<-+>|<=+>|↔|⇄)\s*", " and ", text))
     text = re.sub(r'(?<=\d)\s?(?:"|\'\')', " inches ", text).replace('"', " ")
     text = _DECIMAL_COMMA.sub(r"\1.\2", _BULLETS.sub(" , ", text))
