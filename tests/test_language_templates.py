@@ -108,6 +108,29 @@ def test_what_is_left_out_never_holds_a_condition_or_number(said: str) -> None:
     )
 
 
+def test_template_is_tried_where_its_rarest_words_are_said() -> None:
+    template = Template.read("{one} and {one2} [,] (vice versa|the other way round)", "swap {one} and {one2}")
+    assert {"vice", "other"} in template.needed
+    assert not template.may_fit(frozenset({"the", "can", "and", "ball"}))
+
+
+def test_no_phrase_is_read_where_nothing_after_it_can_match() -> None:
+    asked: list[int] = []
+
+    class Asked(Said):
+        def ends(self, kind: str, i: int) -> list[int]:
+            asked.append(i)
+            return super().ends(kind, i)
+
+    template = Template.read("{one} [right] next (2!|two!) {one2}", "{one} next to {one2}")
+    texts = ["put", "the", "can", "next", "two", "the", "ball"]
+    said = template.applied(Asked([Token(text, text, "word") for text in texts], _WORDS))
+    assert said is not None
+    assert said.texts == ["put", "the", "can", "next", "to", "the", "ball"]
+    # The first "{one}" stands before "next" alone: not at "next" itself, nor after it.
+    assert asked == [0, 1, 5]
+
+
 _EXAMPLES = """
     red cube next 2 the can -> red cube next to the can
     red cube top of the can -> red cube on top of the can

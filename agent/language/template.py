@@ -78,6 +78,25 @@ Node = Word | Choice | Slot | Place
 Bound = tuple[tuple[str, int, int], ...]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Step:
+    """One node of a pattern and what comes after it.
+
+    Attributes:
+        node: The word, choice, slot or place.
+        then: The next step, None at the end of the pattern.
+        ways: Of a choice: the first step of each option; where it has no name, the options go on with `then`.
+        opens: The words with one of which what is matched from here must begin; none if it may begin with anything.
+        kind: What phrase a slot takes.
+    """
+
+    node: Node
+    then: Step | None
+    ways: tuple[Step | None, ...] = ()
+    opens: frozenset[str] = frozenset()
+    kind: str = ""
+
+
 @dataclass(frozen=True)
 class Template:
     """One way of saying something and the plainer words for it.
@@ -129,13 +148,17 @@ class Template:
     def needed(self) -> tuple[frozenset[str], ...]:
         """Sets of words of which a sentence must have one each, the rarest first."""
         sets = [words for node in self.pattern for words in [_must(node)] if words]
-        return tuple(sorted(sets, key=lambda words: sum(_COMMON.get(word, 1) for word in words)))
+        return tuple(sorted(sets, key=_commonness))
+
+    @cached_property
+    def start(self) -> Step | None:
+        """The pattern step by step."""
+        return _steps(self.pattern, None)
 
     @cached_property
     def opens(self) -> frozenset[str]:
         """The words with one of which it must begin; none if it may begin with anything."""
-        first = next((node for node in self.pattern if not isinstance(node, Place)), None)
-        return _first_words(first) if first is not None else frozenset()
+        return self.start.opens if self.start else frozenset()
 
     def may_fit(self, texts: frozenset[str]) -> bool:
         """Say whether the words of a sentence have what a match needs."""
@@ -160,7 +183,7 @@ class Template:
         return Said(_tidied(made), said.words) if changed else None
 
     def _matches(self, said: Said, i: int) -> Iterator[tuple[int, Bound]]:
-        for end, bound in _matched(self.pattern, said, i, ()):
+        for end, bound in _matched(self.start, said, i, ()):
             dropped = (said.texts[a:b] for name, a, b in bound if name.startswith("_"))
             if not any(_binding(texts) for texts in dropped):
                 yield end, bound
@@ -289,49 +312,60 @@ def _must(node: Node) -> frozenset[str]:
         return frozenset({node.text})
     if not isinstance(node, Choice):
         return frozenset()
-    sets = [
-        next((words for part in option for words in [_must(part)] if words), frozenset[str]())
-        for option in node.options
-    ]
+    sets = [min(filter(None, map(_must, option)), key=_commonness, default=frozenset[str]()) for option in node.options]
     return frozenset().union(*sets) if all(sets) else frozenset()
 
 
-def _first_words(node: Node) -> frozenset[str]:
+def _commonness(words: frozenset[str]) -> int:
+    return sum(_COMMON.get(word, 1) for word in words)
+
+
+def _steps(nodes: Sequence[Node], then: Step | None) -> Step | None:
+    """Return the first step of a sequence that goes on with `then`."""
+    for node in reversed(nodes):
+        then = _step(node, then)
+    return then
+
+
+def _step(node: Node, then: Step | None) -> Step:
     if isinstance(node, Word):
-        return frozenset({node.text})
-    if not isinstance(node, Choice):
-        return frozenset()
-    sets = [
-        _first_words(option[0]) if option and not isinstance(option[0], Place) else frozenset[str]()
-        for option in node.options
-    ]
-    return frozenset().union(*sets) if all(sets) else frozenset()
+        return Step(node, then, (), frozenset({node.text}))
+    if isinstance(node, Slot):
+        return Step(node, then, kind=node.kind)
+    if isinstance(node, Place):
+        return Step(node, then, (), then.opens if then else frozenset())
+    ways = tuple(_steps(option, None if node.name else then) for option in node.options)
+    opens = [way.opens if way else frozenset[str]() for way in ways]
+    return Step(node, then, ways, frozenset().union(*opens) if all(opens) else frozenset())
 
 
-def _matched(nodes: tuple[Node, ...], said: Said, i: int, bound: Bound) -> Iterator[tuple[int, Bound]]:
+def _matched(step: Step | None, said: Said, i: int, bound: Bound) -> Iterator[tuple[int, Bound]]:
     """Every way to match a sequence from token `i`, the longer phrases first."""
     texts = said.texts
-    for k, node in enumerate(nodes):
+    while step is not None:
+        if step.opens and (i >= len(texts) or texts[i] not in step.opens):
+            return
+        node, then = step.node, step.then
         if isinstance(node, Word):
-            if i >= len(texts) or texts[i] != node.text:
-                return
             i += 1
         elif isinstance(node, Place):
             if not _at(node.name, texts, i):
                 return
         elif isinstance(node, Choice):
-            rest = nodes[k + 1 :]
-            for option in node.options:
+            for way in step.ways:
                 if not node.name:
-                    yield from _matched((*option, *rest), said, i, bound)
+                    yield from _matched(way, said, i, bound)
                     continue
-                for end, _ in _matched(option, said, i, ()):
-                    yield from _matched(rest, said, end, (*bound, (node.name, i, end)))
+                for end, _ in _matched(way, said, i, ()):
+                    yield from _matched(then, said, end, (*bound, (node.name, i, end)))
             return
         else:
-            for end in said.ends(node.kind, i) if i < len(texts) else ():
-                yield from _matched(nodes[k + 1 :], said, end, (*bound, (node.name, i, end)))
+            # No phrase is looked for that nothing after it lets match.
+            goes_on = i < len(texts) and not (then and then.opens and then.opens.isdisjoint(texts[i + 1 :]))
+            for end in said.ends(step.kind, i) if goes_on else ():
+                yield from _matched(then, said, end, (*bound, (node.name, i, end)))
             return
+        step = then
     yield i, bound
 
 
