@@ -36,7 +36,8 @@ def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]
             self.memo[key] = []  # Left recursion finds nothing.
             found = function(self, i)
             self.spend(len(found))
-            found = self.capped(found)
+            if len(found) > MAX_READINGS:
+                found = self.capped(found)
             self.memo[key] = found
         return found
 

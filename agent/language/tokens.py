@@ -350,13 +350,17 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
                 END_FILLERS.match(tokens, i) if kept and not named else 0, ASIDE_FILLERS.match(tokens, i) if edge else 0
             )
             after = i + length
-            if listed:
+            if listed or (after < len(tokens) and tokens[after].kind != "mark"):
                 # "left, right, left"
-                length, after = 0, i
-            if kept and after < len(tokens) - 1 and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i)):
+                length = 0
+            elif (
+                length
+                and kept
+                and after < len(tokens) - 1
+                and any(tag == "CORRECTION" for _, tag, _ in LEXICON.at(tokens, i))
+            ):
                 # "..., hang on, the blue one": corrects what was said before it.
-                length, after = 0, i
-            length = length if after >= len(tokens) or tokens[after].kind == "mark" else 0
+                length = 0
         opening = (
             max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in ("PREAMBLE", "DESIRE")), default=i)
             if edge
@@ -367,14 +371,18 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             kept += tokens[i:opening]
             i = opening
             continue
-        here = LEXICON.at(tokens, i) if length else []
-        forbidding = max((end for end, tag, _ in here if tag in _FORBIDDERS), default=i)
+        if not length:
+            if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):
+                kept.append(tokens[i])
+            i += 1
+            continue
+        forbidding = max((end for end, tag, _ in LEXICON.at(tokens, i) if tag in _FORBIDDERS), default=i)
         aimed = forbidding == i + length and forbidding < len(tokens) and tokens[forbidding].kind != "mark"
-        if length and (forbidding > i + length or aimed):
+        if forbidding > i + length or aimed:
             # "be careful not to hit the can" loses no word of it, nor "never mind the can".
             kept += tokens[i:forbidding]
             i = forbidding
-        elif length:
+        else:
             if tokens[i].text == "so" and kept and kept[-1].kind != "mark" and i + length < len(tokens):
                 # "the can is empty so please bin it"
                 kept.append(Token(",", ",", "mark"))
@@ -382,8 +390,4 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
                 # "left, er, right" takes the left back.
                 kept.append(Token("no", tokens[i].raw, "word"))
             i += length
-        else:
-            if tokens[i].text != "," or (kept and kept[-1].kind != "mark"):
-                kept.append(tokens[i])
-            i += 1
     return tuple(kept)
