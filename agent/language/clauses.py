@@ -38,6 +38,16 @@ class Axis(str):
 Elements = tuple[Element, ...]
 _INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "stick", "pop"})
 _SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "position", "location"))
+_ARRANGED: tuple[tuple[str, str, str | None], ...] = (
+    ("UP_ORDER", "order", "up"),
+    ("DOWN_ORDER", "order", "down"),
+    ("BY_COLOUR", "colour", None),
+    ("BY_OTHER", "other_sort", None),
+    ("BY_SIZE", "by_size", None),
+)
+"""Tags of words for an order, and the elements that they are."""
+_ORDERED = frozenset(tag for tag, _, _ in _ARRANGED)
+_SEQUENCES = frozenset({"FROM", "BY_SIZE", "SMALL_FIRST", "SUPER", "SIZE"})
 _LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
@@ -70,21 +80,19 @@ class Clauses(TakingTurns):
         found += [(j, Element("place", place)) for j, place in self._place(i)]
         found += [(j, Element("direction", value)) for j, value in self._direction(i)]
         found += [(j, Element("distance", value)) for j, value in self.distance(i)]
-        found += [(j, Element("particle", value)) for j, value in self.tag(i, "PART")]
+        here = self.tags[i]
+        found += [(j, Element("particle", value)) for j, value in here.get("PART", ())]
         found += [(j, Element("times", value)) for j, value in self._times(i)]
-        if self.tag(i, "THE") or self.tag(i, "TABLE"):
+        if "TABLE" in self.present and ("THE" in here or "TABLE" in here):
             found += [(j, Element("table")) for k in self.optional(i, "THE") for j, _ in self.tag(k, "TABLE")]
-        for tag, kind, value in (
-            ("UP_ORDER", "order", "up"), ("DOWN_ORDER", "order", "down"), ("BY_COLOUR", "colour", None),
-            ("BY_OTHER", "other_sort", None), ("BY_SIZE", "by_size", None),
-        ):  # fmt: skip
+        for tag, kind, value in _ARRANGED if not _ORDERED.isdisjoint(here) else ():
             found += [(j, Element(kind, value)) for j, _ in self.tag(i, tag)]
         found += [(j, Element("sequence", key)) for j, key in self._sequence(i)]
         found += [(j, Element("turns", turns)) for j, turns in self.turns(i)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
         found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
         found += [(j, Element("home")) for j in self._home(i)]
-        for k, _ in self.tag(i, "EXCEPT"):
+        for k, _ in here.get("EXCEPT", ()):
             found += [
                 (j, Element("except", self._but(i, k, refs)))
                 for j, refs in self.np_list(k)
@@ -93,9 +101,10 @@ class Clauses(TakingTurns):
         found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
         if self.text(i) == "for":
             found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]
-        for k, _ in self.tag(i, "MATERIAL"):
+        for k, _ in here.get("MATERIAL", ()):
             found += [(j, Element("material", refs)) for j, refs in self.np_list(k)]
-        for j, _ in [hit for k in self.optional(i, "THE", "A", "ALL") for hit in self.tag(k, "CONTENTS")]:
+        contents = self.optional(i, "THE", "A", "ALL") if "CONTENTS" in self.present else []
+        for j, _ in [hit for k in contents for hit in self.tag(k, "CONTENTS")]:
             for k in ([j + 1] if self.text(j) in ("from", "of", "in", "inside") else []) + [j]:
                 found.append((k, Element("contents")))
         if self.said(i, i + 2) in ("along with", "together with"):
@@ -196,38 +205,37 @@ class Clauses(TakingTurns):
                 for k, relation in self.relation(start):
                     if relation.kind in ("left", "right", "front", "back", "from", "away"):
                         found.append((k, Relation(relation.kind, relation.refs, metres)))
-        if self.text(i) in ("inside", "within"):
+        text = self.text(i)
+        if text in ("inside", "within"):
             found.append((i + 1, Relation("in", (IT,))))
-        if self.text(i) in ("in", "into", "inside") and self.text(i + 1) == "there":
+        if text in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
-        if self.text(i) == "there" and self._tells_before:
+        if text == "there" and self._tells_before:
             # "put the stone in the tub after you put the bulb there"
             found.append((i + 1, Relation("in", (IT,))))
-        if self.text(i) == "in" and (
-            i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")
-        ):
+        if text == "in" and (i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")):
             # "open the drawer, put the can in and close it"
             found.append((i + 1, Relation("in", (IT,))))
-        if self.text(i) == "in" and self.text(i - 1) in _INTO_IT and self.tag(i + 1, "THE"):
+        if text == "in" and self.text(i - 1) in _INTO_IT and self.tag(i + 1, "THE"):
             # "open the drawer, put in the can and the cup"
             found.append((i + 1, Relation("in", (IT,))))
         found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
-        if self.text(i) == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
+        if text == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
         for start, _ in self.tag(i, "SO_THAT"):
             found += self._place(start)
-        if self.text(i) == "not":
+        if text == "not":
             # "not in the red bin but in the blue one"
             for j, _ in self._place(i + 1):
                 k = j + 1 if self.text(j) == "," else j
                 found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
-        found += [(j, Original(self.text(i) == "where")) for j, _ in self.tag(i, "ORIGINAL")]
-        where = i + 1 if self.text(i) == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
-        if self.text(i) in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
+        found += [(j, Original(text == "where")) for j, _ in self.tag(i, "ORIGINAL")]
+        where = i + 1 if text == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
+        if text in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
             where = i + 4
-        if self.text(i) in ("in", "on", "to", "at", "into", "onto"):
+        if text in ("in", "on", "to", "at", "into", "onto"):
             # "on the place of the ginger"
             for k in self.optional(i + 1, "THE"):
                 if self.text(k) in ("place", "spot", "position") and self.text(k + 1) == "of" and k > i + 1:
@@ -240,7 +248,7 @@ class Clauses(TakingTurns):
         for j, _ in self.tag(i, "FREE"):
             for k in self._of_table(j):
                 found.append((k, Table()))
-        if self.text(i) in ("to", "on", "onto", "back") and self.text(i + 1) in ("the", "on", "to", "onto"):
+        if text in ("to", "on", "onto", "back") and self.text(i + 1) in ("the", "on", "to", "onto"):
             k = i + 3 if self.text(i + 2) == "the" else i + 2
             found += [(j, Table()) for j, _ in self.tag(k, "TABLE")]
         return found
@@ -389,6 +397,8 @@ class Clauses(TakingTurns):
 
     def _sequence(self, i: int) -> Found[str]:
         """As in "smallest first", "starting with the biggest", "from right to left": by what they are ordered."""
+        if _SEQUENCES.isdisjoint(self.present):
+            return []
         found: Found[str] = [
             (j, key) for j, key in self.tag(i, "FROM") if not _RUNS.isdisjoint(self.texts[i:j]) and self.text(i) != "on"
         ]

@@ -76,11 +76,12 @@ class Modifiers(Positions):
             found += [(j, replace(ref, measures=(*ref.measures, measure))) for j, measure in measure_after(self, i)]
         if not TAG_WORDS.isdisjoint(self.texts):
             found += [(j, replace(ref, measures=(*ref.measures, tag))) for j, tag in tagged(self, i)]
+        here, after = self.tags[i], self.tags[start] if start < self.count else {}
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
-        for j, _ in self.tag(i, "OF_THEM") if not self._tells_where(i) else ():
+        for j, _ in here["OF_THEM"] if "OF_THEM" in here and not self._tells_where(i) else ():
             found.append((j, ref))
-        for j, _ in self.tag(i, "HELD"):
+        for j, _ in here.get("HELD", ()):
             found.append((j, replace(ref, relations=(*ref.relations, HELD))))
         if self.text(i) == "of" and ref.one and ref.ranks:
             # "the larger of the two red blocks"
@@ -100,7 +101,7 @@ class Modifiers(Positions):
             found += [(j, ref) for j in self.all_of_them(i)]
         if ref.ranks:
             found += self._anchored(i, ref)
-        for j, key in (*self.tag(i, "FROM"), *(self.tag(start, "FROM") if start > i else ())):
+        for j, key in (*here.get("FROM", ()), *(after.get("FROM", ()) if start > i else ())):
             if ref.ranks and any(not rank.key for rank in ref.ranks):
                 # "the last one on the right" is the rightmost; "the last one from the right" is not.
                 index = {rank.nth for rank in ref.ranks if not rank.key}.pop()
@@ -129,7 +130,7 @@ class Modifiers(Positions):
                 continue
             found.append((j, replace(ref, without=(*ref.without, *excluded))))
         found += [
-            (j, replace(ref, relations=(*ref.relations, Relation(side, (IT,))))) for j, side in self.tag(i, "ITS_SIDE")
+            (j, replace(ref, relations=(*ref.relations, Relation(side, (IT,))))) for j, side in here.get("ITS_SIDE", ())
         ]
         for k in self.optional(start, "IS"):
             if k == start and start > i:
@@ -177,12 +178,12 @@ class Modifiers(Positions):
                     found += anchored
                     if not anchored and (k > i or key in PLACE_RANKS):
                         found.append((j, superlative))
-        for k, _ in self.tag(start, "COLOURED") if not ref.colours else []:
+        for k, _ in after.get("COLOURED", ()) if not ref.colours else ():
             # "the cube coloured red"
             found += [(j, replace(ref, colours=(colour,))) for j, colour in self.tag(k, "COLOUR")]
         if self.text(i) in ("with", "of", "in"):
             found += [(j, replace(ref, colours=(*ref.colours, colour))) for j, colour in self._of_colour(i + 1)]
-        for k, _ in self.tag(start, "NOT_IS"):
+        for k, _ in after.get("NOT_IS", ()):
             if self.text(k) in _DENIED:
                 found.append((k + 1, replace(ref, relations=(*ref.relations, _DENIED[self.text(k)]))))
             found += [

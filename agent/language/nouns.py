@@ -39,8 +39,8 @@ class Nouns(Modifiers):
             found.append((j, Ref(text="", determiner=determiner, **more)))
 
         add(i, "bare")
-        kinds: tuple[tuple[str, Determiner], ...] = (("THE", "the"), ("A", "a"), ("ALL", "all"))
-        for tag, determiner in kinds:
+        here = self.tags[i] if i < self.count else {}
+        for tag, determiner in _DETERMINERS if not _DETERMINING.isdisjoint(here) else ():
             for j, _ in self.tag(i, tag):
                 found.append((j, Ref(text=self.text(i), determiner=determiner)))
                 for k, number in self._count(j):
@@ -49,7 +49,7 @@ class Nouns(Modifiers):
                     add(k, "the" if determiner != "all" else "all", other=True)
                     for m, number in self._count(k):
                         add(m, "the", other=True, number=number, plural=number > 1)
-        for j, _ in self.tag(i, "BOTH"):
+        for j, _ in here.get("BOTH", ()):
             add(j, "all", number=2, plural=True)
             for k, _ in self.tag(j, "OTHER"):
                 add(k, "all", number=2, plural=True, other=True)
@@ -63,7 +63,7 @@ class Nouns(Modifiers):
                         for m, total in self._count(k):
                             if total > number:
                                 add(m, "a", number=number, plural=True, total=total)
-        for j, _ in self.tag(i, "ONE_OF"):
+        for j, _ in here.get("ONE_OF", ()):
             for k in self.optional(j, "THE"):
                 for m in (k, *(end for end, _ in self._count(k))):
                     add(m, "a", number=1)
@@ -206,7 +206,7 @@ class Nouns(Modifiers):
             found += [(j, replace(named, plural=True)) for j, named in self._noun(i + 2, ref) if not named.unknown]
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
-        for j, (noun, phrase, plural) in self.tag(i, "NOUN"):
+        for j, (noun, phrase, plural) in self.tags[i].get("NOUN", ()):
             own = token.text in self.words.single and (phrase == token.text or phrase not in self.words.parts)
             plural = plural and not own
             many = (ref.plural or plural) and ref.number != 1
@@ -216,7 +216,7 @@ class Nouns(Modifiers):
                 for k, (_, other, also) in self.tag(j + 1, "NOUN"):
                     if also:
                         found.append((k, replace(named, nouns=(phrase, other))))
-        for j, (noun, plural) in self.tag(i, "ABSENT"):
+        for j, (noun, plural) in self.tags[i].get("ABSENT", ()):
             found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
         letter = token.text in self.words.parts and len(token.text) == 1 and token.text.isalpha()
         if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
@@ -241,7 +241,7 @@ class Nouns(Modifiers):
                 if not plural and parts[-1].endswith("s") and not parts[-1].endswith("ss"):
                     # Of seeds_bean and seeds_carrot "the seeds" are both.
                     found.append((j, replace(ref, names=tuple(parts), plural=True)))
-            for k, (noun, phrase, many) in self.tag(j, "NOUN"):
+            for k, (noun, phrase, many) in self.tags[j].get("NOUN", ()) if j < self.count else ():
                 if noun == "one":
                     found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
                     continue
@@ -292,9 +292,7 @@ class Nouns(Modifiers):
         if token.kind != "word" or len(token.text) < 2:
             return False
         single = _singular(token.text, self.words.parts)
-        return single in self.words.parts and not any(
-            tag in self.tags[i] for tag in _NOT_NAMES - (_LEAVING_OUT if pointed else frozenset())
-        )
+        return single in self.words.parts and (_NOT_POINTED_AT if pointed else _NOT_NAMES).isdisjoint(self.tags[i])
 
     def _suffixed(self, j: int, ref: Ref) -> Found[Ref]:
         """As in "block b", "cube number 2": a letter or number that ends an id."""
@@ -322,6 +320,8 @@ class Nouns(Modifiers):
         return found
 
 
+_DETERMINERS: tuple[tuple[str, Determiner], ...] = (("THE", "the"), ("A", "a"), ("ALL", "all"))
+_DETERMINING = frozenset(tag for tag, _ in _DETERMINERS)
 _STROKES = ("LIGHT_ADJECTIVE", "LIGHT_NOUN")
 _NAMES_OF_THINGS = (ABSENT_NOUNS & {*CANONICAL_COLOUR}) - {*COLOURS}
 """Colours that are called after a thing."""
@@ -337,7 +337,7 @@ _NOT_NAMES = word_set(
 _EXACTLY = frozenset({"exactly", "precisely", "only", "just"})
 _COLOURLESS = ("black", "white", "grey")
 _OUTMOST = frozenset({"nearest", "closest", "farthest", "furthest"})
-_LEAVING_OUT = frozenset({"EXCEPT", "AVOID"})
+_NOT_POINTED_AT = _NOT_NAMES - {"EXCEPT", "AVOID"}
 _AFTER_A_NAME = word_set(
     "on in into onto to next and or with for then before after goes beside behind from off under above , . ; ? !"
 ) | {""}

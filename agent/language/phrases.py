@@ -10,6 +10,7 @@ from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import HELD
 from robosandbox.agent.language.tokens import WAITED_FOR, id_parts
 
+_ALL_THINGS = frozenset({"EVERYTHING", "EVERYTHING_ELSE"})
 _BEFORE_PLACES = frozenset({"on", "in", "to", "of", "into", "onto", "beside", "behind", "by", "near"})
 
 
@@ -87,7 +88,7 @@ class Phrasing(Choices):
             found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))
         for j, _ in self.tag(i, "HELD_THING"):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
-        found += self._broken_off(i)
+        found += self._broken_off(i) if "CORRECTION" in self.present else []
         found += self._alternatives(i, found)
         if self.text(i) == "not":
             for j, first in self.np(i + 1):
@@ -446,6 +447,8 @@ class Phrasing(Choices):
 
     def _everything(self, i: int) -> Found[Ref]:
         found: Found[Ref] = []
+        if i >= self.count or _ALL_THINGS.isdisjoint(self.tags[i]):
+            return found
         for j, _ in self.tag(i, "EVERYTHING"):
             base = Ref(text=self.said(i, j), determiner="all", plural=True)
             for k, ref in self._adjectives(j, base, 0):
