@@ -267,14 +267,15 @@ class Grounder(Vicinity):
                 fits_best = {item.id: [-match.noun_fit(noun, item) for noun in ref.nouns] for item in found}
                 found = sorted(found, key=lambda item: fits_best[item.id].index(min(fits_best[item.id])))
             sorts = {match.NOUN_CLASS.get(noun, noun) for noun in ref.nouns}
-            strange = [
-                item.id
-                for item in before
-                if item not in found and self.world.movable(item.id) and not is_familiar(item.id)
-            ]
-            if several and strange and found and sorts & {*KINDS_OF}:
-                # "all the fruit": a thing that nobody here knows may be one as well.
-                raise self._ambiguous(ref, [*(item.id for item in found), *strange])
+            if several and found and sorts & {*KINDS_OF}:
+                strange = [
+                    item.id
+                    for item in before
+                    if item not in found and self.world.movable(item.id) and not is_familiar(item.id)
+                ]
+                if strange:
+                    # "all the fruit": a thing that nobody here knows may be one as well.
+                    raise self._ambiguous(ref, [*(item.id for item in found), *strange])
             if not found and fits is not None and all(match.NOUN_CLASS.get(noun) == "thing" for noun in ref.nouns):
                 # "put the ball in the black thing"
                 found = [item for item in before if fits(item.id)]

@@ -212,8 +212,10 @@ def _rejoined(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
     for token in tokens:
         for n in (2, 3):
             # "i want, i want the ball", "put the put the ball"
+            if len(made) < 2 * n or made[-1].text != made[-n - 1].text:
+                continue
             said = [word.text for word in made[-n:]]
-            again = len(made) >= 2 * n and said == [word.text for word in made[-2 * n : -n]]
+            again = said == [word.text for word in made[-2 * n : -n]]
             if again and all(word in GRAMMAR_WORDS or word in BASE_FORMS or word in _STUTTERED for word in said):
                 del made[-n:]
         last = made[-1] if made and made[-1].kind == token.kind == "word" else None
