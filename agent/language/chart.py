@@ -130,4 +130,6 @@ class Chart:
 
 def distinct(found: Found[T]) -> Found[T]:
     """Drop repeated readings."""
+    if len(found) < 2:
+        return found
     return list(dict.fromkeys(found))

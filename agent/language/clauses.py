@@ -219,10 +219,11 @@ class Clauses(TakingTurns):
         if text == "in" and self.text(i - 1) in _INTO_IT and self.tag(i + 1, "THE"):
             # "open the drawer, put in the can and the cup"
             found.append((i + 1, Relation("in", (IT,))))
-        found += [(j, Relation(side, (IT,))) for j, side in self.tag(i, "ITS_SIDE")]
+        here = self.tags[i] if i < self.count else {}
+        found += [(j, Relation(side, (IT,))) for j, side in here.get("ITS_SIDE", ())]
         if text == "on" and self.text(i + 1) == "top" and self.text(i + 2) != "of":
             found.append((i + 2, Relation("on", (IT,))))
-        for start, _ in self.tag(i, "SO_THAT"):
+        for start, _ in here.get("SO_THAT", ()):
             found += self._place(start)
         if text == "not":
             # "not in the red bin but in the blue one"
@@ -231,7 +232,7 @@ class Clauses(TakingTurns):
                 found += self._place(k + 1) if self.text(k) == "but" else []
         found += self.region(i)
         found += self._coordinates(i)
-        found += [(j, Original(text == "where")) for j, _ in self.tag(i, "ORIGINAL")]
+        found += [(j, Original(text == "where")) for j, _ in here.get("ORIGINAL", ())]
         where = i + 1 if text == "where" else i + 2 if self.said(i, i + 2) == "to where" else i
         if text in ("in", "on", "to", "at", "into") and self.said(i + 1, i + 4) in _SPOT_WHERE:
             where = i + 4
@@ -245,7 +246,7 @@ class Clauses(TakingTurns):
             if self.text(j) in _STANDS and not (ref.plural or ref.unknown):
                 ends = [k for k in (j + 2, j + 3) if self.said(j + 1, k) in _AT_PRESENT]
                 found += [(k, Spot((ref,))) for k in (*ends, j + 1)]
-        for j, _ in self.tag(i, "FREE"):
+        for j, _ in here.get("FREE", ()):
             for k in self._of_table(j):
                 found.append((k, Table()))
         if text in ("to", "on", "onto", "back") and self.text(i + 1) in ("the", "on", "to", "onto"):

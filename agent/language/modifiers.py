@@ -361,7 +361,8 @@ class Modifiers(Positions):
                 found.append((j, Rank("middle")))
             elif len(region.sides) == 1:
                 found.append((j, Rank(region.sides[0])))
-        for j, direction in self.tag(i, "DIR"):
+        here = self.tags[i] if i < self.count else {}
+        for j, direction in here.get("DIR", ()):
             if "its" in self.texts[i:j]:
                 # "the one to its right" is no rightmost one.
                 continue
@@ -374,7 +375,7 @@ class Modifiers(Positions):
         if self.text(i) == "in" and self.text(i + 1) == "front":
             found.append((i + 2, Rank("near")))
         for key, tag in (("top", "TOP"), ("bottom", "BOTTOM")):
-            for j, _ in self.tag(i, tag):
+            for j, _ in here.get(tag, ()):
                 if j > i + 1:
                     found.append((j, Rank(key)))
                     if self.text(j) == "of":

@@ -39,7 +39,8 @@ class Phrasing(Choices):
         found: Found[Ref] = []
         if i >= self.count:
             return found
-        for j, which in self.tag(i, "PRON"):
+        here = self.tags[i]
+        for j, which in here.get("PRON", ()):
             them = which == "them"
             two = 2 if {"both", "two"} & {*self.texts[i:j]} else None
             base = Ref(text=self.said(i, j), determiner="it", plural=them, number=two)
@@ -47,7 +48,7 @@ class Phrasing(Choices):
             if self.text(j) in ("all", "both"):
                 found.append((j + 1, replace(base, plural=True, number=2 if self.text(j) == "both" else None)))
         found += self._everything(i)
-        for j, _ in self.tag(i, "SOMETHING"):
+        for j, _ in here.get("SOMETHING", ()):
             for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
                 found += self._modified(k, replace(ref, text=self.said(i, k)), 0)
         for j, base in self._determiners(i):
@@ -86,7 +87,7 @@ class Phrasing(Choices):
         if self.text(i) in ("number", "no") and self._suffix(i + 1):
             # "all vials except number two"
             found.append((i + 2, Ref(text=self.said(i, i + 2), names=(self._suffix(i + 1),))))
-        for j, _ in self.tag(i, "HELD_THING"):
+        for j, _ in here.get("HELD_THING", ()):
             found.append((j, Ref(text=self.said(i, j), nouns=("thing",), relations=(HELD,))))
         found += self._broken_off(i) if "CORRECTION" in self.present else []
         found += self._alternatives(i, found)
@@ -486,6 +487,8 @@ def single(ref: Ref) -> bool:
 
 def _sharing(refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
     """As in "the first and the last vial, from the left": a noun and an order that serve for all of a list."""
+    if len(refs) < 2:
+        return refs
     shared = list(refs)
     for k in range(len(refs) - 2, -1, -1):
         ref, after = shared[k], shared[k + 1]
