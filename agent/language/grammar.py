@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from robosandbox.agent.language.amendments import Amendments, without
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command
@@ -20,6 +22,7 @@ MAX_SENTENCES = 8
 _THAT = frozenset({"this", "that"})
 """After which a thing without a verb is a step: "and after this the cube into the bowl"."""
 _BEFOREHAND = frozenset({"first", "beforehand", "before that", "before this"})
+_ONCE = frozenset({"once", "after", "soon"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
@@ -178,7 +181,7 @@ class Grammar(Amendments):
                     # "tap the can first, then go home"
                     found.append((j + 1, (command,)))
                 comma = self._skip(j)
-                for tag in ("BEFORE", "AFTER"):
+                for tag in ("BEFORE", "AFTER") if self._tells_when else ():
                     hits = [k for k, _ in self.tag(comma, tag)]
                     apart = [k for k in hits if self._afterwards(j, k)] if tag == "AFTER" else []
                     second_at = [
@@ -193,7 +196,7 @@ class Grammar(Amendments):
                     for end, second in second_at + (done if tag == "AFTER" else []):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
                     found += [(end, (command, second)) for k in apart for end, second in self.clause(k)]
-            for tag in ("BEFORE", "AFTER"):
+            for tag in ("BEFORE", "AFTER") if self._tells_when else ():
                 second_at = [hit for k, _ in self.tag(start, tag) for hit in self.clause(k)]
                 for j, second in second_at + (self._accomplished(start) if tag == "AFTER" else []):
                     for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
@@ -229,6 +232,11 @@ class Grammar(Amendments):
                         negated_verb = "drop" if dropped else command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
+
+    @cached_property
+    def _tells_when(self) -> bool:
+        """Whether a word may tell that one thing is done before or after another: "before", "after", "once", "as soon as"."""
+        return self._tells_before or not _ONCE.isdisjoint(self.texts)
 
     def _likewise(self, command: Command, k: int, tag: str) -> Found[Command]:
         """As in "put the stone in the tub after the bulb": the same is done with the bulb."""
