@@ -44,6 +44,17 @@ def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]
     return remembered
 
 
+class _Texts(dict[int, str]):
+    """The texts of tokens by position, also from the end; "" elsewhere. It is asked so often that a method would be slow."""
+
+    def __init__(self, texts: Sequence[str]) -> None:
+        super().__init__(enumerate(texts))
+        self.update(zip(range(-len(texts), 0), texts, strict=True))
+
+    def __missing__(self, i: int) -> str:
+        return ""
+
+
 @dataclass
 class Chart:
     """What the phrases of the lexicon and the rules of a grammar find at each token of one sentence.
@@ -66,6 +77,8 @@ class Chart:
         self.count = len(self.tokens)
         self.id_words: dict[int, str] = {}
         self.texts = [token.text for token in self.tokens]
+        self.text: Callable[[int], str] = _Texts(self.texts).__getitem__
+        """Return a token's text, "" past the end; the last one's for -1."""
         self.raws = [token.raw for token in self.tokens]
         self.strains: Known = {}
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
@@ -89,10 +102,6 @@ class Chart:
         self.steps += steps
         if self.steps > self.most_steps:
             raise TooComplicatedError
-
-    def text(self, i: int) -> str:
-        """Return token `i`'s text, "" past the end."""
-        return self.texts[i] if i < self.count else ""
 
     def said(self, i: int, j: int) -> str:
         """Return the words from `i` to `j` as said."""
