@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.draft import Draft
@@ -12,21 +11,6 @@ from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.replan import replan
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
-
-
-@contextmanager
-def _no_collection() -> Iterator[None]:
-    """Keep the garbage collector out while a sentence is read: what that makes is freed without it, in milliseconds.
-
-    Else the thousands of short-lived objects would have it walk the whole process now and then, which takes longer.
-    """
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 class StubPlanner:
@@ -51,8 +35,15 @@ class StubPlanner:
             scene: What perception sees now.
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
-        with _no_collection():
+        # What reading a sentence makes is freed without the garbage collector, in milliseconds; the thousands of short-lived
+        # objects would have it walk the whole process now and then, which takes longer.
+        collecting = gc.isenabled()
+        gc.disable()
+        try:
             return self._plan(prompt, scene, history)
+        finally:
+            if collecting:
+                gc.enable()
 
     def _plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt]) -> Plan | Refusal:
         draft: Draft | Refusal
