@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import re
 
+from rapidfuzz.distance import OSA
+
 _BETWEEN = {
     "put": "to", "place": "to", "move": "to", "transfer": "to", "drop": "to", "pick_and_place": "to", "pick_place": "to",
     "put_in": "in", "place_in": "in", "drop_in": "in", "insert": "in", "put_into": "in", "place_into": "in",
@@ -18,6 +20,7 @@ _ARGUMENT = r"\s*[\"']?([A-Za-z_][\w ]*?)[\"']?\s*"
 _CALL_OF_TWO = re.compile(
     rf"(?:\b(?:robot|arm|gripper)\.)?\b({'|'.join(_BETWEEN)})\({_ARGUMENT},{_ARGUMENT}\)", re.IGNORECASE
 )
+_ANY_CALL_OF_TWO = re.compile(rf"\b([a-z_]{{4,}})(?=\({_ARGUMENT},{_ARGUMENT}\))", re.IGNORECASE)
 _CALL_OF_ONE = re.compile(rf"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\({_ARGUMENT}\)", re.IGNORECASE)
 _CALL_OF_NONE = re.compile(r"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\(\s*\)", re.IGNORECASE)
 _LABEL = (
@@ -79,6 +82,7 @@ def written_out(text: str) -> str:
         text = _NAMED_CALL.sub(_named_call, text)
         text = _CALL_AT.sub(r"put \1 at \2, \3 ", text)
         text = _CALL_ALONG.sub(lambda call: f"{call[1]} {call[2]} {call[3]} {call[4] or ''} ", text)
+        text = _ANY_CALL_OF_TWO.sub(_respelled_call, text)
         text = _CALL_OF_TWO.sub(_call_of_two, text)
         text = _CALL_OF_ONE.sub(lambda call: f"{call[1].replace('_', ' ')} {call[2]} ", text)
         text = _CALL_OF_NONE.sub(lambda call: f"{call[1].replace('_', ' ')} ", text)
@@ -123,6 +127,13 @@ def _call_of_two(call: re.Match[str]) -> str:
     name = call[1].lower()
     verb = "put" if name.startswith("pick") else "swap" if name == "swap" else name.split("_")[0]
     return f"{verb} {call[2]} {_BETWEEN[name]} {call[3]} "
+
+
+def _respelled_call(call: re.Match[str]) -> str:
+    """As in "stcak(cup, tray)": without its name nothing tells which of the two goes where."""
+    name = call[1].lower()
+    near = [known for known in _BETWEEN if OSA.distance(name, known, score_cutoff=1) == 1]
+    return near[0] if len(near) == 1 and name not in _BETWEEN else call[1]
 
 
 def _letters(match: re.Match[str]) -> str:
