@@ -199,7 +199,7 @@ CLAUSES = {
     "{thing} (should|ought to) have (gone|been put|been placed|been|landed) {place}": "{thing} goes {place}",
     "<verb> use {holder} for {thing} <end>": "put {thing} in {holder}",
     "<start> (how|what) about {thing} {place} <end>": "put {thing} {place}",
-    "(them|dem) {NOUN}": "those {NOUN}",
+    "(them|dem) {nouns}": "those {nouns}",
     "(near|close to|next to|beside) [,] but not! (in|on|inside|on top of) {one}": "next to {one}",
     "<verb> {VERB=tap} {one} (like a (button|bell|doorbell|drum|key|switch))": "{VERB=tap} {one}",
     "(to|in|into|at|on) the (spot|space|gap|place|point|area|room) {between:between|next to|beside|behind|in front of|to the left of|to the right of}": "{between}",

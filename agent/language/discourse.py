@@ -29,6 +29,7 @@ class Discourse:
         described: The descriptions, as far as they have any.
         nouns: What things were called.
         origins: Where things were before they were moved last: xy, and what they were on or in.
+        them: What "them" meant last where it was one thing: "the pliers".
         question: The words that the last refusal asked about.
         last: The last sentence that became a plan.
     """
@@ -38,6 +39,7 @@ class Discourse:
     described: list[Ref] = field(default_factory=list)
     nouns: list[tuple[str, ...]] = field(default_factory=list)
     origins: dict[str, tuple[tuple[float, float], tuple[str, str] | None]] = field(default_factory=dict)
+    them: tuple[str, ...] = ()
     question: str = ""
     last: Sentence | None = None
 
@@ -51,7 +53,7 @@ class Discourse:
         """Take over what another one has noted."""
         self.mentioned, self.themes, self.nouns = other.mentioned, other.themes, other.nouns
         self.described, self.origins = other.described, other.origins
-        self.question, self.last = other.question, other.last
+        self.them, self.question, self.last = other.them, other.question, other.last
 
     def spoken_of(self) -> set[str]:
         """Return everything spoken of."""

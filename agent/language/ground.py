@@ -117,10 +117,12 @@ class Grounder(Vicinity):
         groups = [ids for ids in reversed(self.discourse.themes)] + [ids for ids in reversed(self.discourse.mentioned)]
         if self.world.held and not ref.plural:
             groups.insert(0, (self.world.held,))
-        for ids in groups:
+        as_several = self._spoken_of_as_several() if ref.plural and not ref.number else ()
+        self.discourse.them = as_several or self.discourse.them
+        for ids in [as_several] if as_several else groups:
             left = tuple(name for name in ids if name not in barred and (fits is None or fits(name)))
             if ref.plural:
-                left = left if len(ids) > 1 else ()
+                left = left if len(ids) > 1 or as_several else ()
                 if ref.number and len(left) != ref.number:
                     continue
             elif len(left) != 1:
@@ -153,6 +155,17 @@ class Grounder(Vicinity):
         raise RefusedError(
             RefusalCode.AMBIGUOUS, f"What does “{ref.text}” refer to? I see {listed(movable)}.", movable, about=ref.text
         )
+
+    def _spoken_of_as_several(self) -> tuple[str, ...]:
+        """As in "pick up the pliers and put them on the box, then tap them": one thing that is called like several.
+
+        Nothing where something else was told to be done before, so that "them" may mean both.
+        """
+        told = self.discourse.themes or self.discourse.mentioned[-1:]
+        last = (self.world.held,) if self.world.held else told[-1] if told else ()
+        moved = {name for ids in told for name in ids if self.world.movable(name)}
+        alone = self.world.held or self.discourse.them == last or moved == {*last}
+        return last if alone and len(last) == 1 and match.is_called_several(last[0]) else ()
 
     def _candidates(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
         """Return the ids that a description fits, the first choice first."""

@@ -50,6 +50,15 @@ def _classes() -> dict[str, str]:
     return table
 
 
+_NO_PLURALS = frozenset({"lens", "gas", "canvas", "atlas", "thermos"})
+
+
+def is_called_several(name: str) -> bool:
+    """Say whether one thing is called like several: "peas", "pliers_2"; not "glass" or "bus"."""
+    word = next((part for part in reversed(id_parts(name)) if part.isalpha()), "")
+    return len(word) > 3 and word.endswith("s") and not word.endswith(("ss", "us", "is")) and word not in _NO_PLURALS
+
+
 NOUN_CLASS = _classes()
 CANONICAL_COLOUR = {
     phrase.strip(): colour for colour, phrases in things.COLOURS.items() for phrase in phrases.split(",")

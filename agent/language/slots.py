@@ -148,6 +148,10 @@ def _doing(said: Said, i: int) -> list[int]:
     return [end for end, _ in said.grammar.tag(i, "VERB") if said.texts[i].endswith("ing")]
 
 
+def _nouns(said: Said, i: int) -> list[int]:
+    return _longest([end for end, (_, _, plural) in said.grammar.tag(i, "NOUN") if plural])
+
+
 def _person(said: Said, i: int) -> list[int]:
     return [i + 1] if said.texts[i] in PEOPLE else []
 
@@ -212,6 +216,7 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "container": _of_class("bin", "bowl", "box", "drawer"),
     "holder": _holders,
     "adjective": _adjectives,
+    "nouns": _nouns,
     "place": _places,
     "distance": _distances,
     "way": _ways,
@@ -223,5 +228,5 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "words": _clause_words,
     "text": _all_words,
 }
-"""What a slot takes: `thing` one or several things, `name` a word that nobody knows, `one` a single one, `that` a definite one, `many` a plural, `words` any
+"""What a slot takes: `thing` one or several things, `name` a word that nobody knows, `one` a single one, `that` a definite one, `many` a plural, `nouns` a noun in the plural, `words` any
 words of a clause, `text` anything, `doing` a verb in -ing."""

@@ -61,7 +61,7 @@ TERSE = {
     # How often, in which order, how high.
     "{n:two|three|four|2.0|3.0|4.0} time <edge>": "{n} times",
     "<verb> [make|give|do] {n:two|three|four|2.0|3.0|4.0} (taps|touches) (on|to|at|for|of) {thing}": "tap {thing} {n} times",
-    "<verb> (give|apply|do) [to] {thing} {n:two|three|four|2.0|3.0|4.0} (taps|touches)": "tap {thing} {n} times",
+    "<verb> (give|apply|do) [to] {thing} {n:two|three|four|2.0|3.0|4.0} [{_LIGHT_ADJECTIVE}] (taps|touches)": "tap {thing} {n} times",
     "<verb> {n:twice|thrice} {VERB=tap} {thing}": "{VERB=tap} {thing} {n}",
     "<verb> {n:two|three|four|2.0|3.0|4.0} (x|times) {VERB=tap} {thing}": "{VERB=tap} {thing} {n} times",
     "<verb> double {VERB=tap} {thing}": "{VERB=tap} {thing} twice",
