@@ -89,7 +89,9 @@ class Grammar(Amendments):
             late = [k for k in late if self.text(k) not in (".", "!", ";", "and", "then")]
             # "..., but open it first, then close it": what follows comes last.
             late = [k for k in late if self.text(k) != "," or self.text(k + 1) not in ("and", "then")]
-            for k in self._corrected(j):
+            anew = self._first_anew(j) if "FIRST" in self.present else 0
+            found += self._told_anew(i, part, anew) if anew else []
+            for k in self._corrected(j) if not anew else ():
                 # "pick up the can, no, push it": what was said before does not count; "wait, push it first" adds to it.
                 if "first" in self.texts[k : next((m for m in range(k, n) if self.tokens[m].kind == "mark"), n)]:
                     continue
@@ -112,7 +114,7 @@ class Grammar(Amendments):
                             # "tap the bell, wait a second, tap it again"
                             first, rest = last, rest if last.bare else (last, *rest)
                         found.append((end, (*part[:-1], first, *rest[1:])))
-            for k in self._corrected(j):
+            for k in self._corrected(j) if not anew else ():
                 # "put it in the bowl - no, in the tray", "push it left, I mean right": the verb stays.
                 found += self._corrected_place(part, k)
             for k in self._joints(j):
@@ -142,6 +144,36 @@ class Grammar(Amendments):
                     for q in self._joints(late_word):
                         found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
+
+    def _first_anew(self, j: int) -> int:
+        """Return where what comes first is told after a correction at `j`: "..., wait, no, first tap the ball"; 0 if it is not."""
+        for k in self._corrected(j):
+            start = self._skip(k)
+            for _ in range(3):
+                start = next((self._skip(m) for m, _ in self.tag(start, "CORRECTION")), start)
+            ends = [m for m, _ in self.tag(start, "FIRST")]
+            if ends:
+                return self._skip(ends[-1])
+        return 0
+
+    def _told_anew(self, i: int, part: tuple[Part, ...], k: int) -> Found[tuple[Part, ...]]:
+        """As in "first tap the can, no, first tap the ball and then the can"; "tap the can, wait, first tap the ball".
+
+        What is told again is done when the better words say; what is not told again may be taken back or only put off
+        where it was to come first, or where more steps are told.
+        """
+        old = part[-1]
+        found: Found[tuple[Part, ...]] = []
+        if not isinstance(old, Command):
+            return found
+        for end, rest in self._parts(k):
+            again = any(isinstance(c, Command) and replace(c, bare=old.bare) == old for c in rest)
+            alone = i == 0 and len(part) == len(rest) == 1 and not self.tag(self._skip(i), "FIRST")
+            if again and len(part) == 1:
+                found.append((end, rest))
+            elif alone and not again and isinstance(rest[0], Command):
+                found.append((end, (*_in_it(rest, part, alone=True), *part)))
+        return found
 
     def _in_turns(self, part: tuple[Part, ...], j: int) -> Found[tuple[Part, ...]]:
         """As in "put the cubes in the box. Start with the red one", "...; the blue one goes in last"."""

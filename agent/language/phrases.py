@@ -259,6 +259,9 @@ class Phrasing(Choices):
                     # "..., no, not the yellow block, the orange one": it is another one that was wrong.
                     continue
                 for end, better in self.np_list(k):
+                    if self.text(k) == "first" and end == k + 1 and not self._closes(end):
+                        # "tap the can, no, first tap the ball" starts anew, and names nothing that is first.
+                        continue
                     placed = better[-1].relations or self.text(end) in (*_BEFORE_PLACES, "next")
                     other = better[0].one and better[0].ranks and not refs[-1].ranks
                     # "the left cube in the bin, no, the right one": it is the cube that was wrong.
@@ -273,6 +276,9 @@ class Phrasing(Choices):
                             better = (replace(lead, nouns=refs[-1].nouns, one=False), *better[1:])
                     found.insert(0, (end, (*refs[:-1], *better)))
         return distinct(found)
+
+    def _closes(self, i: int) -> bool:
+        return i >= self.count or self.tokens[i].kind == "mark" or self.text(i) in ("and", *_BEFORE_PLACES)
 
     def _which(self, first: Ref, others: tuple[Ref, ...]) -> tuple[Ref, ...] | None:
         """Return the things that a list tells which of any are meant, None if it names further ones."""
