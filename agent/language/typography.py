@@ -103,6 +103,9 @@ _CONTRACTIONS = [
             r"^((?:(?! and | then |[,.;]).)*\w),? (?:and|then|and then) (?:again|once more|one more time)(?=[.! ]*$|,? (?:if|please|for|when|thanks)\b)",
             r"\1 twice",
         ),
+        # Sides count before words are spelled right: "to the left, the blue one to the rihgt of the bowl".
+        (r"\b(?:elft|lfet|letf)\b", "left"),
+        (r"\b(?:irght|rgiht|rihgt|rigth)\b", "right"),
         # "the red cube left and the blue one right of the bowl"
         (
             r"\b(?:to the |on the )?(left|right)(?: and|, and|,) ((?:the |a )?[a-z_ ]{2,30}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
