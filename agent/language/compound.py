@@ -51,6 +51,15 @@ STAYS = {
     "(,|.|;|and|but) [and|but] the other (two!|three!|four!|five!) [{_NOUN}] [can|should|must|to] (stay|remain|are to stay) (put|there|where they are|as they are|alone|on the table) <edge>": ". leave everything else alone",
     "(,|.|;|and|but) [and|but] nothing! else (moves|is to move|should move|must move|may move|gets moved|is [to be] moved|should be (moved|touched)|is [to be] touched|changes) <edge>": ". leave everything else alone",
 }
+LEFT = {
+    # What is neither of those that were told of: "the other" tells how many there can be.
+    "the (one|{_NOUN}) [(that|which) (is|was)] [still!] (left over|left behind)": "the other one",
+    "the (one|{_NOUN}) (that|which) (is|was) [still!] left <edge>": "the other one",
+    "the (leftover|left over) (one|{_NOUN})": "the other one",
+    "{two:two} of [the|those|these|all] [three!] {many} {text} the third! one <edge>": "{two} of the {many} {text} the other one",
+    "{three:three} of [the|those|these|all] [four!] {many} {text} the fourth! one <edge>": "{three} of the {many} {text} the other one",
+    "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
+}
 TOLD = {
     "(,|.|;) no [,] [wait|hang on|hold on|oh|sorry] [,] {_one} [is] in the way (,|.|;|:|, so|so) {way} [{way2}] [will do|would do|is fine|instead!] <end>": ", no , {way} {way2}",
     "{way} (will|would|should) (do|suffice|be (enough|plenty|fine)) <edge>": "{way}",
@@ -79,4 +88,4 @@ PARTS["is_so"] = (
     "((i|we|he|she|they) (am|are|is) [still!|currently|busy] {_word} [with|on|at]"
     "|(is|are|was|were|looks|seems|feels|has been|have been) [still!|already|rather|quite|very|a bit|a little|far too|too|all] {_name})"
 )
-COMPOUND = Constructions(WHEN, WITH, STAYS, TOLD, parts=PARTS)
+COMPOUND = Constructions(WHEN, WITH, STAYS, LEFT, TOLD, parts=PARTS)
