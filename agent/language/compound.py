@@ -61,6 +61,11 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    # One of two that are alike in looks, by what it is: "of the two red things, the can ..., the other one ..."
+    "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {text} the other [one|thing] {place} <end>": "{VERB} the {adjective} {word} {text} the other {adjective} thing {place}",
+    "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {place} <end>": "{VERB} the {adjective} {word} {place}",
+    "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} <end>": "{VERB} the {adjective} {word}",
+    "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {text} {VERB2} the other [one|thing] <end>": "{VERB} the {adjective} {word} {text} {VERB2} the other {adjective} thing",
     "(,|.|;) no [,] [wait|hang on|hold on|oh|sorry] [,] {_one} [is] in the way (,|.|;|:|, so|so) {way} [{way2}] [will do|would do|is fine|instead!] <end>": ", no , {way} {way2}",
     "{way} (will|would|should) (do|suffice|be (enough|plenty|fine)) <edge>": "{way}",
     "<start> {holder} is [already|still!|now|currently] [quite|completely|all] (open|closed|shut|empty|clear|free) [now|already] (,|.|;) [so|and] {VERB} {thing} {in:in|into} (it|there) <edge>": "{VERB} {thing} {in} {holder}",
