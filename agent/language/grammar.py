@@ -21,6 +21,8 @@ MAX_SENTENCES = 8
 
 _THAT = frozenset({"this", "that"})
 """After which a thing without a verb is a step: "and after this the cube into the bowl"."""
+_FINISHING = frozenset({"finish", "end", "conclude"})
+_NEXT = frozenset({"then", "next", "that", "afterwards", "finally", "lastly"})
 _BEFOREHAND = frozenset({"first", "beforehand", "before that", "before this"})
 _ONCE = frozenset({"once", "after", "soon"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
@@ -70,6 +72,17 @@ class Grammar(Amendments):
             ends = [m for m, _ in self.tag(j, "LATER")] if follows else []
             if any(self._skip(m) >= n for m in (*ends, j)):
                 found.append((n, part))
+                continue
+            if self._told_to_finish(i) and not follows:
+                # "finish by tapping the can, but start with the ball": what is told first comes last.
+                found += [
+                    (end, (*part, *rest) if {self.text(k - 1), self.text(k)} & _NEXT else (*before, *part))
+                    for k in self._joints(j)
+                    for start in dict.fromkeys((k, *(m for tag in ("FIRST", "FIRST_BUT") for m, _ in self.tag(k, tag))))
+                    for end, rest in self._parts(start)
+                    for before in [_in_it(rest, part, alone=True) if rest else ()]
+                    if before
+                ]
                 continue
             found += self._in_turns(part, j) if self.tells_turns else []
             for k in self._joints(j):
@@ -144,6 +157,9 @@ class Grammar(Amendments):
                     for q in self._joints(late_word):
                         found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
+
+    def _told_to_finish(self, i: int) -> bool:
+        return self.text(i) in _FINISHING and self.text(i + 1) in ("by", "with", "off", "up")
 
     def _first_anew(self, j: int) -> int:
         """Return where what comes first is told after a correction at `j`: "..., wait, no, first tap the ball"; 0 if it is not."""
