@@ -19,6 +19,9 @@ PARTS = {
     "lone": "(that|it|this) is (the one|what|the {_NOUN})",
 }
 WHEN = {
+    # Which step comes last, told before the others.
+    "<start> (the|your) [very] last! (thing|step) [[that] you do|[for you] to do] (is|should be|must be|has to be|will be|would be) [to] {VERB} {thing} [{place}] (,|;|.|:) [but|and] [then] [first! [of all|off]|(start|begin) (with|by)] {VERB2} {text} <end>": "finish by {VERB} {thing} {place} , {VERB2} {text}",
+    "(,|;|, and|and) in between [,] [you] [should|can|must] {VERB}": ", then {VERB}",
     # What comes after the step before it, once that is done.
     "<joint> <when> <they> <are> <there> [,] [then] {VERB}": ", then {VERB}",
     "<joint> {VERB=home} <when> <they> <are> <there> <end>": ", then {VERB=home}",
