@@ -28,6 +28,12 @@ WHEN = {
     "<joint> {VERB=tap} {thing} <when> <they> <are> <there> <end>": ", then {VERB=tap} {thing}",
     "<joint> {VERB=close} {thing} <when> <they> <are> <there> <end>": ", then {VERB=close} {thing}",
     "<joint> <when> <they> <are> <there> [,] [then] [you (can|may|should|could|will|must)] [then|now] [(finish|end) [off|up] (by|with)] {VERB}": ", then {VERB}",
+    # Put off, and done in its turn.
+    **{
+        f"<start> do not! {{_VERB={verb}}} {{thing}} [just] yet! (,|.|;|:) [but] first! {{text}} (,|.|;|, and|and) [only!] then {{VERB={verb}}} (it|them) <end>": f"{{text}} , then {{VERB={verb}}} {{thing}}"
+        for verb in ("open", "close", "tap", "push", "pick", "put")
+    },
+    "<start> do not! {_VERB=put} {thing} [{_place}] [just] yet! (,|.|;|:) [but] first! {text} (,|.|;|, and|and) [only!] then {VERB=put} (it|them) {place} <end>": "{text} , then {VERB=put} {thing} {place}",
     "<joint> [only!] then (should|may|can|must|do|will|shall) you {VERB}": ", then {VERB}",
     "<joint> after! (those|these|them|both|that) [two!|three!|of them] [,] {VERB}": ", then {VERB}",
     "(after|once!|as soon! as) {thing} (has|have|is|are) [been] {VERB} {place}": "after you {VERB} {thing} {place}",
