@@ -140,6 +140,8 @@ class Amendments(Commands, ABC):
         if self.text(k) == "all" and self.tag(k + 1, "EXCEPT"):
             # "the cubes in the box, all but the red one" leaves one out, and is no more things.
             return []
+        if self.said(k, k + 3) in ("all of it", "all of them") and self.tag(k + 3, "EXCEPT"):
+            return []
         if self.said(k, k + 3) == "all of it":
             # "the ice in the bowl, all of it": the same ice.
             return [(n, part)] if self._skip(k + 3) >= n else []

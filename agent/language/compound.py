@@ -58,6 +58,10 @@ WITH = {
     "<verb> give {thing} {_A} [{_LIGHT_ADJECTIVE}] {LIGHT_NOUN} each": "{LIGHT_NOUN} {thing}",
 }
 STAYS = {
+    "(,|.|;|, and|and|, but|but) {drawer} (stays|remains|is to stay|should stay|must stay|has to stay|needs to stay|can stay|is to remain|should remain|must remain) {state:closed|shut} <edge>": ". leave {drawer} {state}",
+    "{many} (goes|go|belongs|belong|should go|can go) {place} (,|;|, but|but) [just|only!|namelyonly] {thing} (does|do|should|can|may) not! [go (there|in|in there)] <edge>": "{many} except {thing} goes {place}",
+    "{many} [away|up|over] {place} , all of (it|them) (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
+    "{many} , all of (it|them) (but|except|except for|apart from|bar|save|other than) {thing} <end>": "{many} except {thing}",
     "{many} , all (but|except|except for|apart from|bar|save|other than) {thing} <end>": "{many} except {thing}",
     "{many} [away|up|over] {place} , all (but|except|except for|apart from|bar|save|other than) {thing} <edge>": "{many} except {thing} {place}",
     "[,|.|;|and|but] [and|but] leave the other (two!|three!|four!|five!) [{_NOUN}] (alone|there|be|where (they|it) (are|is)|as they are|untouched) <edge>": ". leave everything else alone",
