@@ -34,7 +34,7 @@ PARTS = {
     "mark": "(,|.|;|!|:)",
     "trouble": "(trouble|bother|hassle|work|to ask|a problem|an ask|hard|difficult|tricky|fiddly|awkward|a nuisance|a pain|an imposition|inconvenient|cheeky|rude|annoying|fussy)",
     "fine": "(great|brilliant|ace|lovely|perfect|fab|fabulous|grand|super|wonderful|amazing|awesome|smashing|nice|good|ideal|the best|a big help|a great help|a help|a lifesaver|helpful|fantastic|magic|marvellous|cool|fine|much appreciated|appreciated|so kind|very kind|kind of you|a treat|a dream|the dream)",
-    "time": "(noon|midday|midnight|lunchtime|lunch|dinnertime|dinner|teatime|closing [time]|opening [time]|the end of [the] (day|shift|week)|tonight|tomorrow|monday|tuesday|wednesday|thursday|friday|saturday|sunday|the morning|bedtime|breakfast)",
+    "time": "(noon|midday|midnight|lunchtime|lunch|dinnertime|dinner|teatime|closing (time|<edge>)|opening (time|<edge>)|the end of [the] (day|shift|week)|tonight|tomorrow|monday|tuesday|wednesday|thursday|friday|saturday|sunday|the morning|bedtime|breakfast)",
     "done": "(done|good|sorted|set|finished|golden|happy|laughing|all set|all good|all done|off|away|home and dry|ready|in business)",
     "who": "(my|our|the|your|this|that) ({_person}|{_name}|{_name} {_person})",
     "anyone": "(<who>|{_person}|{_name}|she|he|they|everyone|everybody|someone|somebody|head office|management|the others)",
