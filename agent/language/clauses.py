@@ -48,6 +48,7 @@ _ARRANGED: tuple[tuple[str, str, str | None], ...] = (
 """Tags of words for an order, and the elements that they are."""
 _ORDERED = frozenset(tag for tag, _, _ in _ARRANGED)
 _SEQUENCES = frozenset({"FROM", "BY_SIZE", "SMALL_FIRST", "SUPER", "SIZE"})
+_POINTING = word_set("over up down back right out from in on here")
 _LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _MORE = frozenset({"more", "further", "farther", "extra"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
@@ -210,8 +211,8 @@ class Clauses(TakingTurns):
             found.append((i + 1, Relation("in", (IT,))))
         if text in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
-        if text == "there" and self._tells_before:
-            # "put the stone in the tub after you put the bulb there"
+        if text == "there" and (self._tells_before or self._put_there(i)):
+            # "put the stone in the tub after you put the bulb there", "..., then take the bulb and put it there"
             found.append((i + 1, Relation("in", (IT,))))
         if text == "in" and (i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")):
             # "open the drawer, put the can in and close it"
@@ -253,6 +254,15 @@ class Clauses(TakingTurns):
             k = i + 3 if self.text(i + 2) == "the" else i + 2
             found += [(j, Table()) for j, _ in self.tag(k, "TABLE")]
         return found
+
+    def _put_there(self, i: int) -> bool:
+        """Say whether "there" ends an order to put something, and the place told last before it is in something."""
+        verb = next((k for k in range(i - 1, max(i - 6, 0), -1) if "VERB" in self.tags[k]), 0)
+        ends = i + 1 >= self.count or self.tokens[i + 1].kind == "mark" or bool(self.tag(i + 1, "THEN"))
+        if not (ends and verb and self.text(verb) in _INTO_IT and self.text(i - 1) not in _POINTING):
+            return False
+        told = next((hits for k in range(verb - 1, 0, -1) for hits in [self.relation(k)] if hits), [])
+        return bool(told) and all(relation.kind == "in" and relation.refs for _, relation in told)
 
     def _coordinates(self, i: int) -> Found[At]:
         j = i
