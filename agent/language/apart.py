@@ -10,6 +10,8 @@ from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.match import CONTAINERS
 from robosandbox.agent.language.readings import part_of
 
+_SORTED_TO = frozenset({"in", "to", "on", "beside", "left", "right", "front", "back"})
+
 
 def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Command, ...]:
     """As in "the fruit in the bowl, the lime in the bin", "tap the cubes, the red one twice": one goes its own way.
@@ -116,8 +118,11 @@ def _all_of_kind(ref: Ref, whole: Ref) -> Ref:
 def _takes_some(command: Command, whole: Ref) -> bool:
     """Say whether a command puts some of what was named before into something."""
     place = command.place
-    some = all(not (ref.nouns or ref.names) or (ref.nouns and ref.nouns == whole.nouns) for ref in command.objects)
-    return command.verb == "put" and isinstance(place, Relation) and place.kind in ("in", "to", "on") and some
+    anything = whole.determiner == "all" and whole.nouns in ((), ("thing",)) and not (whole.names or whole.colours)
+    some = anything or all(
+        not (ref.nouns or ref.names) or (ref.nouns and ref.nouns == whole.nouns) for ref in command.objects
+    )
+    return command.verb == "put" and isinstance(place, Relation) and place.kind in _SORTED_TO and some
 
 
 def _deals(command: Command) -> bool:

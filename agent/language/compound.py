@@ -78,6 +78,9 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    # What the clauses after it tell in full.
+    "<start> sort (these|those|them|everything|things|the things|this lot|all this|all of (this|these)) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
+    "(,|.|;|, and|and) {drawer} (has to|must|should|needs to|is to|ought to) [then] be (shut|closed) (at the [very] end|in the end|afterwards|after! that|at last!|when! [you are] done) <end>": ", then close {drawer}",
     # One of two that are alike in looks, by what it is: "of the two red things, the can ..., the other one ..."
     "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {text} the other [one|thing] {place} <end>": "{VERB} the {adjective} {word} {text} the other {adjective} thing {place}",
     "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {place} <end>": "{VERB} the {adjective} {word} {place}",
