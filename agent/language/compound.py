@@ -51,6 +51,10 @@ WHEN = {
     "{thing} (and|, and|,) last! of all {thing2} {place}": "{thing} and {thing2} {place}",
 }
 WITH = {
+    "(exactly|precisely|just) {same:the same|the same thing} (with|to|for)": "{same} with",
+    "<verb> (pick up|take|grab|lift|get) {one} and hold (it|on to it) (,|and|then|, then|, and|, and then) [then] {_VERB=put} (it|that) {place}": "put {one} {place}",
+    "{place} and (let go [of (it|them)]|(release|drop) (it|them)) (in there|inside|in it|there) <edge>": "{place}",
+    "<verb> (get|move|take|clear|put) {thing} out of (the|my|our) way by {doing} (it|them|that) {place}": "start {doing} {thing} {place}",
     "<verb> {VERB=put} {thing} {in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing2} (with|along with|together with) (it|them|that) <edge>": "{VERB=put} {thing} and {thing2} {in} {one}",
     "{in:in|into|inside|on|onto} {one} (and|, and|,|;) {thing} (with|along with|together with) (it|them|that) <end>": "{in} {one} , then put {thing} {in} {one}",
     "{in:in|into|inside|on|onto} {one} (and|, and|,|;) (with|along with|together with) (it|them|that) [goes|go] {thing} <end>": "{in} {one} , then put {thing} {in} {one}",
