@@ -16,6 +16,7 @@ PARTS = {
     "moved": "(moved|touched|lifted|picked up|put anywhere|put away|put in|gone anywhere|taken|pushed|swapped)",
     "joint": "(,|.|;|and|, and|and then|, and then|but|, but)",
     "wants": "(want|need|would like|am after!|are after!|mean|was thinking of)",
+    "be_at": "((has to|must|should|needs to|is to|ought to|can|is supposed to|is meant to) (stay|remain|be|go|end up|come|stand|sit|finish up|finish)|stays|remains|ends up|comes|stands|sits|finishes up|finishes)",
     "lone": "(that|it|this) is (the one|what|the {_NOUN})",
 }
 WHEN = {
@@ -82,6 +83,13 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    # Levels of a tower.
+    "{one} <be_at> (at|to) the [very] bottom": "{one} goes at the bottom",
+    "{one} <be_at> (on|at|to) [the] [very] top <edge>": "{one} goes on top",
+    "{VERB=stack} {many} on top of (each other|one another) (,|;|.|:) {one} goes {at:at the bottom|on top}": "{VERB=stack} {many} ; {one} goes {at}",
+    "(right|all the way|down) at the [very] bottom": "at the bottom",
+    "as the (topmost|uppermost|top) (thing|one|object|item|piece|part|layer)": "on top",
+    "as the (bottommost|lowest|bottom) (thing|one|object|item|piece|part|layer)": "at the bottom",
     # What the clauses after it tell in full.
     "<start> sort (these|those|them|everything|things|the things|this lot|all this|all of (this|these)) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
     "(,|.|;|, and|and) {drawer} (has to|must|should|needs to|is to|ought to) [then] be (shut|closed) (at the [very] end|in the end|afterwards|after! that|at last!|when! [you are] done) <end>": ", then close {drawer}",
