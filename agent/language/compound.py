@@ -83,6 +83,7 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    "[,] (because|since|as|for) (it|that|this|they) (is|are|was|were|has|have) not! [quite|really|been|all|even] {_name} [yet!|enough|any more|anymore|at all] <edge>": "",
     # Levels of a tower.
     "{one} <be_at> (at|to) the [very] bottom": "{one} goes at the bottom",
     "{one} <be_at> (on|at|to) [the] [very] top <edge>": "{one} goes on top",
