@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.slots import Said
-from robosandbox.agent.language.tokens import SceneWords, Token
+from robosandbox.agent.language.tokens import MARKS, SceneWords, Token
 
 _REVERSED = tuple(
     ("in", *the, reverse, *sorted_, "order")
@@ -22,11 +22,20 @@ _TURNS = (
     *(((verb, "with"), False) for verb in ("starting", "beginning", "start", "begin")),
 )
 _PLACING = frozenset({"in", "on", "into", "onto", "to", "next", "beside"})
+_AFTER_IT = (
+    *((after, that) for after in ("after", "following") for that in ("that", "it", "this")),
+    *((word,) for word in ("next", "afterwards", "last", "lastly")),
+    *((*at, "end") for at in (("at", "the"), ("at", "the", "very"), ("in", "the"))),
+    ("last", "of", "all"),
+)
+"""What is said behind a thing that comes after those told before."""
+_PLACED = frozenset(words[-1] for words in _AFTER_IT)
 Item = tuple[int, int]
 
 
 def in_order(said: Said) -> Said:
     """Return a sentence with its list in the order that is told beside it; the same sentence if none is."""
+    said = _one_after_the_other(said) if _PLACED & {*said.texts} else said
     texts = said.texts
     if "order" in texts:
         for words in _REVERSED:
@@ -38,6 +47,43 @@ def in_order(said: Said) -> Said:
     if "first" in texts:
         return _first_named(said)
     return said
+
+
+def _one_after_the_other(said: Said) -> Said:
+    """As in "lemon in the basket, apple after that, plum last": each a step of its own, where it was not named before."""
+    texts = said.texts
+    made: list[Token] = []
+    i = 0
+    while i < len(texts):
+        thing = i
+        while made and thing < len(texts) and texts[thing] in (*_JOINTS, "then"):
+            thing += 1
+        ends = _one_of_its_own(said, i, thing) if i < thing < len(texts) else []
+        told = next(
+            (m for end in ends for words in _AFTER_IT for m in [end + len(words)] if tuple(texts[end:m]) == words), 0
+        )
+        closed = told and (told == len(texts) or texts[told] in MARKS or texts[told] == "and")
+        named = {*texts[thing:told]} - {"the", "one"}
+        if closed and not named & {*texts[:i]}:
+            end = next(end for end in ends if told > end)
+            made += [Token(",", ",", "mark"), Token("then", "then", "word"), *said.tokens[thing:end]]
+            i = told
+            continue
+        made.append(said.tokens[i])
+        i += 1
+    return said.now(made)
+
+
+def _one_of_its_own(said: Said, told: int, i: int) -> list[int]:
+    """Return where a single thing ends that is called something, at token `i`; none if it may be one of several told before."""
+    for k in range(told):
+        hits = said.grammar.np(k)
+        single = {end for end, ref in hits if not ref.plural and ref.determiner != "all"}
+        if any(end not in single for end, _ in hits):
+            return []
+    named = [hit for hit in said.grammar.np(i) if (hit[1].nouns or hit[1].names) and not hit[1].ranks]
+    single = {end for end, ref in named if not (ref.unknown or ref.plural or ref.number or ref.relations)}
+    return sorted(single, reverse=True)
 
 
 def _whose_turn(said: Said) -> Said:
