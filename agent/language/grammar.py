@@ -274,7 +274,9 @@ class Grammar(Amendments):
                         # "do not ship the box": wherever to.
                         found += [(end, (Command("nothing", refs, negated="put"),)) for end, refs in self.np_list(k)]
                 for end, command in self.clause(j):
-                    if command.verb != "tap" and not command.bare:
+                    # "do not touch it" forbids whatever would move it, "do not tap it" to tap it.
+                    tapped = self.text(j).startswith("tap")
+                    if (command.verb != "tap" or tapped) and not command.bare:
                         # "without letting go" forbids what "careful not to drop it" asks to do well.
                         dropped = command.verb == "release" and self.text(j).startswith("drop")
                         negated_verb = "drop" if dropped else command.verb
