@@ -258,7 +258,7 @@ CONNECTORS = (
     "when finished, after this, and once done, and when done, "
     "and once that is done, to finish, and to finish, to end, second, secondly, third, thirdly, now, and now, "
     "as well as, so that you can, "
-    "at the end, in the end, at last, after you are done, and after this, then next, next up, "
+    "at the end, at the very end, in the end, at last, after you are done, and after this, then next, next up, "
     "and to finish off, to finish off, as a last step, as the last step, as a final step, lastly then, "
     "followed up by, from there, and from there, "
     "after doing that, after doing so, and after doing that, after you have done that, and last, last, "
@@ -272,7 +272,7 @@ OPENERS = word_set(", . ; : ! ? and then to you but start try would could can no
 """What a verb may follow where a command begins."""
 LATER = (
     "afterwards, afterward, after that, at the end, in the end, once done, when done, once you are done, when you are done, "
-    "to finish, to finish off"
+    "to finish, to finish off, at the very end"
 )
 LATER += "".join(
     f", {when} {what} {is_} {there}"
