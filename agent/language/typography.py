@@ -108,7 +108,7 @@ _CONTRACTIONS = [
         (r"\b(?:irght|rgiht|rihgt|rigth)\b", "right"),
         # "the red cube left and the blue one right of the bowl"
         (
-            r"\b(?:to the |on the )?(left|right)(?: and|, and|,) ((?:the |a )?[a-z_ ]{2,30}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
+            rf"\b(?:to the |on the )?(left|right)(?: and|, and|,) ((?:the |a )?(?:(?!\b(?:then|after|next|{_DOING}))[a-z_ ]){{2,30}}?) (?:to the |on the )?(left|right) of ((?:the |a |my )?\w+(?: (?!if|please|and|then|for)\w+)?)(?=\s*(?:[,.!;]|$|\b(?:and|then|if|please|for)\b))",
             r"to the \1 of \4 and \2 to the \3 of \4",
         ),
         (
