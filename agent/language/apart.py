@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from itertools import pairwise
 
+from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.match import CONTAINERS
 from robosandbox.agent.language.readings import part_of
+from robosandbox.types import RefusalCode
 
 _SORTED_TO = frozenset({"in", "to", "on", "beside", "left", "right", "front", "back"})
 
@@ -37,6 +39,42 @@ def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Comman
 
 def _manner(command: Command) -> tuple[object, ...]:
     return command.place, command.times, command.direction, command.distance
+
+
+def members_named(commands: Sequence[Command], ground: Grounder) -> tuple[Command, ...]:
+    """As in "put two of the fruits in the bowl, namely the lime and the fig": those are the two.
+
+    Args:
+        commands: As for `members_apart`.
+        ground: As for `members_apart`.
+
+    Raises:
+        RefusedError: Some of those named are of that kind, and some are not.
+    """
+    for k, group in enumerate(commands):
+        whole = group.objects[0] if len(group.objects) == 1 else None
+        if whole is None or whole.determiner != "a" or not whole.nouns:
+            continue
+        end = k + 1
+        while end < len(commands) and commands[end].bare and _again(commands[end], group):
+            end += 1
+        own = tuple(ref for command in commands[k + 1 : end] for ref in command.objects)
+        single = all((ref.nouns or ref.names) and not (ref.plural or ref.number) for ref in own)
+        of_it = [ground.has(ref, whole) for ref in own] if single and len(own) == whole.number else []
+        if any(of_it) and not all(of_it):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"“{whole.text}”: are {listed([ref.text for ref in own])} the ones, or more?"
+            )
+        if any(of_it):
+            # So that "the other one" is a fruit, too.
+            named = [replace(ref, nouns=whole.nouns, names=(*ref.names, *ref.nouns)) for ref in own]
+            of_them = tuple(one if ground.has(one) else ref for one, ref in zip(named, own, strict=True))
+            return (*commands[:k], replace(group, objects=of_them), *members_named(commands[end:], ground))
+    return tuple(commands)
+
+
+def _again(command: Command, before: Command) -> bool:
+    return replace(command, objects=before.objects, bare=before.bare) == before
 
 
 def without_what_is_denied(command: Command, ground: Grounder) -> Command:

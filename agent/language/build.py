@@ -6,7 +6,13 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from robosandbox.agent.language import match
-from robosandbox.agent.language.apart import dealt_first, members_apart, sorted_as_told, without_what_is_denied
+from robosandbox.agent.language.apart import (
+    dealt_first,
+    members_apart,
+    members_named,
+    sorted_as_told,
+    without_what_is_denied,
+)
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.ground import Grounder
@@ -86,7 +92,8 @@ class _Builder(Pushing):
                 sorted(avoid),
             )
         told = sorted_as_told(tuple(map(_each_spared, sentence.steps)))
-        steps = dealt_first(members_apart(told, Grounder(self.world, Discourse())))
+        ground = Grounder(self.world, Discourse())
+        steps = dealt_first(members_apart(members_named(told, ground), ground))
         _check_sides(steps)
         for command in _fused(steps):
             self._check_condition(command)

@@ -78,6 +78,7 @@ LEFT = {
     "the (one|{_NOUN}) [(that|which) (is|was)] [still!] (left over|left behind)": "the other one",
     "the (one|{_NOUN}) (that|which) (is|was) [still!] left <edge>": "the other one",
     "the (leftover|left over) (one|{_NOUN})": "the other one",
+    "the remaining one": "the other one",
     "{two:two} of [the|those|these|all] [three!] {many} {text} the third! one <edge>": "{two} of the {many} {text} the other one",
     "{three:three} of [the|those|these|all] [four!] {many} {text} the fourth! one <edge>": "{three} of the {many} {text} the other one",
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
