@@ -209,6 +209,7 @@ INDIRECT = {
     "<edge> it is {that} [that] (i|we) (am after!|want|need|meant|would like|am looking for|was thinking of) <edge>": "pick up {that}",
     # What was said wrong is set right at once.
     "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",
+    "<mark> [oh|hmm|no|wait] [,] [no|wait] [,] (that|it|this) (is|was|would be) [way|far|a bit|a little] [too] (much|far|little|short|long) (,|.|;) [just|only!|rather|make it|make that] {way}": ", no , {way}",
     "(no|wait|oh|sorry) [,|:] [wait|hang on|hold on|sorry] [,] (no|wait|actually) (:|,)": "no ,",
     ", {one} (i|we) (mean|meant|mean to say|meant to say) <edge>": ", i mean {one}",
     ", (that|this|the) one [there|over there|here] , (it|they)": "",
