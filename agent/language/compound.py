@@ -84,6 +84,8 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    # Several towers, each told by what stands on what.
+    "<start> (make|build|stack) [me|us|for me|for us] two! [small|little|separate|different] (towers|stacks|piles) (,|:|;|of two! (,|:|;)) [one|the first! [one]] [with|has|of] {one} (on|on top of) {one2} (,|and|, and|;) [and] (another|another one|one|the other|the other one|the second! [one]) [with|has|of] {one3} (on|on top of) {one4} <edge>": "put {one} on {one2} , then put {one3} on {one4}",
     "[,] (because|since|as|for) (it|that|this|they) (is|are|was|were|has|have) not! [quite|really|been|all|even] {_name} [yet!|enough|any more|anymore|at all] <edge>": "",
     # Levels of a tower.
     "{one} <be_at> (at|to) the [very] bottom": "{one} goes at the bottom",
