@@ -221,6 +221,9 @@ class _Incidentals:
             # "that is how my mum likes it"
             bound = (_ORDERING - _WISHES) | BINDING | {"not"}
             return not (bound & {*self.texts[i:end]} or any(self._thing(k) for k in span))
+        if self.texts[end - 1] in ("much", "little") and self._text(i) in _PRONOUNS:
+            # "push it 10 cm, but that is too much" takes back how far.
+            return False
         if self._text(i) in _PRONOUNS and not self._thing(i + 1):
             return self._link(i + 1) and self._idle(i + 1, end)
         name = next((k for k in range(i, end) if not self._thing(k)), end)
