@@ -76,12 +76,12 @@ class Grammar(Amendments):
             if self._told_to_finish(i) and not follows:
                 # "finish by tapping the can, but start with the ball": what is told first comes last.
                 found += [
-                    (end, (*part, *rest) if {self.text(k - 1), self.text(k)} & _NEXT else (*before, *part))
+                    (end, (*part, *rest) if self._goes_on_after(j, k, start) else (*before, *part))
                     for k in self._joints(j)
                     for start in dict.fromkeys((k, *(m for tag in ("FIRST", "FIRST_BUT") for m, _ in self.tag(k, tag))))
                     for end, rest in self._parts(start)
                     for before in [_in_it(rest, part, alone=True) if rest else ()]
-                    if before
+                    if before and not (rest[1:] and self.text(j) == "and" and self.text(start).endswith("ing"))
                 ]
                 continue
             found += self._in_turns(part, j) if self.tells_turns else []
@@ -160,6 +160,11 @@ class Grammar(Amendments):
 
     def _told_to_finish(self, i: int) -> bool:
         return self.text(i) in _FINISHING and self.text(i + 1) in ("by", "with", "off", "up")
+
+    def _goes_on_after(self, j: int, k: int, start: int) -> bool:
+        """As in "finish by tapping the can, then go home", "finish by tapping the can and closing the drawer"."""
+        also = self.text(j) == "and" and self.text(start).endswith("ing")
+        return also or bool({self.text(k - 1), self.text(k)} & _NEXT)
 
     def _first_anew(self, j: int) -> int:
         """Return where what comes first is told after a correction at `j`: "..., wait, no, first tap the ball"; 0 if it is not."""
