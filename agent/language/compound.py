@@ -34,7 +34,7 @@ WHEN = {
         f"<start> do not! {{_VERB={verb}}} {{thing}} [just] yet! (,|.|;|:) [but] first! {{text}} (,|.|;|, and|and) [only!] then {{VERB={verb}}} (it|them) <end>": f"{{text}} , then {{VERB={verb}}} {{thing}}"
         for verb in ("open", "close", "tap", "push", "pick", "put")
     },
-    "<start> do not! {_VERB=put} {thing} [{_place}] [just] yet! (,|.|;|:) [but] first! {text} (,|.|;|, and|and) [only!] then {VERB=put} (it|them) {place} <end>": "{text} , then {VERB=put} {thing} {place}",
+    "<start> do not! {_VERB=put} {thing} {_place} [just] yet! (,|.|;|:) [but] first! {text} (,|.|;|, and|and) [only!] then {VERB=put} (it|them) {in:in|into|inside|on|onto|beside} {one} <end>": "{text} , then {VERB=put} {thing} {in} {one}",
     "<joint> [only!] then (should|may|can|must|do|will|shall) you {VERB}": ", then {VERB}",
     "<joint> after! (those|these|them|both|that) [two!|three!|of them] [,] {VERB}": ", then {VERB}",
     "(after|once!|as soon! as) {thing} (has|have|is|are) [been] {VERB} {place}": "after you {VERB} {thing} {place}",
