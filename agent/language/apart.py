@@ -52,25 +52,40 @@ def members_named(commands: Sequence[Command], ground: Grounder) -> tuple[Comman
         RefusedError: Some of those named are of that kind, and some are not.
     """
     for k, group in enumerate(commands):
-        whole = group.objects[0] if len(group.objects) == 1 else None
-        if whole is None or whole.determiner != "a" or not whole.nouns:
+        whole = group.objects[0] if group.objects else None
+        if whole is None or whole.determiner != "a" or not (whole.nouns and whole.number):
+            continue
+        listed_with = group.objects[1:]
+        if len(listed_with) == whole.number and all(_is_named(ref) and ground.has(ref, whole) for ref in listed_with):
+            # "two of the cans, namely the soup and the corn, go in the bowl": those, where there are no two others.
+            if len(ground.many(replace(whole, determiner="all", number=None, total=None)).ids) >= 2 * whole.number:
+                raise _which_ones(whole, listed_with)
+            return (*commands[:k], replace(group, objects=listed_with), *members_named(commands[k + 1 :], ground))
+        if listed_with:
             continue
         end = k + 1
         while end < len(commands) and commands[end].bare and _again(commands[end], group):
             end += 1
         own = tuple(ref for command in commands[k + 1 : end] for ref in command.objects)
-        single = all((ref.nouns or ref.names) and not (ref.plural or ref.number) for ref in own)
-        of_it = [ground.has(ref, whole) for ref in own] if single and len(own) == whole.number else []
+        fits = len(own) == whole.number and all(map(_is_named, own))
+        of_it = [ground.has(ref, whole) for ref in own] if fits else []
         if any(of_it) and not all(of_it):
-            raise RefusedError(
-                RefusalCode.AMBIGUOUS, f"“{whole.text}”: are {listed([ref.text for ref in own])} the ones, or more?"
-            )
+            raise _which_ones(whole, own)
         if any(of_it):
             # So that "the other one" is a fruit, too.
             named = [replace(ref, nouns=whole.nouns, names=(*ref.names, *ref.nouns)) for ref in own]
             of_them = tuple(one if ground.has(one) else ref for one, ref in zip(named, own, strict=True))
             return (*commands[:k], replace(group, objects=of_them), *members_named(commands[end:], ground))
     return tuple(commands)
+
+
+def _is_named(ref: Ref) -> bool:
+    return bool(ref.nouns or ref.names) and not (ref.number or (ref.plural and not ref.names))
+
+
+def _which_ones(whole: Ref, named: Sequence[Ref]) -> RefusedError:
+    told = listed([ref.text for ref in named])
+    return RefusedError(RefusalCode.AMBIGUOUS, f"“{whole.text}”: are {told} the ones, or more?")
 
 
 def _again(command: Command, before: Command) -> bool:
