@@ -192,7 +192,7 @@ class Grammar(Amendments):
             alone = i == 0 and len(part) == len(rest) == 1 and not self.tag(self._skip(i), "FIRST")
             if again and len(part) == 1:
                 found.append((end, rest))
-            elif alone and not again and isinstance(rest[0], Command):
+            elif alone and not again and isinstance(rest[0], Command) and len(rest[0].objects) < 2:
                 found.append((end, (*_in_it(rest, part, alone=True), *part)))
         return found
 
