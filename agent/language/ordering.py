@@ -29,6 +29,7 @@ _AFTER_IT = (
     ("last", "of", "all"),
 )
 """What is said behind a thing that comes after those told before."""
+_LEFT_OUT = frozenset({"not", "no", "never", "without", "except", "but", "leave", "nor"})
 _PLACED = frozenset(words[-1] for words in _AFTER_IT)
 Item = tuple[int, int]
 
@@ -76,6 +77,9 @@ def _one_after_the_other(said: Said) -> Said:
 
 def _one_of_its_own(said: Said, told: int, i: int) -> list[int]:
     """Return where a single thing ends that is called something, at token `i`; none if it may be one of several told before."""
+    if _LEFT_OUT & {*said.texts[:told]}:
+        # "tap the can, but not the cup, and the jar last": a step, or left out as well?
+        return []
     for k in range(told):
         hits = said.grammar.np(k)
         single = {end for end, ref in hits if not ref.plural and ref.determiner != "all"}
