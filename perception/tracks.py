@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
+from robosandbox.perception.abiding import lies_in, stands_in_its_contents
 from robosandbox.perception.absence import seen_through
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
@@ -112,7 +113,11 @@ class Tracker:
         back = self._assign(hidden, new, near=False)
         drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
         for track, thing in (*pairs, *moved, *back):
-            renew(track, thing)
+            if stands_in_its_contents(track, thing, pairs):
+                # Half covered it is seen amiss; what lies in it, and is seen where it lay, tells where it is.
+                track.confidence *= FADING
+            else:
+                renew(track, thing)
         seen = {track.id for track, _ in (*moved, *back)}
         for track in left:
             if track.id in seen:
@@ -179,7 +184,7 @@ class Tracker:
         Of what lies on and against each other in a bin pieces are seen that look like other things.
         """
         for vessel in self.tracks.values():
-            if vessel.thing.kind in CONTAINER_KINDS and _lies_in(thing.fit.centre, vessel.thing):
+            if vessel.thing.kind in CONTAINER_KINDS and lies_in(thing.fit.centre, vessel.thing.fit):
                 if thing.kind in CONTAINER_KINDS and vessel.id in known:
                     # A hollow between things in a bin is no bowl.
                     return True
@@ -189,7 +194,7 @@ class Tracker:
                         other is not vessel
                         and (other.hidden or other.id in known)
                         and alike
-                        and _lies_in(other.thing.fit.centre, vessel.thing)
+                        and lies_in(other.thing.fit.centre, vessel.thing.fit)
                     ):
                         return True
         return False
@@ -200,7 +205,7 @@ class Tracker:
             vessel = other.thing
             if other is track or vessel.kind not in CONTAINER_KINDS:
                 continue
-            if not _lies_in(track.thing.fit.centre, vessel):
+            if not lies_in(track.thing.fit.centre, vessel.fit):
                 continue
             between = track.thing.fit.bottom < vessel.fit.top
             height = vessel.fit.bottom + CONTAINER_WALL + (track.thing.fit.top - track.thing.fit.bottom) / 2.0
@@ -280,13 +285,6 @@ def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
         if track.thing.kind != "drawer" and inside(track.detected(), box).holds:
             pose = track.thing.pose
             carry(track, Pose.from_matrix(pose.position - out * box.pose.rotation[:, 0], pose.rotation))
-
-
-def _lies_in(place: Array, vessel: Thing) -> bool:
-    """Tell whether a place (3,) is within a container's walls, seen from above."""
-    local = vessel.fit.axes.T @ (place - vessel.fit.centre)
-    room = vessel.fit.sizes[:2] if vessel.fit.shape == "box" else vessel.fit.sizes[[0, 0]]
-    return bool((np.abs(local[:2]) < room).all())
 
 
 def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:

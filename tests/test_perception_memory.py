@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robosandbox.perception.abiding import stands_in_its_contents
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.familiar import Known, candidates
 from robosandbox.perception.fit import fit
@@ -194,3 +195,27 @@ def test_a_piece_of_what_lies_in_a_known_bin_is_no_new_thing(bin_is_known, rgb, 
     tracker.tracks["lemon"] = Track("lemon", in_a_bin((1.0, 0.8, 0.1)))
     known = frozenset(tracker.tracks) if bin_is_known else frozenset()
     assert tracker._is_known_inside(in_a_bin(rgb, kind), known) is not is_new
+
+
+def cube_at(x, y):
+    """Return a cube in the bin as seen."""
+    thing = look_at_bin((x, y), np.array([0.016, 0.016, 0.016]))
+    return replace(thing, kind="box")
+
+
+@pytest.mark.parametrize(
+    ("shift", "cube_shift", "stays"),
+    [
+        ((-0.02, 0.0), (0.0, 0.0), True),
+        ((-0.02, 0.0), (-0.02, 0.0), False),
+        ((-0.003, 0.0), (0.0, 0.0), False),
+        ((0.02, 0.0), (0.0, 0.0), False),
+    ],
+)
+def test_a_bin_does_not_move_away_over_what_lies_in_it(shift, cube_shift, stays):
+    # The cube lies in the corner at +x, +y.
+    track = Track("bin", look_at_bin((0.1, 0.3), BIN))
+    corner = Track("cube", cube_at(0.152, 0.352))
+    looked = look_at_bin((0.1 + shift[0], 0.3 + shift[1]), BIN, confidence=0.62)
+    again = cube_at(0.152 + cube_shift[0], 0.352 + cube_shift[1])
+    assert stands_in_its_contents(track, looked, [(track, looked), (corner, again)]) is stays
