@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
+from robosandbox.agent.language.hesitations import HESITATIONS, WAYS, takes_back
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
     EDGE_FILLERS,
@@ -24,7 +25,7 @@ from robosandbox.agent.language.lexicon import (
 )
 from robosandbox.agent.language.notation import written_out
 from robosandbox.agent.language.places import TABLE
-from robosandbox.agent.language.speech import GRAMMAR_WORDS
+from robosandbox.agent.language.speech import CORRECTION, GRAMMAR_WORDS
 from robosandbox.agent.language.spelling import nearest_word
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.typography import in_sentences, plain_text
@@ -64,7 +65,8 @@ ABBREVIATIONS = {
     "drwr": "drawer", "lg": "large", "lrg": "large", "sml": "small", "ylw": "yellow", "yel": "yellow", "grn": "green",
     "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
 }  # fmt: skip
-_NO = [[word, ","] for word in ("no", "sorry", "wait", "mean")]
+_TAKING_BACK = frozenset(phrase.split()[-1] for phrase in CORRECTION.split(", ")) - {"that", "it", "on", "one", "say"}
+"""Last words of what takes back what was said before: "oops", "I mean"."""
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
 _RUN_TOGETHER = re.compile(
     r"(in|into|on|onto|to|up|of|off|from|at|and|with|by|over|next|down|behind|under|between|beside|around|all|both)"
@@ -124,8 +126,6 @@ class SceneWords:
 
 
 _FORBIDDERS = frozenset({"AVOID", "NEGATION", "STILL"})
-_WAYS = frozenset({"left", "right", "forward", "forwards", "back", "backward", "backwards"})
-_HESITATIONS = frozenset({"um", "umm", "uh", "uhh", "uhm", "er", "erm", "err", "hmm", "hm", "oh", "ah"})
 _OPENERS = frozenset({"VERB", "THE", "A", "PREAMBLE", "DESIRE", "PRON", "AVOID", "NEGATION"})
 _FORBIDDING = frozenset("🚫❌⛔✋🛑")
 _DESCRIBING = frozenset(
@@ -292,13 +292,6 @@ def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
     return bool(tags & _OPENERS) and not tags & {"NOUN", "ABSENT", "COLOUR"}
 
 
-def _turns(tokens: Sequence[Token], kept: Sequence[Token], i: int, after: int) -> bool:
-    """Say whether a hesitation stands between two directions, commas aside."""
-    before = [token.text for token in kept[-2:] if token.text != ","]
-    behind = [token.text for token in tokens[after : after + 2] if token.text != ","]
-    return bool(before and behind) and before[-1] in _WAYS and behind[0] in _WAYS
-
-
 def _is_plural(word: str, parts: frozenset[str]) -> bool:
     return (word.endswith("s") and word[:-1] in parts) or (word.endswith("es") and word[:-2] in parts)
 
@@ -339,10 +332,13 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
-        listed = tokens[i].text == "right" and any(token.text in _WAYS for token in kept[-2:])
-        if tokens[i].text == "right" and [token.text for token in kept[-2:]] in _NO:
+        # "push it left, right?" asks for no second way.
+        asked = i + 1 < len(tokens) and tokens[i + 1].text == "?"
+        listed = tokens[i].text == "right" and not asked and any(token.text in WAYS for token in kept[-2:])
+        cue = kept[-2].text if len(kept) > 1 and kept[-1].text == "," else ""
+        if tokens[i].text == "right" and cue in _TAKING_BACK:
             # "to the left of the bowl, no, right, and ..."
-            listed = listed or any(token.text in _WAYS for token in kept)
+            listed = listed or any(token.text in WAYS for token in kept)
         if tokens[i].text == "right" and [t.text in UNITS for t in kept[-2:-1]] == [True] and kept[-1].text == ",":
             # "the block, 3 cm, right"; but "..., right?"
             listed = i + 1 >= len(tokens) or tokens[i + 1].text != "?"
@@ -388,8 +384,9 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
             if tokens[i].text == "so" and kept and kept[-1].kind != "mark" and i + length < len(tokens):
                 # "the can is empty so please bin it"
                 kept.append(Token(",", ",", "mark"))
-            if tokens[i].text in _HESITATIONS and _turns(tokens, kept, i, i + length):
-                # "left, er, right" takes the left back.
+            if tokens[i].text in HESITATIONS and takes_back(
+                [token.text for token in kept], [token.text for token in tokens[i + length :]]
+            ):
                 kept.append(Token("no", tokens[i].raw, "word"))
             i += length
     return tuple(kept)
