@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import pairwise
 
 from robosandbox.agent.language.carrying import aside, go, move, pick, pull, push, put, release, relocate, throw
 from robosandbox.agent.language.clauses import Element
 from robosandbox.agent.language.composing import build, discard, line_up, load, sort, stack, swap, tidy, unstack
 from robosandbox.agent.language.frame import ATTACHED, Frame, chosen_by, excepted, in_sequence, joined
-from robosandbox.agent.language.intent import IT, Command, Relation, Verb
+from robosandbox.agent.language.intent import IT, Command, Region, Relation, Verb
 from robosandbox.agent.language.turns import taking_turns
+
+_OUTMOST = frozenset({"furthest", "farthest", "closest", "nearest", "further", "farther", "closer", "nearer"})
 
 
 def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
@@ -27,10 +30,23 @@ def frame_command(verb: str, elements: Sequence[Element]) -> list[Command]:
             told = len(turns) == 1 and verb not in ("stack", "build") and "objects" in kinds[: kinds.index("turns")]
             others = [element for element in elements if element.kind != "turns"]
             return taking_turns(frame_command(verb, others), turns[0]) if told else []
+    if _side_of_rank(elements):
+        return []
     frame = Frame.of(elements)
     if len(frame.objects) > 2 or len(frame.places) > 3:
         return []
     return builder(frame)
+
+
+def _side_of_rank(elements: Sequence[Element]) -> bool:
+    """Say whether a way to go, or a part of the table, only says which: "the tin that is furthest to the left"."""
+    return any(
+        one.kind == "objects"
+        and one.value
+        and one.value[-1].text.rpartition(" ")[2] in _OUTMOST
+        and (other.kind == "direction" or (other.kind == "place" and isinstance(other.value, Region)))
+        for one, other in pairwise(elements)
+    )
 
 
 def _pour(frame: Frame) -> list[Command]:

@@ -219,6 +219,17 @@ SUPERLATIVES: dict[str, str] = {
     "bottom": "bottommost, bottom, lowest, lowermost, lower",
     "medium": "middle sized one, medium sized one",
 }
+_SIDES = {"left": "left", "right": "right", "near": "front", "far": "back"}
+for _key, _side in _SIDES.items():
+    _ends = (
+        f"{_most} {_to}the {_hand}{_part}"
+        for _most in ("closest", "nearest")
+        for _to in ("to ", "")
+        for _hand in ((_side, f"{_side} hand") if _key in ("left", "right") else (_side,))
+        for _part in ("", " side", " edge", " end", " side of the table", " edge of the table", " end of the table")
+        if _to or _part
+    )
+    SUPERLATIVES[_key] += "".join(f", {_end}" for _end in _ends)
 POSITIONS: dict[str, str] = {
     "left": "left, left hand, lefthand, left side, left handed",
     "right": "right, right hand, righthand, right side, right handed",
