@@ -97,6 +97,12 @@ TOLD = {
     # What the clauses after it tell in full.
     "<start> sort (these|those|them|everything|things|the things|this lot|all this|all of (this|these)) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
     "(,|.|;|, and|and) {drawer} (has to|must|should|needs to|is to|ought to) [then] be (shut|closed) (at the [very] end|in the end|afterwards|after! that|at last!|when! [you are] done) <end>": ", then close {drawer}",
+    # An order that is told before what it is the order of.
+    "<start> {UP_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {UP_ORDER}",
+    "<start> {DOWN_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {DOWN_ORDER}",
+    # "there are two fruits here: the apple goes in the bin, the other one ..."
+    "<start> (first!|1st!|firstly) {thing} {place} (,|;|.) [and] (second!|2nd!|secondly) {thing2} {place2} <end>": "{thing} {place} , then {thing2} {place2}",
+    "<start> there (are|stand|lie|sit) (two!|a pair of) {word} [here|there|over there|on the table|in front of (you|me|us)] (:|;|.|,) {VERB} {one} {text} the other [one] {place} <end>": "{VERB} {one} {text} the other {word} {place}",
     # One of two that are alike in looks, by what it is: "of the two red things, the can ..., the other one ..."
     "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {text} the other [one|thing] {place} <end>": "{VERB} the {adjective} {word} {text} the other {adjective} thing {place}",
     "<start> (of|out of|from among) the (two!|pair of) {adjective} (things|objects|items|ones) , {VERB} the {word} {place} <end>": "{VERB} the {adjective} {word} {place}",

@@ -109,8 +109,12 @@ class Hands:
     ) -> tuple[tuple[str, ...], bool]:
         """Return the ids of a command's objects, each once, and whether a plural was meant."""
         names: list[str] = []
+        found: dict[int, list[str]] = {}
         several = len(command.objects) > 1
-        for ref in command.objects:
+        # "the big can, the other can and the small can": the other one than those two.
+        for k, ref in sorted(
+            enumerate(command.objects), key=lambda each: each[1].other and each[1].determiner == "the"
+        ):
             if ref.one and ref.other and not ref.nouns and self.called:
                 # "a cup on the block and another on the tray": another cup.
                 ref = replace(ref, nouns=self.called)
@@ -123,16 +127,17 @@ class Hands:
                 # "pour the tea into the bowl, then put the empty cup on the tray": the one that was poured from.
                 own = replace(ref, names=self.emptied)
                 ref = own if self.ground.has(own) else ref
-            barred = (*exclude, *names) if ref.determiner != "the" else (*exclude,)
+            barred = (*exclude, *names) if ref.determiner != "the" or (ref.other and names) else (*exclude,)
             if ref.determiner == "a" or (ref.determiner == "bare" and ref.number):
                 # "two bricks in the box, the yellow one stays": any two of the others.
                 barred = (*barred, *self.spared)
             meaning = self.ground.many(ref, fits or self.world.movable, barred)
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
-            names += [name for name in meaning.ids if name not in names]
+            found[k] = [name for name in meaning.ids if name not in names]
+            names += found[k]
             several = several or meaning.several
-        names = self._in_turns(command, names)
+        names = self._in_turns(command, [name for k in sorted(found) for name in found[k]])
         self._theme(tuple(names))
         return tuple(names), several
 

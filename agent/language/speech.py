@@ -398,7 +398,7 @@ ASIDE_FILLERS = (
 EDGE_FILLERS = (
     "say, might as well, may as well, you might as well, you may as well, we might as well, all done, done, finished, all finished, yes, sure, of course, awesome, good, great, nice, perfect, cool, excellent, so, well, robot, look, "
     "listen, listen up, now then, right then, here is what i want, here is the plan, here we go, here goes, "
-    "my dear, my love, my friend, dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
+    "my dear, my love, my friend, young man, young lady, young fellow, old chap, my boy, my good man, lad, dear, man, love, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, sir, fine, see, so then, well then, excuse me, pardon me, attention, as i said, in that case, "
     "panda, franka, robo, hal, robby"
 )
 GRAMMAR_WORDS = word_set(

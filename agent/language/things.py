@@ -15,7 +15,7 @@ NOUNS: dict[str, str] = {
         "ball, sphere, orb, marble, globe, round one, round thing, round object, round item, spherical one, spherical thing, "
         "spherical object, spherical item"
     ),
-    "can": "can, tin, tin can, soda can, coke can, beer can, drink can, soda, coke",
+    "can": "can, tin, tin can, soda can, coke can, beer can, drink can, soda, coke, canister",
     "cylinder": (
         "cylinder, tube, barrel, drum, pillar, column, cylindrical one, cylindrical thing, cylindrical object, "
         "cylindrical item"

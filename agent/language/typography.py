@@ -130,6 +130,7 @@ _CONTRACTIONS = [
         (r"^\W*(?:some|any)(?:one|body),? please,? (?=\w)", "please "),
         (rf"(^|[.;!?]\s*)(?:(?:and|so|then|ok|okay|well|right|alright),? )*now,? (?:then,? )?we (?={_DOING})", r"\1"),
         (r"([,;.]\s*(?:and )?)than\b", r"\1then"),
+        (r"\ba (?:teeny|teensy|tiny|wee)[ -]?(?:weeny|weensy|tiny|little|wee)? bit\b", "a tiny bit"),
         (r"\bgonna\b", "going to"),
         (r"\bgimme\b", "give me"),
         (r"\blemme\b", "let me"),

@@ -187,6 +187,9 @@ class WordOrder(Wishes, ABC):
                 if start not in beside:
                     beside[start] = [hit for found_ in self.elements(start) for hit in _implied(*found_)]
                 for end, verb, elements in beside[start]:
+                    if self.text(end) == "?" and end + 1 < self.count and self.tag(end + 1, "VERB"):
+                        # "the lemon in the bowl? Get it": which lemon, and no order.
+                        continue
                     found += [(end, replace(c, bare=0.3)) for c in frame_command(verb, (spoken(refs), *elements))]
             if self.text(both) in ("put", "place"):
                 # "small stone put in flower pot", "ruler and crayon all put into pencil case"
