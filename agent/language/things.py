@@ -221,7 +221,7 @@ SUPERLATIVES: dict[str, str] = {
 }
 _SIDES = {"left": "left", "right": "right", "near": "front", "far": "back"}
 for _key, _side in _SIDES.items():
-    _ends = (
+    _edges = (
         f"{_most} {_to}the {_hand}{_part}"
         for _most in ("closest", "nearest")
         for _to in ("to ", "")
@@ -229,7 +229,7 @@ for _key, _side in _SIDES.items():
         for _part in ("", " side", " edge", " end", " side of the table", " edge of the table", " end of the table")
         if _to or _part
     )
-    SUPERLATIVES[_key] += "".join(f", {_end}" for _end in _ends)
+    SUPERLATIVES[_key] += "".join(f", {_edge}" for _edge in _edges)
 POSITIONS: dict[str, str] = {
     "left": "left, left hand, lefthand, left side, left handed",
     "right": "right, right hand, righthand, right side, right handed",
