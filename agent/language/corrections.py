@@ -65,8 +65,19 @@ def _once(said: Said) -> list[Said]:
         for repair in _repairs(said, i):
             ways = repair.ways()
             if ways:
-                return [said.now(_tidied(way)) for way in ways if _tidied(way) != tuple(said.tokens)]
+                kept = _forbidden(said.tokens)
+                return [
+                    said.now(_tidied(way))
+                    for way in ways
+                    if _tidied(way) != tuple(said.tokens) and _forbidden(_tidied(way)) >= kept
+                ]
     return []
+
+
+def _forbidden(tokens: Sequence[Token]) -> int:
+    """Return how often a sentence forbids something: no better words take that back."""
+    texts = [token.text for token in tokens]
+    return sum(texts[k] in ("never", "without") or texts[k : k + 2] == ["do", "not"] for k in range(len(texts)))
 
 
 def _repairs(said: Said, i: int) -> list[Repair]:
@@ -126,6 +137,9 @@ def _cue(said: Said, i: int) -> tuple[int, bool]:
         if not length or (said.texts[k + 1 : k + 3] == ["on", "to"] and length == 2):
             break
         phrase = " ".join(said.texts[k : k + length])
+        if phrase.startswith("other ") and k == i > 0 and said.texts[k - 1] not in MARKS:
+            # "in the red bin, other one, the blue"; but "the other one" is a thing.
+            break
         filling = all(tag == "FILL" for end, tag, _ in _CUES.at(said.tokens, k) if end == k + length)
         # "or rather" takes back; "rather" after a mark, too.
         after = said.texts[k + length] if k + length < len(said.texts) else ""

@@ -145,6 +145,8 @@ ASIDES = {
     "rather {text} than {_place} <end>": "rather {text}",
     "<start> neither! {thing} nor! {thing2} [:|,] [but]": "do not touch {thing} and {thing2} .",
     "<start> [no!] not {one} (,|.|!|;) [but] {_one2} (!|.|;) {VERB} {that}": "do not touch {one} . {VERB} {that}",
+    "<start> not! {one} (,|.|!|;|:) [but] {VERB} the other (one|{_NOUN})": "leave {one} alone . {VERB} the other one",
+    "<start> not! {one} (,|.|!|;|:) [but] the other (one|{_NOUN})": "leave {one} alone . the other one",
     "<start> not! {_one} (,|.|!|;) [but] {one}": "{one}",
     "(two!|three!|these|some) (things|items|objects) for {container} : [first!] {thing} , [and] [then] {thing2} <end>": "put {thing} in {container} , then put {thing2} in {container}",
     "(two!|three!|these|some) (things|items|objects) for {container} : {thing} <end>": "put {thing} in {container}",
