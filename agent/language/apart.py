@@ -92,6 +92,18 @@ def _again(command: Command, before: Command) -> bool:
     return replace(command, objects=before.objects, bare=before.bare) == before
 
 
+def other_than_its_place(command: Command) -> Command:
+    """As in "put the other red cube on the large red cube", where nothing was spoken of before: other than that one."""
+    place, (ref, *more) = command.place, command.objects or (None,)
+    single = isinstance(place, Relation) and len(place.refs) == 1 and not more
+    if ref is None or not single or not ref.other or ref.plural or not (ref.nouns or ref.names):
+        return command
+    assert isinstance(place, Relation)
+    there = place.refs[0]
+    alike = (there.nouns == ref.nouns or there.names) and not (there.plural or there.other or there.determiner != "the")
+    return replace(command, objects=(replace(ref, other=False, without=(*ref.without, there)),)) if alike else command
+
+
 def without_what_is_denied(command: Command, ground: Grounder) -> Command:
     """As in "put the cubes in the bowl, not the red one": of the cubes, as no bowl was told by its looks.
 

@@ -10,6 +10,7 @@ from robosandbox.agent.language.apart import (
     dealt_first,
     members_apart,
     members_named,
+    other_than_its_place,
     sorted_as_told,
     without_what_is_denied,
 )
@@ -97,6 +98,8 @@ class _Builder(Pushing):
         _check_sides(steps)
         for command in _fused(steps):
             self._check_condition(command)
+            if not self.discourse.mentioned and self.world.held is None:
+                command = other_than_its_place(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
             self._check_tower(spared)
             getattr(self, f"_{command.verb}")(spared)
