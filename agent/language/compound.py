@@ -102,7 +102,7 @@ TOLD = {
     "<start> {DOWN_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {DOWN_ORDER}",
     # "there are two fruits here: the apple goes in the bin, the other one ..."
     "(,|;) but [only!|just] after": "after",
-    "(,|;) but not! before you {VERB} {text} <end>": "after you {VERB} {text}",
+    "(,|;) but not! before! you {VERB} {text} <end>": "after you {VERB} {text}",
     "<start> (first!|1st!|firstly) {thing} {place} (,|;|.) [and] (second!|2nd!|secondly) {thing2} {place2} <end>": "{thing} {place} , then {thing2} {place2}",
     "<start> there (are|stand|lie|sit) (two!|a pair of) {word} [here|there|over there|on the table|in front of (you|me|us)] (:|;|.|,) {VERB} {one} {text} the other [one] {place} <end>": "{VERB} {one} {text} the other {word} {place}",
     # One of two that are alike in looks, by what it is: "of the two red things, the can ..., the other one ..."
