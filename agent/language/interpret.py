@@ -179,6 +179,9 @@ def _plainly(said: Said) -> Said:
 def _set_right(said: Said) -> Readings:
     """Return the readings of a sentence with its corrections carried out."""
     ways = set_right(said.now(_respelled(said.tokens, said.words)))
+    # "if nothing is wrong, go home" says under what condition, and corrects nothing.
+    told = [word for word in ("if", "unless") if word in said.texts]
+    ways = tuple(way for way in ways if all(word in way.texts for word in told))
     readings = [reading for way in ways for reading in _plainly(way).grammar.sentences(_STEPS_AGAIN)]
     return tuple(sorted(readings, key=lambda reading: reading[0]))
 
