@@ -14,6 +14,7 @@ from robosandbox.agent.language.apart import (
     sorted_as_told,
     without_what_is_denied,
 )
+from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.ground import Grounder
@@ -26,7 +27,6 @@ from robosandbox.agent.language.intent import (
     Table,
     replace,
 )
-from robosandbox.agent.language.pushing import Pushing
 from robosandbox.types import ObservedScene, RefusalCode, SkillCall
 
 
@@ -76,7 +76,7 @@ _SKILLS_OF = {
 }
 
 
-class _Builder(Pushing):
+class _Builder(Deciding):
     """A plan for one sentence."""
 
     def sentence(self, sentence: Sentence) -> Draft:
@@ -130,27 +130,12 @@ class _Builder(Pushing):
         """As in "if the drawer is open, close it": done only if it is so."""
         if command.condition is None:
             return
-        place = command.place
-        if command.condition.determiner == "it" and isinstance(place, Relation) and place.refs:
-            raise RefusedError(RefusalCode.UNSUPPORTED, f"“{command.condition.text}”: which of the things is meant?")
-        if any(relation.kind == "full" for relation in command.condition.relations):
-            # That something is in it does not say that no more goes in.
-            raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether “{command.condition.text}”.")
-        if any(relation.kind == "empty" for relation in command.condition.relations):
-            thing = self.ground.one(replace(command.condition, relations=()), lambda name: True).ids[0]
-            if self.world.objects[thing].kind not in match.CONTAINERS:
-                raise RefusedError(RefusalCode.UNSUPPORTED, f"I cannot see whether {thing} is empty.", (thing,))
-        so = True
-        try:
-            self.ground.many(command.condition, lambda name: True)
-        except RefusedError as error:
-            if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND or command.condition.unknown:
-                raise
-            so = False
+        so = self.is_so(command)
         if so == command.unless:
+            text = command.condition.text
+            told = so != bool({"no", "not", "nothing"} & {*text.split()})
             raise RefusedError(
-                RefusalCode.IMPOSSIBLE,
-                f"“{command.condition.text}”: that is {'' if command.unless else 'not '}so; there is nothing to do.",
+                RefusalCode.IMPOSSIBLE, f"“{text}”: that is {'' if told else 'not '}so; there is nothing to do."
             )
 
     def _avoided(self, refs: Sequence[Ref]) -> set[str]:
@@ -315,7 +300,7 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
     """As in "pick up both balls and put them in the bin": two hands would be needed, so each goes before the next is taken."""
     fused: list[Command] = []
     for command in commands:
-        before = fused[-1] if fused else None
+        before = fused[-1] if fused and command.condition is None else None
         several = (
             before
             and before.verb == "pick"
@@ -331,7 +316,8 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
             and len(command.objects) == 1
             and command.objects[0].determiner == "it"
         ):
-            fused[-1] = Command(command.verb, before.objects, command.place, command.tower, command.order)
+            made = Command(command.verb, before.objects, command.place, command.tower, command.order)
+            fused[-1] = replace(made, condition=before.condition, unless=before.unless, subject=before.subject)
         elif before and _lifts_both(before, command):
             # "red on blue and both on the slab": a tower on the slab, not two cubes side by side.
             place = command.place

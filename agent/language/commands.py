@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Element
+from robosandbox.agent.language.conditions import Conditions, Given, only_under, under
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.modifiers import STATES
-from robosandbox.agent.language.towers import Towers
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS
 from robosandbox.agent.language.wordlist import word_set
@@ -25,7 +25,7 @@ def _tells_which(command: Command) -> bool:
     return isinstance(place, Relation) and place.kind in ("between", "in", "on") and not place.directional
 
 
-class Commands(Towers):
+class Commands(Conditions):
     """The rules for one command."""
 
     @rule
@@ -58,24 +58,19 @@ class Commands(Towers):
                             for end, elements in self.elements(k)
                             for command in frame_command("build", (*elements, Element("material", refs)))
                         ]
-        for j, what, condition in self._condition(i):
-            after = self._skip(j)
+        for given in self._condition(i):
+            after = self._skip(given.end)
             after = after + 1 if self.text(after) == "then" else after
-            for start in self._preambles(after, 0) if after > j else [j]:
+            for start in self._preambles(after, 0) if after > given.end else [given.end]:
                 for k, command in self._verb_first(start):
-                    it = bool(command.objects) and command.objects[0].determiner == "it"
-                    objects = (what,) if it and what else command.objects
-                    unless = self.text(i) == "unless"
-                    found.append((k, replace(command, objects=objects, condition=condition, unless=unless)))
-        for j, command in list(found):
+                    done = under(command, given, unless=self.text(i) == "unless")
+                    found += [(k, done)] if done else []
+        for j, command in list(found) if not {"if", "unless"}.isdisjoint(self.texts) else ():
             joint = j + 1 if self.text(j) == "," else j
-            for k, _, condition in self._condition(joint + (self.text(joint) == "but")):
-                if condition.determiner == "it" and len(command.objects) == 1 and not command.place:
-                    # "close the drawer if it is open"
-                    relations = (*command.objects[0].relations, *condition.relations)
-                    condition = replace(command.objects[0], relations=relations, text=condition.text)
+            for given in self._condition(joint + (self.text(joint) == "but")):
                 unless = "unless" in (self.text(j), self.text(j + 1), self.text(j + 2))
-                found.append((k, replace(command, condition=condition, unless=unless)))
+                done = only_under(command, given, unless=unless) if command.condition is None else None
+                found += [(given.end, done)] if done else []
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
@@ -86,34 +81,25 @@ class Commands(Towers):
                     found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
 
-    def _condition(self, i: int) -> list[tuple[int, Ref | None, Ref]]:
-        """As in "if the drawer is open": where it ends, the thing, and the thing as it has to be."""
-        found: list[tuple[int, Ref | None, Ref]] = []
+    def _condition(self, i: int) -> list[Given]:
+        """As in "if the drawer is open", "unless there is something on the pallet"."""
         if self.text(i) not in ("if", "unless"):
-            return found
-        if self.said(i + 1, i + 3) in ("there is", "there are"):
-            # "unless there is something on the pallet"
-            k = i + 4 if self.text(i + 3) in ("still", "already", "currently") else i + 3
-            if self.text(k) in ("nothing", "no"):
-                return found
-            for j, ref in self.np(k):
-                if ref.relations and not ref.unknown and self._skip(j) > j:
-                    # "if there is a lemon on the table, put it in the bowl": the lemon.
-                    single = self.text(i) == "if" and (ref.nouns or ref.names) and not (ref.plural or ref.number)
-                    it = replace(ref, determiner="the") if single and ref.nouns != ("thing",) else None
-                    found.append((j, it, replace(ref, determiner="a", plural=False)))
-            return found
+            return []
+        found = [given for given in self.existence(i + 1) if self.closed_off(given.end)]
         for j, ref in self.np(i + 1):
-            if self.text(j) not in ("is", "are") or ref.plural or ref.unknown:
+            if self.text(j) not in ("is", "are") or ref.plural or ref.unknown or ref.determiner == "a":
                 continue
-            k = j + 2 if self.text(j + 1) in ("still", "already", "currently") else j + 1
+            denied = self.text(j + 1) == "not"
+            k = j + 1 + denied
+            k = k + 1 if self.text(k) in ("still", "already", "currently") else k
             states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
             states += [(m, relation) for m, relation in self.relation(k) if not relation.directional]
             for m, colour in self.tag(k, "COLOUR"):
-                found.append((m, ref, replace(ref, colours=(*ref.colours, colour), text=self.said(i + 1, m))))
+                so = replace(ref, colours=(*ref.colours, colour), text=" ".join(self.texts[i + 1 : m]))
+                found.append(Given(m, ref, None, so, denied, ref))
             for m, relation in states:
-                so = replace(ref, relations=(*ref.relations, relation), text=self.said(i + 1, m))
-                found.append((m, ref, so))
+                so = replace(ref, relations=(*ref.relations, relation), text=" ".join(self.texts[i + 1 : m]))
+                found.append(Given(m, ref, None, so, denied, ref))
         return found
 
     def _verb_first(self, i: int) -> Found[Command]:

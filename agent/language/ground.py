@@ -72,6 +72,14 @@ class Grounder(Vicinity):
         except RefusedError:
             return False
 
+    def stands(self, name: str, relation: Relation, ref: Ref) -> bool:
+        """Say whether one thing stands in a relation that a description tells."""
+        return bool(self._related([name], relation, ref, empty=True))
+
+    def plainly_beside(self, name: str, side: str, anchors: Iterable[str]) -> bool:
+        """Say whether one thing is farther to a side of others than it is across it."""
+        return all(self._is_straight(side, name, anchor) for anchor in anchors)
+
     def _one_of(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
         """As in "the can or the ball, whichever is closer": what any of the descriptions means, in order."""
         names: list[str] = []

@@ -219,6 +219,7 @@ class Command(NamedTuple):
         negated: For nothing: the verb that is not to be done.
         condition: "if the drawer is open": what has to be there, as it is described.
         unless: It must not be there.
+        subject: What the condition tells a state of ("the drawer"); None where it asks whether there is such a thing.
     """
 
     verb: Verb
@@ -233,6 +234,7 @@ class Command(NamedTuple):
     negated: str = ""
     condition: Ref | None = None
     unless: bool = False
+    subject: Ref | None = None
 
 
 class Element(NamedTuple):

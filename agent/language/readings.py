@@ -73,7 +73,7 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
     """As in "bring the cube over to the can and set it down beside the can": one carrying."""
     made: list[Command] = []
     for step in steps:
-        last = made[-1] if made else None
+        last = made[-1] if made and not (made[-1].condition or step.condition) else None
         over = last.place if last is not None and last.verb == "put" else None
         onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
         if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):

@@ -21,6 +21,12 @@ class Vicinity(Orders, ABC):
             return self.world.parent.get(anchor) == ("on", name)
         return name in self.world.inside(anchor) or (kind == "from" and parent == ("on", anchor))
 
+    def _is_straight(self, side: str, name: str, anchor: str) -> bool:
+        """Say whether one thing is at most as far across a side of another as along it."""
+        dx, dy = (a - b for a, b in zip(self.world.at[name], self.world.at[anchor], strict=True))
+        along, across = (abs(dy), abs(dx)) if side in ("left", "right") else (abs(dx), abs(dy))
+        return across <= along
+
     def _around(self, kind: str, names: list[str], anchor: str, *, narrow: bool = False) -> list[str]:
         kind = "back" if kind == "opposite" else kind
         ax, ay = self.world.at[anchor]
