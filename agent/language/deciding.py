@@ -123,7 +123,8 @@ class _Judge:
     def _looked_into(self, relation: Relation, condition: Ref) -> list[str]:
         """Return what a relation is to; what is in a drawer that is shut cannot be seen."""
         anchors = [name for ref in relation.refs for name in self.ground.many(ref, lambda name: True).ids]
-        if relation.kind == "in" and any(self._shut(name) for name in anchors):
+        holds_nothing = [name for name in anchors if self.world.objects[name].kind not in match.CONTAINERS]
+        if relation.kind == "in" and (holds_nothing or any(self._shut(name) for name in anchors)):
             raise _unseen(condition)
         return anchors
 
@@ -134,6 +135,9 @@ class _Judge:
         if relation.kind in ("empty", "holds", "lacks") and self._shut(name):
             raise _unseen(condition)
         so = self.ground.stands(name, relation, condition)
+        if so and relation.kind == "beside" and not self.ground.side_by_side(name, anchors):
+            # Near, but how near is next to it?
+            raise _unseen(condition)
         if so and relation.kind in _SIDES and not self.ground.plainly_beside(name, relation.kind, anchors):
             # Farther ahead than it is to the left.
             raise _unseen(condition)

@@ -80,6 +80,10 @@ class Grounder(Vicinity):
         """Say whether one thing is farther to a side of others than it is across it."""
         return all(self._is_straight(side, name, anchor) for anchor in anchors)
 
+    def side_by_side(self, name: str, anchors: Iterable[str]) -> bool:
+        """Say whether there is less room between one thing and others than the thing itself takes."""
+        return all(self._gap(name, anchor) < 2 * self.world.radius(name) for anchor in anchors)
+
     def _one_of(self, ref: Ref, fits: Fits | None, barred: set[str]) -> list[str]:
         """As in "the can or the ball, whichever is closer": what any of the descriptions means, in order."""
         names: list[str] = []
