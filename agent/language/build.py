@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from copy import deepcopy
 from itertools import pairwise
 
 from robosandbox.agent.language import match
@@ -27,6 +28,7 @@ from robosandbox.agent.language.intent import (
     Table,
     replace,
 )
+from robosandbox.agent.language.strain import parties
 from robosandbox.types import ObservedScene, RefusalCode, SkillCall
 
 
@@ -50,6 +52,9 @@ def build(
         RefusedError: It cannot be grounded, or a step's precondition would not hold.
     """
     context = discourse or Discourse()
+    sentence = _decided(sentence, scene, frozenset(skills), context, chosen)
+    # What a correction ("no, the blue one") is about.
+    context.last = sentence
     try:
         return _Builder(scene, frozenset(skills), context, chosen).sentence(sentence)
     except RefusedError as error:
@@ -74,6 +79,30 @@ _SKILLS_OF = {
     "open": frozenset({"open_drawer"}),
     "close": frozenset({"close_drawer"}),
 }
+
+
+def _decided(
+    sentence: Sentence,
+    scene: ObservedScene,
+    skills: frozenset[str],
+    discourse: Discourse,
+    chosen: Mapping[str, str] | None,
+) -> Sentence:
+    """Return the sentence with what is to be done as things are in place of what is done if they are so, or otherwise."""
+    for k, step in enumerate(sentence.steps):
+        if not step.branches:
+            continue
+        done, otherwise = step.branches
+        strange = [ref.text for command in (*done, *otherwise) for ref in parties(command) if ref.unknown]
+        if strange:
+            raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what is meant by “{strange[0]}”.", strange)
+        builder = _Builder(scene, skills, deepcopy(discourse), chosen)
+        if k:
+            builder.sentence(Sentence(sentence.steps[:k]))
+        taken = done if builder.is_so(done[0]) != done[0].unless else otherwise
+        steps = (*sentence.steps[:k], *taken, *sentence.steps[k + 1 :])
+        return _decided(Sentence(steps, sentence.avoid), scene, skills, discourse, chosen)
+    return sentence
 
 
 class _Builder(Deciding):

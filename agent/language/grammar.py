@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from robosandbox.agent.language.amendments import Amendments, without
+from robosandbox.agent.language.alternatives import Alternatives
+from robosandbox.agent.language.amendments import without
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
@@ -28,7 +29,7 @@ _ONCE = frozenset({"once", "after", "soon"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
-class Grammar(Amendments):
+class Grammar(Alternatives):
     """The rules for sentences."""
 
     def __post_init__(self) -> None:
@@ -67,6 +68,7 @@ class Grammar(Amendments):
         i = self._skip(i)
         if i >= n:
             return [(n, ())]
+        found += self.either(i)
         for j, part in self.part(i):
             # "... and go home afterwards" says what the order of the words says already; alone it would be a condition.
             ends = [m for m, _ in self.tag(j, "LATER")] if follows else []

@@ -26,6 +26,7 @@ Verb = Literal[
     "tidy",
     "empty",
     "nothing",
+    "either",
 ]
 
 
@@ -219,6 +220,7 @@ class Command(NamedTuple):
         negated: For nothing: the verb that is not to be done.
         condition: "if the drawer is open": what has to be there, as it is described.
         unless: It must not be there.
+        branches: For either: what is done where the condition of its first command holds, and what otherwise.
         subject: What the condition tells a state of ("the drawer"); None where it asks whether there is such a thing.
     """
 
@@ -235,6 +237,7 @@ class Command(NamedTuple):
     condition: Ref | None = None
     unless: bool = False
     subject: Ref | None = None
+    branches: tuple[tuple[Command, ...], ...] = ()
 
 
 class Element(NamedTuple):

@@ -221,7 +221,6 @@ def choose(
                 limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
             continue
         best = strain if not plans else best
-        context.last = reading
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):
             plans[_effect(draft)] = (draft, context)
     if len(plans) > 1:

@@ -64,6 +64,8 @@ def parties(command: Command) -> tuple[Ref, ...]:
 
 
 def _of_command(command: Command) -> float:
+    if command.branches:
+        return sum(_of_command(each) for branch in command.branches for each in branch)
     several = len(command.objects) == 1 and command.objects[0].plural
     # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
     contrast = 0.6 * sum(" but not " in ref.text for ref in getattr(command.place, "refs", ())) if several else 0.0
