@@ -20,6 +20,7 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
+    IT,
     Command,
     Ref,
     Relation,
@@ -344,6 +345,7 @@ def _fused(commands: Sequence[Command]) -> list[Command]:
             and command.verb in ("put", "stack")
             and len(command.objects) == 1
             and command.objects[0].determiner == "it"
+            and command.condition is None
         ):
             made = Command(command.verb, before.objects, command.place, command.tower, command.order)
             fused[-1] = replace(made, condition=before.condition, unless=before.unless, subject=before.subject)
