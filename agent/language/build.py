@@ -20,7 +20,6 @@ from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
-    IT,
     Command,
     Ref,
     Relation,

@@ -82,7 +82,7 @@ FORMULAS = {
     "not! that (it matters|i (am|care|mind)|we (are|care|mind)|it is) {_words} (but|,)": "",
     "not! (to|that i want to) be (fussy|picky|rude|difficult|a pain|funny|bossy|pushy) (but|,)": "",
     "if! (it|that|this) is not! [too|very|really|so|that] [much] [of] [a|an] <trouble> [for you]": "",
-    "if! (it|that|this) is (not! too (late|busy)|no! <trouble>|all right|alright|okay|ok|fine|possible|convenient|allowed) [with you|by you|for you] <edge>": "",
+    "if! (it|that|this) is (not! too (late|busy)|not! [too|very|that] (bold|boring|complicated|demanding|inconvenient|much [of an effort]|silly|tedious|tiring)|no! <trouble>|all right|alright|okay|ok|fine|possible|convenient|allowed) [with you|by you|for you] <edge>": "",
     "(if!|when!|whenever!|once!) you (get|got|have|have got|find|can find|can spare|could spare|catch) [a|some|any|the] (minute|moment|sec|time|chance|spare minute|spare moment|free moment|free minute|free hand|hand free|breather|tick|jiffy|mo) [free|spare|to spare|for me]": "",
     "(if!|when!|whenever!|once!) you (are|feel) (free|ready|up (to|for) it|able|around|available|awake|so inclined|in the mood|not! (too|very|otherwise!) (busy|tired|fussed|bothered|occupied))": "",
     "if! you (fancy|fancied|feel like) (it|that)": "",
