@@ -22,7 +22,8 @@ PARTS = {
 WHEN = {
     # Which step comes last, told before the others.
     "<start> (the|your) [very] last! (thing|step) [[that] you do|[for you] to do] (is|should be|must be|has to be|will be|would be) [to] {VERB} {thing} [{place}] (,|;|.|:) [but|and] [then] [first! [of all|off]|(start|begin) (with|by)] {VERB2} {text} <end>": "finish by {VERB} {thing} {place} , {VERB2} {text}",
-    "(,|;|, and|and) in between [,] [you] [should|can|must] {VERB}": ", then {VERB}",
+    "<start> finish by {text} (,|;|, and|and) in between [,] [you] [should|can|must] {VERB}": "finish by {text} , then {VERB}",
+    "<start> [first!] [of all] {VERB} {thing} [{place}] <joint> (then|finally|lastly|last!|last! of all|at the end|in the end) [,] {VERB2} {thing2} [{place2}] <joint> in between [,] [you] [should|can|must] {VERB3} {thing3} [{place3}] <end>": "{VERB} {thing} {place} , then {VERB3} {thing3} {place3} , then {VERB2} {thing2} {place2}",
     # What comes after the step before it, once that is done.
     "<joint> <when> <they> <are> <there> [,] [then] {VERB}": ", then {VERB}",
     "<joint> {VERB=home} <when> <they> <are> <there> <end>": ", then {VERB=home}",
