@@ -7,11 +7,12 @@ from itertools import pairwise
 
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.ground import Grounder
-from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.intent import Command, Ref, Region, Relation, replace
 from robosandbox.agent.language.match import CONTAINERS
 from robosandbox.agent.language.readings import part_of
 from robosandbox.types import RefusalCode
 
+_ACROSS, _ALONG = frozenset({"left", "right"}), frozenset({"far", "near"})
 _SORTED_TO = frozenset({"in", "to", "on", "beside", "left", "right", "front", "back"})
 
 
@@ -34,6 +35,32 @@ def members_apart(commands: Sequence[Command], ground: Grounder) -> tuple[Comman
         single = _told_by_looks(apart) or (not apart.plural and apart.nouns and not apart.other)
         if single and ground.has(apart, whole):
             made[k] = replace(made[k], objects=(replace(whole, without=(*whole.without, apart)),))
+    return tuple(made)
+
+
+def other_regions(commands: Sequence[Command]) -> tuple[Command, ...]:
+    """As in "the can in the far left corner and the cup in the near one": a corner, and no bin that is near.
+
+    Raises:
+        RefusedError: Which one is meant is not told by its sides: "the other one".
+    """
+    made = list(commands)
+    for k in range(1, len(made)):
+        region, place = made[k - 1].place, made[k].place
+        if not (isinstance(region, Region) and isinstance(place, Relation) and len(place.refs) == 1):
+            continue
+        one = place.refs[0]
+        fits = place.kind in ("to", "beside", "in" if region.name == "corner" else "on")
+        told = one.nouns or one.names or one.colours or one.relations or one.unknown or one.options
+        if not (one.one and fits) or told:
+            continue
+        sides = tuple(dict.fromkeys(rank.key for rank in one.ranks))
+        if one.other or not sides or not set(sides) <= {*_ACROSS, *_ALONG}:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"Which {region.name} of the table is “{one.text}”?", about=one.text
+            )
+        kept = [side for axis in (_ACROSS, _ALONG) if not axis & {*sides} for side in region.sides if side in axis]
+        made[k] = replace(made[k], place=Region(region.name, (*sides, *(kept if region.name == "corner" else ()))))
     return tuple(made)
 
 

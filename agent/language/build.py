@@ -12,6 +12,7 @@ from robosandbox.agent.language.apart import (
     members_apart,
     members_named,
     other_than_its_place,
+    other_regions,
     sorted_as_told,
     without_what_is_denied,
 )
@@ -121,7 +122,7 @@ class _Builder(Deciding):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        told = sorted_as_told(tuple(map(_each_spared, sentence.steps)))
+        told = other_regions(sorted_as_told(tuple(map(_each_spared, sentence.steps))))
         ground = Grounder(self.world, Discourse())
         steps = dealt_first(members_apart(members_named(told, ground), ground))
         _check_sides(steps)
