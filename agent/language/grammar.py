@@ -310,6 +310,8 @@ class Grammar(Alternatives):
             (j, replace(command, objects=refs, bare=command.bare + 0.3))
             for j, refs in self.np_list(k)
             if not any(ref.unknown or ref.determiner == "it" for ref in refs)
+            # "tap the can after all" is no order.
+            and refs[0].text not in ("all", "all of them", "everything")
         ]
 
     def _set_apart(self, i: int, j: int) -> bool:

@@ -81,6 +81,7 @@ FORMULAS = {
     "(whatever|no! matter what) (you do|happens|anyone says|else! you do) [,]": "",
     "not! that (it matters|i (am|care|mind)|we (are|care|mind)|it is) {_words} (but|,)": "",
     "not! (to|that i want to) be (fussy|picky|rude|difficult|a pain|funny|bossy|pushy) (but|,)": "",
+    "after! all <edge>": "",
     "if! (it|that|this) is not! [too|very|really|so|that] [much] [of] [a|an] <trouble> [for you]": "",
     "if! (it|that|this) is (not! too (late|busy)|not! [too|very|that] (bold|boring|complicated|demanding|inconvenient|much [of an effort]|silly|tedious|tiring)|no! <trouble>|all right|alright|okay|ok|fine|possible|convenient|allowed) [with you|by you|for you] <edge>": "",
     "(if!|when!|whenever!|once!) you (get|got|have|have got|find|can find|can spare|could spare|catch) [a|some|any|the] (minute|moment|sec|time|chance|spare minute|spare moment|free moment|free minute|free hand|hand free|breather|tick|jiffy|mo) [free|spare|to spare|for me]": "",
