@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from itertools import pairwise
+from typing import get_args
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.apart import (
@@ -30,7 +31,7 @@ from robosandbox.agent.language.intent import (
     replace,
 )
 from robosandbox.agent.language.strain import parties
-from robosandbox.types import ObservedScene, RefusalCode, SkillCall
+from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 
 
 def build(
@@ -148,13 +149,25 @@ class _Builder(Deciding):
         return Draft(tuple(self.steps), self.substitutes)
 
     def _check_tower(self, command: Command) -> None:
-        """As in "move the tower to the tray": not its topmost block alone."""
+        """As in "move the tower to the tray": not its topmost block alone; "stack A and B next to the tray": where?"""
         towers = [ref for ref in command.objects if ref.nouns == ("tower",)]
         if command.verb in ("put", "pick", "push") and towers:
             raise RefusedError(
                 RefusalCode.UNSUPPORTED,
                 f"I cannot move “{towers[0].text}” as a whole; tell me which of its parts goes where.",
             )
+
+        last = command.objects[-1] if command.verb == "stack" and command.objects[1:] and not command.place else None
+        if last is None or not last.relations or last.relations[-1].kind not in (*get_args(Side), "beside"):
+            return
+        try:
+            Grounder(self.world, Discourse()).one(replace(last, relations=last.relations[:-1]), lambda name: True)
+        except RefusedError:
+            # "stack the red cube and the cube left of the can": that one of the cubes.
+            return
+        raise RefusedError(
+            RefusalCode.AMBIGUOUS, f"“{last.text}”: is the tower to stand there, or does it stand there?"
+        )
 
     def _check_condition(self, command: Command) -> None:
         """As in "if the drawer is open, close it": done only if it is so."""

@@ -95,7 +95,7 @@ class Grammar(Alternatives):
                 found += [
                     (end, (*(without(done, rest[0]) if set_apart else done), *rest, *final))
                     for end, rest in self._parts(k)
-                    if rest
+                    if rest and not (self.texts[j:k] == ["and"] and _one_list(part[-1], rest[0]))
                 ]
             after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
@@ -375,6 +375,16 @@ class Grammar(Alternatives):
                     for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
+
+
+def _one_list(one: Part, other: Part) -> bool:
+    """As in "stack the can and the cup next to the bowl", "tap the can and the cup in the bin": the cup is of the list.
+
+    What goes somewhere with no verb of its own borrows none from what goes nowhere.
+    """
+    if not (isinstance(one, Command) and isinstance(other, Command)) or one.bare or one.place or one.tower:
+        return False
+    return one.verb in ("tap", "stack", "pick") and other.verb == "put" and other.bare == 0.3
 
 
 def _goes_home(part: Part) -> bool:
