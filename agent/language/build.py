@@ -279,7 +279,10 @@ class _Builder(Deciding):
 
     def _nothing(self, command: Command) -> None:
         """What is not to be done is spoken of and left; a plan that does it all the same is refused."""
-        names = self._objects(command, fits=lambda name: True)[0] if command.objects else ()
+        # "put the can in the drawer without opening it": the drawer.
+        opens = command.negated in ("open", "close")
+        drawers = {name for name, item in self.world.objects.items() if not opens or item.kind == "drawer"}
+        names = self._objects(command, fits=drawers.__contains__)[0] if command.objects else ()
         targets: tuple[str, ...] = ()
         if isinstance(command.place, Relation) and command.place.refs:
             targets = self.ground.many(command.place.refs[0], lambda name: True, names).ids
