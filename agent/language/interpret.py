@@ -37,6 +37,7 @@ _ON_THE_WAY = word_set(
     when over swap exchange trade switch . ; :
     """
 )
+_WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
 # What `typography` writes for words that must not pass for others.
 _SAID_AS = {"namelyonly": "only", "backagain": "back again"}
 _PERHAPS_MISREAD = frozenset(
@@ -110,7 +111,10 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
 
     As in "mum says the lemon goes in the tray, but I want it in the bowl".
     """
-    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+|[.;:]", prompt.lower().rstrip(" .!;"))}:
+    said = prompt.lower().rstrip(" .!;")
+    # "the fruit in the bowl; the lime goes in the bin" tells what is where in the end, and no step.
+    marks = "" if _WHERE_IT_GOES.search(said) else "|[.;:]"
+    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+" + marks, said)}:
         return made
     doors = [(call.skill, str(call.arguments["drawer"])) for call in made.calls if "drawer" in call.arguments]
     reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
