@@ -272,9 +272,16 @@ class Phrasing(Choices):
                         # "the fig in the bag, no, the nut, and the bun in the box": the nut is what goes in the bag.
                         continue
                     for lead in better[:1]:
-                        if lead.one and not lead.nouns:
+                        every = lead.determiner == "all" and lead.text.startswith("all") and not lead.names
+                        if every and not (lead.nouns or refs[-1].plural or refs[-1].determiner == "all"):
+                            # "in the bag, no, all but the lime": not all of the bag.
+                            better = ()
+                        elif (lead.one or every) and not lead.nouns:
                             better = (replace(lead, nouns=refs[-1].nouns, one=False), *better[1:])
-                    found.insert(0, (end, (*refs[:-1], *better)))
+                    # "the salt and the pepper, no, just the pepper": what was said already is said to be meant alone.
+                    again = {ref.text for ref in better} <= {ref.text for ref in refs}
+                    if better and not (again and len(better) == len(refs)):
+                        found.insert(0, (end, better if again else (*refs[:-1], *better)))
         return distinct(found)
 
     def _closes(self, i: int) -> bool:

@@ -233,9 +233,21 @@ class Repair:
                 return self._element(kind, words)
         if "place" in elements and texts[0] in (*PREPOSITIONS, "next", "between", "left", "right"):
             return self._place(words)
+        if texts[0] == "all":
+            return self._all_but(words)
         if any(stop == end and _tells(ref) for stop, ref in self.said.grammar.np(self.start)):
             return self._thing(end, words, wrong)
         return []
+
+    def _all_but(self, words: Words) -> list[_Change]:
+        """As in "the fruit in the bag, no, all but the fig": all of what was named, but the fig."""
+        texts = [token.text for token in words]
+        at = 3 if texts[1:3] in (["of", "it"], ["of", "them"]) else 1
+        groups = [thing for thing in self._things if thing.ref.plural or thing.ref.determiner == "all"]
+        groups = [thing for thing in groups if not thing.place]
+        if texts[at : at + 1] not in (["but"], ["except"], ["apart"], ["bar"]) or len(groups) != 1:
+            return []
+        return [(groups[0].end, groups[0].end, words[at:])]
 
     def _small(self, token: Token) -> bool:
         """Say whether a word tells which of several that are called the same: a number or a letter."""
