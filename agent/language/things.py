@@ -212,7 +212,7 @@ SUPERLATIVES: dict[str, str] = {
     "big": "most big, most large, more big, biggest, largest, hugest, bigger, larger, greatest, chunkiest, bulkiest, fattest",
     "small": "most small, most little, more small, smallest, littlest, tiniest, smaller, tinier",
     "tall": "most tall, most high, tallest, taller, longest, longer",
-    "short": "shortest, shorter",
+    "short": "shortest, shorter, flattest, flatter",
     "wide": "widest, wider, broadest, thickest, thicker, broader",
     "narrow": "narrowest, narrower, thinnest, thinner, slimmest, slimmer, skinniest",
     "top": "topmost, top, uppermost, highest, upper",
