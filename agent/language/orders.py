@@ -88,6 +88,9 @@ class Orders(ABC):
         index = rank.nth - 1 if rank.nth > 0 else len(order) + rank.nth
         if not 0 <= index < len(order):
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see only {listed(names)}.", names)
+        if rank.nth > 1 and ref.text.split()[0] in ("every", "each"):
+            # "every second cube from the left": the second, the fourth, ...
+            return order[rank.nth - 1 :: rank.nth]
         tied = [
             name for name in order if abs(score[name] - score[order[index]]) < 1e-3 * max(1.0, abs(score[order[index]]))
         ]
