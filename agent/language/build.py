@@ -415,7 +415,14 @@ def _lifts_both(before: Command, command: Command) -> bool:
 
 def _check_sides(commands: Sequence[Command]) -> None:
     """As in "the cup left of the can, and the jar left of that": left of the can, or of the cup?"""
-    for before, command in pairwise(commands):
+    # "the cup left of the can and the jar": where the cup is told to go, and not which cup.
+    told_apart = (
+        (replace(c, objects=(ref,), place=relation), replace(c, objects=c.objects[1:]))
+        for c in commands
+        for ref in (c.objects[:1] if c.objects[1:] else ())
+        for relation in ref.relations[-1:]
+    )
+    for before, command in (*pairwise(commands), *told_apart):
         here, there = before.place, command.place
         if not (isinstance(here, Relation) and isinstance(there, Relation) and before.verb == command.verb == "put"):
             continue
