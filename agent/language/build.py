@@ -12,8 +12,8 @@ from robosandbox.agent.language.apart import (
     dealt_first,
     members_apart,
     members_named,
-    other_than_its_place,
     other_regions,
+    other_than_its_place,
     sorted_as_told,
     without_what_is_denied,
 )
