@@ -1,17 +1,128 @@
-"""Positions among things: on, in, left of, beside, between, as they lie in the world."""
+"""Relations among things: on, in, left of, beside, between, bigger than, of the same colour, as they are in the world."""
 
 from __future__ import annotations
 
 import math
-from abc import ABC
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
 
+from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
 from robosandbox.agent.language.orders import Orders
 from robosandbox.types import RefusalCode
 
 
 class Vicinity(Orders, ABC):
     """Tells which of some things stand in a relation to another."""
+
+    @abstractmethod
+    def _loosely(self, ref: Ref, among: Sequence[str]) -> list[str]:
+        """Return everything that fits a description, with no claim that it is one; `Grounder` knows how."""
+
+    def _related(self, names: list[str], relation: Relation, ref: Ref, *, empty: bool = False) -> list[str]:
+        kind, world = relation.kind, self.world
+        told = self._told_from_its_like(names, relation, ref)
+        if told:
+            return told
+        if kind == "held":
+            found = [name for name in names if name == world.held]
+        elif kind == "than":
+            found = self._exceeding(names, relation)
+        elif kind in ("alike", "unlike"):
+            (anchor,) = self.one(relation.refs[0], lambda name: True).ids
+            colour = match.colour_of(world.objects[anchor])
+            others = [name for name in names if name != anchor]
+            found = [n for n in others if (match.colour_of(world.objects[n]) == colour) == (kind == "alike")]
+        elif kind in ("holds", "lacks"):
+            inner = set(self._loosely(relation.refs[0], list(world.objects)))
+            found = [name for name in names if bool(inner & {*world.inside(name)}) == (kind == "holds")]
+        elif kind == "empty":
+            holders = [name for name in names if world.objects[name].kind in match.CONTAINERS]
+            found = [name for name in holders if not world.inside(name)] if holders else names
+        elif kind == "full":
+            found = [name for name in names if world.inside(name)]
+        elif kind in ("open", "closed"):
+            found = [
+                name
+                for name in names
+                if world.objects[name].kind == "drawer" and (name in world.opened) == (kind == "open")
+            ]
+        elif not relation.refs:
+            found = [name for name in names if name not in world.parent and name != world.held]
+        elif kind in ("on", "in", "under", "from"):
+            anchors = self._anchors(relation.refs[0], loose=True)
+            if relation.refs[0].nouns == ("tower",) or relation.refs[0].nouns == ("stack",):
+                if kind in ("on", "in") and (ref.plural or ref.determiner == "all"):
+                    # "the blocks in the tower" are all that it is made of.
+                    return [name for name in names if any(name in world.column(top) for top in anchors)]
+                # "off the tower" is its top itself.
+                return [name for name in names if name in anchors] or anchors
+            found = [name for name in names if any(self._touches(kind, name, anchor) for anchor in anchors)]
+        elif kind == "between" and len(relation.refs) == 1 and relation.refs[0].other:
+            # "the cube between the other two": of three.
+            thirds = [(name, [other for other in names if other != name]) for name in names] if len(names) == 3 else []
+            found = [name for name, ends in thirds if self._between([name], ends)]
+        elif kind == "between":
+            ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]
+            found = self._between(names, ends)
+        else:
+            anchor = self._anchors(relation.refs[0], loose=False)[0]
+            found = self._around(kind, [name for name in names if name != anchor], anchor)
+            if len(found) > 1 and ref.determiner == "the" and not (ref.plural or ref.ranks):
+                # "the cup right of the can" is the one next to it, where one clearly is.
+                found.sort(key=lambda name: self._gap(name, anchor))
+                straight = self._around(kind, found, anchor, narrow=True)
+                near, next_ = (math.dist(self.world.at[name], self.world.at[anchor]) for name in found[:2])
+                found = straight if len(straight) == 1 else found[:1] if near < 0.7 * next_ else found
+        if not found and not empty:
+            raise RefusedError(
+                RefusalCode.OBJECT_NOT_FOUND,
+                f"I see {listed(names)}, but none that fits “{ref.text}”.",
+                names,
+            )
+        return found
+
+    def _told_from_its_like(self, names: list[str], relation: Relation, ref: Ref) -> list[str]:
+        """As in "the red cube left of the other red cube": of things alike, told by where the rest of them is."""
+        other = relation.refs[0] if len(relation.refs) == 1 else ref
+        sideways = relation.kind in ("left", "right", "front", "back", "beside")
+        if (
+            not (sideways and other.other)
+            or self.discourse.mentioned
+            or other.relations
+            or other.ranks
+            or len(names) < 2
+        ):
+            return []
+        alike = replace(other, other=False, one=False, nouns=other.nouns or ref.nouns, names=other.names or ref.names)
+        likes = {*self._loosely(replace(alike, colours=other.colours or (ref.colours if other.one else ())), names)}
+        rest = {name: [like for like in likes if like != name] for name in names}
+        if not (ref.plural or other.plural) and any(len(likes_) != 1 for likes_ in rest.values()):
+            return []
+        return [
+            name
+            for name in names
+            if rest[name] and all(self._around(relation.kind, [name], like) for like in rest[name])
+        ]
+
+    def _exceeding(self, names: list[str], relation: Relation) -> list[str]:
+        """As in "taller than the can": what comes before it in the order."""
+        anchor = self.one(relation.refs[0], lambda name: True).ids[0]
+        rank = Rank(relation.order)
+        if relation.order in ("near", "far"):
+            origin = self.world.base_xy
+            sign = 1.0 if relation.order == "near" else -1.0
+            score = {name: sign * math.dist(self.world.at[name], origin) for name in {*names, anchor}}
+        else:
+            score = self._score([*names, anchor], rank)
+        limit = score[anchor] - 0.03 * abs(score[anchor])
+        return [name for name in names if name != anchor and score[name] < limit]
+
+    def _anchors(self, ref: Ref, *, loose: bool) -> list[str]:
+        if loose and ref.determiner != "it":
+            return self._loosely(ref, list(self.world.objects))
+        return list(self.one(ref, lambda name: True).ids)
 
     def _touches(self, kind: str, name: str, anchor: str) -> bool:
         parent = self.world.parent.get(name)
