@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 
-from robosandbox.agent.language.clauses import Axis
 from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
@@ -20,6 +19,7 @@ from robosandbox.agent.language.intent import (
     Table,
     replace,
 )
+from robosandbox.agent.language.whereabouts import Axis
 
 _AIMED = re.compile(
     r" (to|towards?) (the|your) (left|right|far|near|back|front)( hand)?( (edge|side|end)( of the table)?)?$"
