@@ -338,6 +338,8 @@ _EXAMPLES = """
     we put the can in the bin , then we tap the ball -> put the can in the bin , then tap the ball
     tap the can . it is a bit wet but never mind , tap the ball -> tap the can . tap the ball
     i like that you tap the can -> tap the can
+    not the golf ball , tap the other one -> leave the golf ball alone . tap the other one
+    not the golf ball , the other one in the bin -> leave the golf ball alone . the other one in the bin
 """
 
 
