@@ -42,7 +42,7 @@ class Alternatives(Amendments, ABC):
     """The rules for what is done where a condition does not hold."""
 
     @abstractmethod
-    def part(self, i: int) -> Found[tuple[Part, ...]]:
+    def part(self, i: int, /) -> Found[tuple[Part, ...]]:
         """Return the parts of a sentence that start at `i`; `Grammar` knows how."""
 
     @cached_property
