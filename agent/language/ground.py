@@ -220,10 +220,6 @@ class Grounder(Vicinity):
         if not found:
             raise self._not_found(ref, fits, barred)
         names = [item.id for item in found]
-        for measure in ref.measures:
-            names = [name for name in names if has_measure(objects[name], Measure(*measure))]
-        if not names:
-            raise self._not_found(ref, fits, barred)
         for relation in ref.relations:
             names = self._related(names, relation, ref)
         for excluded in ref.without:
@@ -254,13 +250,19 @@ class Grounder(Vicinity):
             names = [name for name in names if name not in self.world.put_in] or names
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
             names = self._ranked(names, rank, ref)
+        names = self._shaded(names, ref, several=several)
+        if not names:
+            raise self._not_found(ref, fits, barred)
+        return names
+
+    def _shaded(self, names: list[str], ref: Ref, *, several: bool) -> list[str]:
+        """Return those that are light or dark, as told; of one thing the one that is so most."""
+        objects = self.world.objects
         if ref.shades and several:
             # "the dark things": darker or lighter than grey.
-            names = [name for name in names if is_rather(objects[name], ref.colours, ref.shades[0])]
-            if not names:
-                raise self._not_found(ref, fits, barred)
-        if ref.shades and len(names) > 1 and not several:
-            names = [min(names, key=lambda name: shade_distance(objects[name], ref.colours, ref.shades[0]))]
+            return [name for name in names if is_rather(objects[name], ref.colours, ref.shades[0])]
+        if ref.shades and len(names) > 1:
+            return [min(names, key=lambda name: shade_distance(objects[name], ref.colours, ref.shades[0]))]
         return names
 
     def _named(self, ref: Ref, pool: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
@@ -316,6 +318,8 @@ class Grounder(Vicinity):
                 found = [item for item in found if fits(item.id)] or found
         if ref.nouns == ("tower",):
             found = [item for item in found if self.world.level(item.id) and not self.world.on_top_of(item.id)]
+        for measure in ref.measures:
+            found = [item for item in found if has_measure(item, Measure(*measure))]
         return found
 
     def _in_stacks(self, ref: Ref, found: list[DetectedObject]) -> list[DetectedObject]:
@@ -363,6 +367,7 @@ class Grounder(Vicinity):
             names = self._related(names, relation, ref, empty=True)
         for rank in sorted(reversed(ref.ranks), key=lambda rank: rank.strict):
             names = self._ranked(names, rank, ref)
+        names = self._shaded(names, ref, several=several)
         self.discourse.mention(tuple(names), ref.nouns)
         return names
 
