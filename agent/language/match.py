@@ -65,6 +65,7 @@ CANONICAL_COLOUR = {
 }
 
 
+_ANY_CONTAINER = frozenset({"container", "receptacle"})
 _GROWN = frozenset({"fruit", "vegetable"})
 _OF_IT = frozenset({"half", "slice", "wedge", "piece", "chunk", "quarter"})
 _LIVING = frozenset({"fruit", "vegetable", "animal", "vehicle", "tool"})
@@ -111,6 +112,9 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
             return 0
         return SHAPE
     shapes = SHAPE_KINDS.get(noun_class, frozenset())
+    if noun_class == "bin" and noun not in ("bin", *_ANY_CONTAINER) and own - {"bin", "box"}:
+        # "the basket" is none that its id calls a bowl.
+        return 0
     if kind in shapes:
         # "cube" for a plank, "bin" for what its id calls a tray.
         return LOOSE if noun_class == "cube" and not cubic else SHAPE
@@ -166,9 +170,6 @@ def with_colour(items: Iterable[DetectedObject], colours: Sequence[str], shade: 
     return seen or [
         item for item in everything if any(CANONICAL_COLOUR.get(part) in colours for part in id_parts(item.id))
     ]
-
-
-_ANY_CONTAINER = frozenset({"container", "receptacle"})
 
 
 def with_noun(

@@ -113,7 +113,7 @@ class Nouns(Modifiers):
             named = not (base.determiner == "bare" and j > i + 1 and self.tag(j - 1, "ORDINAL"))
             # "a little" is how much; "the lemon" is a lemon and nothing yellow.
             little = base.determiner == "a" and self.text(j - 1) == "little" and not ref.colours
-            thing = ref.colours and self.text(j - 1) in _NAMES_OF_THINGS
+            thing = ref.colours and (self.text(j - 1) in _NAMES_OF_THINGS or self.text(j - 1) in self.words.hues)
             named = named and not (little or thing)
             if (j > i and bare and named) or (j == i and pointed and i > 0):
                 found.append((j, replace(ref, one=True)))
@@ -206,6 +206,10 @@ class Nouns(Modifiers):
             found += [(j, replace(named, plural=True)) for j, named in self._noun(i + 2, ref) if not named.unknown]
         if token.kind == "id":
             found.append((i + 1, replace(ref, names=(token.text,))))
+        if token.text in self.words.hues:
+            # "the orange" is the orange, and not whatever is orange.
+            named = replace(ref, names=(token.text,))
+            found += self._suffixed(i + 1, named) if self.text(i + 1) not in _THINGS else []
         for j, (noun, phrase, plural) in self.tags[i].get("NOUN", ()):
             own = token.text in self.words.single and (phrase == token.text or phrase not in self.words.parts)
             plural = plural and not own

@@ -19,7 +19,7 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
-from robosandbox.agent.language.world import TABLE_HALF
+from robosandbox.agent.language.world import TABLE_HALF, Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
 
 NUDGE = 0.10
@@ -205,6 +205,11 @@ class Placing(Hands):
         for name in beads:
             world.parent[name] = ("in", target)
 
+    def _not_there_yet(self, name: str, parent: Parent) -> None:
+        """Refuse to carry a thing to where it stands: to lift it and put it back helps nobody."""
+        if self.world.parent.get(name) == parent and name not in self.moved:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is {parent[0]} {parent[1]} already.", (name, parent[1]))
+
     def _put_in(self, name: str, target: str) -> None:
         world = self.world
         kind = world.objects[target].kind
@@ -212,6 +217,7 @@ class Placing(Hands):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
             )
+        self._not_there_yet(name, ("in", target))
         inner = world.objects[name].kind
         if inner in ("bin", "drawer"):
             raise RefusedError(
@@ -246,6 +252,7 @@ class Placing(Hands):
         if name in self.moved and name != world.held and world.parent.get(name) == ("on", target):
             # "... green in the middle and blue on top" says once more what the tower says.
             return
+        self._not_there_yet(name, ("on", target))
         small, large = min(world.extents(target)[:2]), min(world.extents(name)[:2])
         if world.objects[name].kind in match.CONTAINERS and small < 0.5 * large:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is too wide to stand on {target}.", (name, target))

@@ -112,6 +112,12 @@ class SceneWords:
         return frozenset(part for part, n in count.items() if n == 1)
 
     @cached_property
+    def hues(self) -> frozenset[str]:
+        """The colours that a thing is called after and nothing else: "orange" where there is an orange."""
+        names = [[part for part in id_parts(name) if part.isalpha() and len(part) > 1] for name in self.ids]
+        return frozenset(name[0] for name in names if len(name) == 1 and name[0] in COLOURS)
+
+    @cached_property
     def by_first_word(self) -> dict[str, list[tuple[tuple[str, ...], str]]]:
         """`spoken` by the first word."""
         table: dict[str, list[tuple[tuple[str, ...], str]]] = {}
