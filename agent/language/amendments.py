@@ -9,6 +9,7 @@ from robosandbox.agent.language.clauses import Elements
 from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
+from robosandbox.agent.language.match import NOUN_CLASS
 from robosandbox.agent.language.phrases import means, of_its_kind, single
 from robosandbox.agent.language.readings import Part, part_of
 from robosandbox.agent.language.strain import parties
@@ -63,6 +64,7 @@ class Amendments(Commands, ABC):
             # "the salt and the pepper on the plate... nah, only the salt"
             return narrowed[:1]
         places = last.place.refs if isinstance(last.place, Relation) else ()
+        inside = isinstance(last.place, Relation) and last.place.kind == "in"
         denied = self._denied(k)
         if denied is not None:
             # "sorry, not the butter, the lemon": what stands in for the butter, wherever it was.
@@ -87,7 +89,7 @@ class Amendments(Commands, ABC):
             if same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found += self._going_on(part, replace(better, bare=last.bare - 0.6), j)
-            elif not any(same[1:]) and refs[0].names:
+            elif not any(same[1:]) and refs[0].names and not (inside and _is_container(refs[0])):
                 # "put red_1 in the bucket, make that blue_2": what makes sense decides.
                 found += self._going_on(part, replace(better, bare=last.bare + 0.3), j)
         better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
@@ -348,6 +350,11 @@ def _beside_it(elements: Elements, places: tuple[Ref, ...]) -> Elements:
 def _kind(ref: Ref) -> tuple[str, ...]:
     """Return what sort of thing a description names, by its noun or by the first word of its id."""
     return ref.nouns[:1] or (id_parts(ref.names[0])[:1] if ref.names else ())
+
+
+def _is_container(ref: Ref) -> bool:
+    """Say whether a thing is named as a container, so that "in the pot, no, the mixing bowl" corrects the pot."""
+    return any(NOUN_CLASS.get(id_parts(name)[-1]) in ("bin", "bowl", "drawer") for name in ref.names)
 
 
 def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:

@@ -265,7 +265,9 @@ class _Builder(Deciding):
 
     def _tap(self, command: Command) -> None:
         # "pour the beads into the bowl and tap it": the bowl.
-        names, _ = self._objects(command, fits=lambda name: name != self.world.held or name not in self.poured)
+        names, _ = self._objects(
+            command, fits=lambda name: name != self.world.held or name not in self.poured, often=True
+        )
         for name in names:
             if self.world.held in self.poured and name != self.world.held:
                 self._need_empty(f"tap {name}")

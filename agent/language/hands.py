@@ -10,6 +10,7 @@ from robosandbox.agent.language.draft import Step
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
+    Ref,
     Relation,
     replace,
 )
@@ -105,9 +106,10 @@ class Hands:
         self.discourse.themes.append(names)
 
     def _objects(
-        self, command: Command, exclude: Iterable[str] = (), *, fits: Any = None
+        self, command: Command, exclude: Iterable[str] = (), *, fits: Any = None, often: bool = False
     ) -> tuple[tuple[str, ...], bool]:
-        """Return the ids of a command's objects, each once, and whether a plural was meant."""
+        """Return the ids of a command's objects and whether a plural was meant; each once, or as `often` as it is named."""
+        told: list[Ref] = []
         names: list[str] = []
         found: dict[int, list[str]] = {}
         several = len(command.objects) > 1
@@ -134,7 +136,11 @@ class Hands:
             meaning = self.ground.many(ref, fits or self.world.movable, barred)
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
-            found[k] = [name for name in meaning.ids if name not in names]
+            # "tap the bell, then the cup, then the bell again"
+            same = replace(ref, text="", nouns=(), names=(*ref.nouns, *ref.names))
+            again = often and same in told[:-1] and same != told[-1] and len(meaning.ids) == 1
+            told.append(same)
+            found[k] = [name for name in meaning.ids if name not in names or again]
             names += found[k]
             several = several or meaning.several
         names = self._in_turns(command, [name for k in sorted(found) for name in found[k]])

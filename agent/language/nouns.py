@@ -204,13 +204,15 @@ class Nouns(Modifiers):
         elif token.text.endswith("s") and token.text[:-1] in MEASURES and self.text(i + 1) == "of":
             # "both balls of wool"
             found += [(j, replace(named, plural=True)) for j, named in self._noun(i + 2, ref) if not named.unknown]
-        if token.kind == "id":
+        nouns = self.tags[i].get("NOUN", ())
+        if token.kind == "id" and not any(phrase == token.text for _, (_, phrase, _) in nouns):
+            # What is called by a noun of its own is found by that.
             found.append((i + 1, replace(ref, names=(token.text,))))
         if token.text in self.words.hues:
             # "the orange" is the orange, and not whatever is orange.
             named = replace(ref, names=(token.text,))
             found += self._suffixed(i + 1, named) if self.text(i + 1) not in _THINGS else []
-        for j, (noun, phrase, plural) in self.tags[i].get("NOUN", ()):
+        for j, (noun, phrase, plural) in nouns:
             own = token.text in self.words.single and (phrase == token.text or phrase not in self.words.parts)
             plural = plural and not own
             many = (ref.plural or plural) and ref.number != 1
@@ -226,12 +228,11 @@ class Nouns(Modifiers):
         if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
             # "stack B on C"
             found.append((i + 1, replace(ref, names=(token.text,))))
-        for spoken, name in self.words.by_first_word.get(self._part(i), ()):
-            end = i + len(spoken)
-            if tuple(map(self._part, range(i, min(end, len(self.tokens))))) == spoken:
-                # Said in full it means that one; other readings of the same words only multiply.
-                found = [item for item in found if item[0] != end]
-                found.append((end, replace(ref, names=(name,))))
+        called: Found[Ref] = [
+            (i + len(spoken), replace(ref, names=(name,)))
+            for spoken, name in self.words.by_first_word.get(self._part(i), ())
+            if tuple(map(self._part, range(i, min(i + len(spoken), len(self.tokens))))) == spoken
+        ]
         j = i
         parts: list[str] = []
         pointed = i > 0 and (ref.determiner != "bare" or bool(ref.colours or ref.ranks))
@@ -257,6 +258,10 @@ class Nouns(Modifiers):
             ):
                 # "the jam jar", where the jam is called just that; "the scoops stand" tells how they are.
                 found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
+        if called:
+            # Said in full it means that one; other readings of the same words only multiply.
+            ends = {end for end, _ in called}
+            found = [*called, *(item for item in found if item[0] not in ends)]
         if not ref.colours:
             # "the block green", as some say it
             found += [
