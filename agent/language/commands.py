@@ -269,6 +269,12 @@ class Commands(Conditions):
         for j, whole in [hit for start in starts for hit in self.np(start)]:
             if self.text(j) not in (",", ":") or not (whole.nouns or whole.names) or whole.ranks or whole.colours:
                 continue
+            if whole.nouns[:1] == ("tower",):
+                if not any(end == j for end, _ in self.tag(j - 1, "NOUN")):
+                    # "a tower of black, brown, pink"
+                    continue
+                # "build a tower: green on blue on yellow": of whatever is green, blue and yellow.
+                whole = Ref(text="", one=True)
             on = self._kinds(j + 1, whole, "on")
             found += [(k, Command("stack", refs[:1], Relation("on", refs[1:2]), refs[2:])) for k, refs in on]
             for k, refs in self._kinds(j + 1, whole, ","):
@@ -290,7 +296,7 @@ class Commands(Conditions):
             if not hits:
                 break
             j, ref = hits[0]
-            refs.append(replace(ref, text=f"{self.said(i, j)} {whole.text.split()[-1]}"))
+            refs.append(replace(ref, text=" ".join((self.said(i, j), *whole.text.split()[-1:]))))
             j += self.text(j) == "one"
             if len(refs) > 1:
                 found.append((j, tuple(refs)))

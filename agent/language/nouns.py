@@ -311,8 +311,8 @@ class Nouns(Modifiers):
             found.append((j + 1, ref))
         of = j + 2 if self.said(j, j + 2) == "of the" else j + 1
         filling = _singular(self.text(of), self.words.parts) if self.text(j) == "of" else ""
-        if filling in self.words.parts and ref.nouns and not ref.plural:
-            # "the bottle of water", "the can of beans", "the drawer of the tools"
+        if filling in self.words.parts and ref.nouns and not ref.plural and ref.nouns != ("tower",):
+            # "the bottle of water", "the can of beans", "the drawer of the tools"; "a tower of red, blue" is of both.
             found.append((of + 1, replace(ref, names=(*ref.names, filling))))
         k = j + 1 if self.text(j) in ("number", "no", "#") else j
         if self.text(k) == "." and k > j:

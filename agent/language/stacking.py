@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.placing import Placing
+from robosandbox.agent.language.tokens import id_parts
 from robosandbox.types import RefusalCode
 
 
@@ -127,12 +128,21 @@ class Stacking(Placing, ABC):
     def _tower(self, refs: Sequence[Ref], command: Command) -> None:
         """From the bottom up; what stands right already stays."""
         names: list[str] = []
-        for ref in refs:
+        for ref in self._of_one_kind(refs):
             names.append(self.ground.one(ref, None, names if ref.determiner != "the" else ()).ids[0])
         if len(set(names)) < len(names):
             raise RefusedError(RefusalCode.IMPOSSIBLE, "The same object cannot be in one tower twice.", names)
         self._theme(tuple(names[1:]))
         self._pile(names[0], names[1:], stack=command.verb == "stack")
+
+    def _of_one_kind(self, refs: Sequence[Ref]) -> Sequence[Ref]:
+        """As in "pink on black on brown": where the pink and the brown thing are blocks, so is the black one."""
+        if len(refs) < 3 or not all(ref.one and ref.colours and not (ref.nouns or ref.names) for ref in refs):
+            return refs
+        found = [self.ground.many(replace(ref, plural=True), self.world.movable).ids for ref in refs]
+        kinds = {next((part for part in reversed(id_parts(ids[0])) if part.isalpha()), "") for ids in found if len(ids) == 1}
+        alike = [replace(ref, nouns=tuple(kinds), one=False) for ref in refs]
+        return alike if len(kinds) == 1 and all(map(self.ground.has, alike)) else refs
 
     def _pile(self, base: str, names: Sequence[str], *, stack: bool = True) -> None:
         below = base
