@@ -89,7 +89,7 @@ class Amendments(Commands, ABC):
             if same[0] and not any(same[1:]):
                 # "put the red cube on the plate, oh wait, the green cube": it is the cube that was wrong.
                 found += self._going_on(part, replace(better, bare=last.bare - 0.6), j)
-            elif not any(same[1:]) and refs[0].names and not (inside and _is_container(refs[0])):
+            elif not any(same[1:]) and refs[0].names + refs[0].nouns and not (inside and _is_container(refs[0])):
                 # "put red_1 in the bucket, make that blue_2": what makes sense decides.
                 found += self._going_on(part, replace(better, bare=last.bare + 0.3), j)
         better_distance = self._bare_number(k) if last.verb == "push" and last.distance else None
@@ -354,7 +354,8 @@ def _kind(ref: Ref) -> tuple[str, ...]:
 
 def _is_container(ref: Ref) -> bool:
     """Say whether a thing is named as a container, so that "in the pot, no, the mixing bowl" corrects the pot."""
-    return any(NOUN_CLASS.get(id_parts(name)[-1]) in ("bin", "bowl", "drawer") for name in ref.names)
+    heads = (*ref.nouns, *(id_parts(name)[-1] for name in ref.names))
+    return any(NOUN_CLASS.get(head) in ("bin", "bowl", "drawer", "mug") for head in heads)
 
 
 def _naming(ref: Ref) -> tuple[tuple[str, ...], ...]:

@@ -359,7 +359,8 @@ class Modifiers(Positions):
         for j, region in self.region(i):
             if region.name == "middle":
                 found.append((j, Rank("middle")))
-            elif len(region.sides) == 1:
+            elif len(region.sides) == 1 and not (region.name == "corner" and self._told_apart(j, region)):
+                # "in the right corner on the far side" is one place.
                 found.append((j, Rank(region.sides[0])))
         here = self.tags[i] if i < self.count else {}
         for j, direction in here.get("DIR", ()):

@@ -204,8 +204,11 @@ class Nouns(Modifiers):
         elif token.text.endswith("s") and token.text[:-1] in MEASURES and self.text(i + 1) == "of":
             # "both balls of wool"
             found += [(j, replace(named, plural=True)) for j, named in self._noun(i + 2, ref) if not named.unknown]
-        nouns = self.tags[i].get("NOUN", ())
-        if token.kind == "id" and not any(phrase == token.text for _, (_, phrase, _) in nouns):
+        nouns, absent = self.tags[i].get("NOUN", ()), self.tags[i].get("ABSENT", ())
+        called = (
+            any(phrase == token.text for _, (_, phrase, _) in nouns) or (token.text, False) in dict(absent).values()
+        )
+        if token.kind == "id" and not called:
             # What is called by a noun of its own is found by that.
             found.append((i + 1, replace(ref, names=(token.text,))))
         if token.text in self.words.hues:
@@ -222,13 +225,13 @@ class Nouns(Modifiers):
                 for k, (_, other, also) in self.tag(j + 1, "NOUN"):
                     if also:
                         found.append((k, replace(named, nouns=(phrase, other))))
-        for j, (noun, plural) in self.tags[i].get("ABSENT", ()):
+        for j, (noun, plural) in absent:
             found += self._suffixed(j, replace(ref, nouns=(noun,), plural=ref.plural or plural))
         letter = token.text in self.words.parts and len(token.text) == 1 and token.text.isalpha()
         if letter and (token.text not in ("a", "i") or self.text(i + 1) in _AFTER_A_NAME):
             # "stack B on C"
             found.append((i + 1, replace(ref, names=(token.text,))))
-        called: Found[Ref] = [
+        in_full: Found[Ref] = [
             (i + len(spoken), replace(ref, names=(name,)))
             for spoken, name in self.words.by_first_word.get(self._part(i), ())
             if tuple(map(self._part, range(i, min(i + len(spoken), len(self.tokens))))) == spoken
@@ -240,8 +243,9 @@ class Nouns(Modifiers):
             parts.append(_singular(self.tokens[j].text, self.words.parts))
             j += 1
             plural = ref.plural or self.tokens[j - 1].text not in self.words.parts
-            # In "push it to the left" nobody names left_box.
-            if not all(part in _SIDES for part in parts):
+            # In "push it to the left" nobody names left_box; "the eraser" is found by its noun.
+            same = len(parts) == 1 and (parts[0], plural) in dict(absent).values()
+            if not same and not all(part in _SIDES for part in parts):
                 found += self._suffixed(j, replace(ref, names=tuple(parts), plural=plural))
                 if not plural and parts[-1].endswith("s") and not parts[-1].endswith("ss"):
                     # Of seeds_bean and seeds_carrot "the seeds" are both.
@@ -258,10 +262,10 @@ class Nouns(Modifiers):
             ):
                 # "the jam jar", where the jam is called just that; "the scoops stand" tells how they are.
                 found.append((j + 1, replace(ref, names=tuple(parts), plural=ref.plural)))
-        if called:
+        if in_full:
             # Said in full it means that one; other readings of the same words only multiply.
-            ends = {end for end, _ in called}
-            found = [*called, *(item for item in found if item[0] not in ends)]
+            ends = {end for end, _ in in_full}
+            found = [*in_full, *(item for item in found if item[0] not in ends)]
         if not ref.colours:
             # "the block green", as some say it
             found += [

@@ -101,7 +101,10 @@ class Positions(Chart, ABC):
                 region = Region(names, tuple(dict.fromkeys(sides)), directional=self.text(i) in ("towards", "toward"))
                 found += [(end, region) for end in self._of_table(k + 1)]
                 found += [
-                    hit for end in self._of_table(k + 1) if names == "corner" for hit in self._told_by(end, region)
+                    hit
+                    for end in self._of_table(k + 1)
+                    if names == "corner"
+                    for hit in (*self._told_by(end, region), *self._told_apart(end, region))
                 ]
             if (
                 sides
@@ -113,6 +116,43 @@ class Positions(Chart, ABC):
             ):
                 found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
         return found
+
+    def _told_apart(self, i: int, corner: Region) -> Found[Region]:
+        """As in "the right corner on the far side", "the corner nearest to you, on your left"."""
+        found: Found[Region] = []
+        sides = {*corner.sides}
+        k = i
+        while True:
+            k += self.text(k) == ","
+            if self.text(k) in ("nearest", "closest", "next", "near", "close"):
+                told, k = {"near"}, k + 1
+                k += self.text(k) == "to"
+                if self.text(k) not in ("you", "yourself"):
+                    return found
+                k += 1
+            elif self.text(k) in ("on", "at", "to", "in"):
+                own = self.text(k + 1) in ("your", "its")
+                k += 2 if own or self.text(k + 1) == "the" else 1
+                k += self.text(k) == "own"
+                told = {"far"} if self.text(k) in ("other", "opposite") else set[str]()
+                k += bool(told)
+                while self.text(k) in _REGION_SIDES:
+                    told.add(_REGION_SIDES[self.text(k)])
+                    k += 1
+                named = self.text(k) in ("side", "end", "edge", "hand", "half")
+                k += named
+                if not told and own and named:
+                    told = {"near"}
+            else:
+                return found
+            sides |= told
+            if not told or {"left", "right"} <= sides or {"near", "far"} <= sides:
+                return found
+            found += [
+                (end, Region(corner.name, tuple(sorted(sides)), directional=corner.directional))
+                for end in self._of_table(k)
+            ]
+            k = found[-1][0]
 
     def _told_by(self, i: int, corner: Region) -> Found[Region]:
         """As in "the corner nearest the bin", "the corner diagonally opposite the bin"."""

@@ -140,7 +140,9 @@ class Stacking(Placing, ABC):
         if len(refs) < 3 or not all(ref.one and ref.colours and not (ref.nouns or ref.names) for ref in refs):
             return refs
         found = [self.ground.many(replace(ref, plural=True), self.world.movable).ids for ref in refs]
-        kinds = {next((part for part in reversed(id_parts(ids[0])) if part.isalpha()), "") for ids in found if len(ids) == 1}
+        kinds = {
+            next((part for part in reversed(id_parts(ids[0])) if part.isalpha()), "") for ids in found if len(ids) == 1
+        }
         alike = [replace(ref, nouns=tuple(kinds), one=False) for ref in refs]
         return alike if len(kinds) == 1 and all(map(self.ground.has, alike)) else refs
 
