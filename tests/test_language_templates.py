@@ -340,6 +340,14 @@ _EXAMPLES = """
     i like that you tap the can -> tap the can
     not the golf ball , tap the other one -> leave the golf ball alone . tap the other one
     not the golf ball , the other one in the bin -> leave the golf ball alone . the other one in the bin
+    pick up the one in the middle , counting from left to right -> pick up the one in the middle
+    finish in your home position -> go home
+    nest the can inside the bin -> put the can in the bin
+    from bottom to top i want a tower of the can and the ball -> build a tower of the can and the ball from bottom to top
+    make a pile . top down i want the can , then the ball -> build a tower of the can , then the ball top down
+    three high : the can , the ball and the golf ball -> build a tower of three : the can , the ball and the golf ball
+    tidy up the balls , each in the bin -> put the balls in the bin
+    i would be ever so grateful if the can ended up in the bin -> put the can in the bin
 """
 
 

@@ -276,8 +276,9 @@ class Grounder(Vicinity):
             found = match.with_names(found, ref.names)
         for shape in ref.shapes:
             shaped = [item for item in found if item.kind in SHAPES[shape]]
-            # A ball is rounder than a can.
-            found = [item for item in shaped if item.kind == "sphere"] or shaped
+            # A ball is rounder than a can, and a round can is a can.
+            rounder = [] if {*ref.nouns} - {"thing"} else [item for item in shaped if item.kind == "sphere"]
+            found = rounder or shaped
         if ref.nouns and ref.nouns != ("tower",):
             if fits is not None and ref.nouns == ("box",) and not several:
                 # "in the box" means a container, if there is one that could be called so.

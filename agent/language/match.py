@@ -189,6 +189,11 @@ def with_noun(
         count: How many are meant; two at least without it.
         kinds: What is a kind of it counts as well, although it has a name of its own: marbles among all balls.
     """
+    if len(nouns) > 1:
+        # "balls and blocks": the blocks are those called so, whatever there is of balls.
+        items = list(items)
+        each = [with_noun(items, (noun,), several=several, kinds=kinds) for noun in nouns]
+        return [item for item in items if any(item in found for found in each)]
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
     named = [(item, fit) for item, fit in fits if not all(_is_for(noun, item.id, item.kind) for noun in nouns)]
     fits = named if any(fit >= SHAPE for _, fit in named) else fits
@@ -211,7 +216,7 @@ def with_noun(
         if not several:
             # "the tomato" is the one called just that, rather than tomato_2.
             top = [item for item in top if item.id in nouns] or top
-    if len(nouns) > 1 or (several and len(top) < (count or 2)):
+    if several and len(top) < (count or 2):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
     return top
 
