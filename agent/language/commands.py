@@ -264,7 +264,7 @@ class Commands(Conditions):
         i += self.text(i) in ("me", "us")
         starts = [i]
         for k, tower in self.np(i):
-            if tower.nouns[:1] in (("tower",), ("stack",), ("pile",)):
+            if tower.nouns[:1] == ("tower",):
                 starts += [m for m, _ in self.tag(k, "MATERIAL")]
         for j, whole in [hit for start in starts for hit in self.np(start)]:
             if self.text(j) not in (",", ":") or not (whole.nouns or whole.names) or whole.ranks or whole.colours:

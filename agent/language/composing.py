@@ -64,7 +64,7 @@ def build(frame: Frame) -> list[Command]:
     tower = frame.objects[0][0].nouns[:1] if frame.objects else ()
     if len(frame.objects) == 1 and len(frame.objects[0]) == 1 and tower and not frame.rest and not frame.places:
         return [Command("stack")]
-    if not tower or tower[0] not in ("tower", "stack", "pile", "column", "heap") or len(frame.objects[0]) != 1:
+    if not tower or tower[0] != "tower" or len(frame.objects[0]) != 1:
         return []
     ends = [end for end in frame.rest.get("order_end", ())]
     lists = [*frame.objects[1:], *frame.rest.get("material", ())]

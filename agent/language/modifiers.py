@@ -18,8 +18,16 @@ STATES = {
     "vacant": Relation("empty"),
     "full": Relation("full"),
     "filled": Relation("full"),
+    "stacked": Relation("stacked"),
+    "unstacked": Relation("loose"),
+    "freestanding": Relation("loose"),
 }
-_DENIED = {"empty": Relation("full"), "full": Relation("empty"), "filled": Relation("empty")}
+_DENIED = {
+    "empty": Relation("full"),
+    "full": Relation("empty"),
+    "filled": Relation("empty"),
+    "stacked": Relation("loose"),
+}
 _COLOUR_WORDS = frozenset({"colour", "color"})
 _HAVING = frozenset({"has", "have", "is", "are", "with", "of", "in", "having", "shares"})
 _MATCHES = frozenset({"matches", "match"})
@@ -96,6 +104,14 @@ class Modifiers(Positions):
                 (j, replace(ref, options=refs, one=False))
                 for j, refs in (self.np_list(i + 1) if compared else ())
                 if len(refs) > 1
+            ]
+        if self.text(i) == "of" and any(rank.key in ("top", "bottom") for rank in ref.ranks):
+            # "the top block of the stack"
+            found += [
+                (j, ref)
+                for k in self.optional(i + 1, "THE")
+                for j, (noun, _, many) in self.tag(k, "NOUN")
+                if noun == "tower" and not many
             ]
         if ref.plural:
             found += [(j, ref) for j in self.all_of_them(i)]

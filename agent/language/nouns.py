@@ -216,6 +216,7 @@ class Nouns(Modifiers):
             named = replace(ref, names=(token.text,))
             found += self._suffixed(i + 1, named) if self.text(i + 1) not in _THINGS else []
         for j, (noun, phrase, plural) in nouns:
+            phrase = "tower" if noun == "tower" and phrase not in self.words.parts else phrase
             own = token.text in self.words.single and (phrase == token.text or phrase not in self.words.parts)
             plural = plural and not own
             many = (ref.plural or plural) and ref.number != 1

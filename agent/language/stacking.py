@@ -28,7 +28,7 @@ class Stacking(Placing, ABC):
         if not command.objects:
             movable = [name for name in self.world.objects if self.world.movable(name)]
             raise RefusedError(RefusalCode.AMBIGUOUS, f"A tower of what? I see {listed(movable)}.", movable)
-        names, _ = self._objects(command)
+        names, _ = self._objects(replace(command, objects=tuple(self._of_one_kind(command.objects))))
         targets: tuple[str, ...] = self._targets(place, names) if isinstance(place, Relation) and place.refs else ()
         names = tuple(name for name in names if name not in targets)
         on = isinstance(place, Relation) and place.kind == "on"
@@ -157,7 +157,7 @@ class Stacking(Placing, ABC):
         ref = command.objects[0]
         names, _ = self._objects(command)
         group = list(names)
-        if ref.nouns == ("tower",) or ref.nouns == ("stack",):
+        if ref.nouns == ("tower",):
             below = names[0]
             while below in self.world.parent and self.world.parent[below][0] == "on":
                 below = self.world.parent[below][1]

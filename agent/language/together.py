@@ -17,7 +17,7 @@ def fused(commands: Sequence[Command]) -> list[Command]:
         before = made[-1] if made and command.condition is None else None
         several = (
             before
-            and before.verb == "pick"
+            and before.verb in ("pick", "tidy")
             and (len(before.objects) > 1 or any(ref.plural or ref.determiner == "all" for ref in before.objects))
         )
         # What goes into a drawer must not be in the hand when the drawer is opened.
@@ -33,6 +33,9 @@ def fused(commands: Sequence[Command]) -> list[Command]:
         ):
             one = Command(command.verb, before.objects, command.place, command.tower, command.order)
             made[-1] = replace(one, condition=before.condition, unless=before.unless, subject=before.subject)
+        elif before and before.verb == "tidy" and several and not before.place and _of_them(command):
+            # "tidy away the blocks. They go in the crate."
+            made[-1] = replace(before, verb="put", place=command.place)
         elif before and _lifts_both(before, command):
             # "red on blue and both on the slab": a tower on the slab, not two cubes side by side.
             place = command.place
@@ -49,6 +52,12 @@ def fused(commands: Sequence[Command]) -> list[Command]:
         else:
             made.append(command)
     return made
+
+
+def _of_them(command: Command) -> bool:
+    """Say whether it only tells where what was spoken of goes."""
+    them = len(command.objects) == 1 and command.objects[0].determiner == "it"
+    return command.verb == "put" and them and command.place is not None and command.condition is None
 
 
 def _taken_out(command: Command) -> bool:

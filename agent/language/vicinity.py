@@ -42,6 +42,9 @@ class Vicinity(Orders, ABC):
             found = [name for name in holders if not world.inside(name)] if holders else names
         elif kind == "full":
             found = [name for name in names if world.inside(name)]
+        elif kind in ("stacked", "loose"):
+            piled = [name for name in names if world.level(name) or world.on_top_of(name)]
+            found = [name for name in names if (name in piled) == (kind == "stacked")]
         elif kind in ("open", "closed"):
             found = [
                 name
@@ -52,7 +55,7 @@ class Vicinity(Orders, ABC):
             found = [name for name in names if name not in world.parent and name != world.held]
         elif kind in ("on", "in", "under", "from"):
             anchors = self._anchors(relation.refs[0], loose=True)
-            if relation.refs[0].nouns == ("tower",) or relation.refs[0].nouns == ("stack",):
+            if relation.refs[0].nouns == ("tower",):
                 if kind in ("on", "in") and (ref.plural or ref.determiner == "all"):
                     # "the blocks in the tower" are all that it is made of.
                     return [name for name in names if any(name in world.column(top) for top in anchors)]

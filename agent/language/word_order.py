@@ -89,7 +89,7 @@ class WordOrder(Wishes, ABC):
                     if len(refs) > 1
                 ]
         for k, ref in self.np(i):
-            if ref.nouns[:1] in (("tower",), ("stack",), ("pile",)) and self.text(k) in (":", ","):
+            if ref.nouns[:1] == ("tower",) and self.text(k) in (":", ","):
                 # "a tower: red on green on blue"
                 found += [(end, c) for end, c in self._telegram(k + 1) if c.verb in ("put", "stack")]
                 # "tower: red, green, blue from bottom to top"
