@@ -385,14 +385,14 @@ END_FILLERS = (
     "boss, chief, but do not knock anything over, without knocking anything over, and do not knock anything over, do not knock anything over, without bumping into anything, without hitting anything, without touching anything else, otherwise leave it, otherwise do nothing, or else leave it, otherwise leave it alone, otherwise leave it there, otherwise leave it be, otherwise leave it where it is, otherwise do not do anything, else do nothing, else leave it, either works, either will do, either one works, either is fine, either one is fine, either one will do, but nothing else, and nothing else, nothing else, nothing more, and nothing more, but nothing more, and no others, and only that, and that alone, and that only, that and nothing else, in any order, any order you like, in any order you like, any order, in whatever order, in whatever order you like, the order does not matter, order does not matter, whatever order, in no particular order, no particular order, any old order, the order is up to you, any order will do, any order is fine, or something, or something like that, or whatever, or anything, or what, or so, or somebody, over and out, and leave it open afterwards, and leave it open after that, leave it open afterwards, and leave that open, and do not close it, and do not shut it, instead, actually, if you could, if you can, if you would, if you will, already, for god sake, for me now, "
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
-    "if you would like, ok then, okay then, then please, there is a good lad, though, tho, mind you, love, careful now, careful, steady, steady now, gently now, nice and easy, easy does it, ta, ta very much, cheers mate, ever so much, thank you ever so much, thanks ever so much, me duck, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, thank you so much, "
+    "if you would like, ok then, okay then, then please, there is a good lad, though, tho, mind you, love, careful now, careful, steady, steady now, gently now, nice and easy, easy does it, ta, ever so much, me duck, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, "
     "and leave it open, but leave it open, leave it open, and keep it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
     "it does not matter which one, does not matter which one, i do not care which, i do not care which one, "
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )
 ASIDE_FILLERS = (
     "boss, chief, any one, any two, any three, any four, any of them, any one of them, any two of them, right, so, go, like, fine, there, here, let us see, let me see, let me think, let us think, "
-    "you know what, guess what, alright, very good, brilliant, thanks, no rush, quick one, listen, listen up, "
+    "you know what, guess what, alright, very good, brilliant, thanks, quick one, listen, listen up, "
     "cheers, wow, hang on, hold on"
 )
 EDGE_FILLERS = (

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
+from robosandbox.agent.language.chat import without_chat
 from robosandbox.agent.language.hesitations import HESITATIONS, WAYS, takes_back
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
@@ -206,7 +207,7 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
     if len(tokens) > MAX_TOKENS:
         raise TooLongError(f"{len(tokens)} words")
     # Twice: "would you please" ends a sentence once the "please" is gone.
-    return _without_fillers(_without_fillers(tokens, words), words)
+    return _without_fillers(_without_fillers(without_chat(tokens, words.parts), words), words)
 
 
 _FORBIDDEN = frozenset({"touch", "bump", "disturb"})
