@@ -75,7 +75,7 @@ FILLERS = {
     "(smack|smack bang|slap bang|bang|dead|right bang|plumb|slap) (in the (middle|centre|center))": "in the middle",
     "rather than {_words} <end>": "",
     "[and|,] [then|so] [please|just] (leave|keep) {_drawer} [wide] open [again!|after!|afterwards|for now|when! done] <edge>": "",
-    "(,|.|;|and) {_drawer} (stays|can stay|should stay|may stay|remains|should remain|is to stay|is to remain) open <edge>": "",
+    "(,|.|;|and) (it|that|{_drawer}) (stays|can stay|should stay|may stay|must stay|remains|can remain|may remain|should remain|must remain|is to stay|is to remain) open [then|now|for now|please|afterwards|after! that] <edge>": "",
 }
 CLAUSES = {
     "<verb> do not! {_VERB} {_thing} [,] [but|rather|instead!] {VERB} {thing2} {place} <end>": "{VERB} {thing2} {place}",

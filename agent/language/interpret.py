@@ -38,6 +38,9 @@ _ON_THE_WAY = word_set(
     """
 )
 _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
+_STAYS_OPEN = re.compile(
+    r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
+)
 # What `typography` writes for words that must not pass for others.
 _SAID_AS = {"namelyonly": "only", "backagain": "back again"}
 _PERHAPS_MISREAD = frozenset(
@@ -112,11 +115,16 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     As in "mum says the lemon goes in the tray, but I want it in the bowl".
     """
     said = prompt.lower().rstrip(" .!;")
-    # "the fruit in the bowl; the lime goes in the bin" tells what is where in the end, and no step.
-    marks = "" if _WHERE_IT_GOES.search(said) else "|[.;:]"
-    if isinstance(made, Refusal) or _ON_THE_WAY & {*re.findall(r"next to|[a-z]+" + marks, said)}:
+    if isinstance(made, Refusal):
         return made
     doors = [(call.skill, str(call.arguments["drawer"])) for call in made.calls if "drawer" in call.arguments]
+    if doors and doors[-1][0] == "close_drawer" and _STAYS_OPEN.search(said):
+        # "put the sponge in the drawer and close it. The drawer stays open."
+        return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Should {doors[-1][1]} be open or closed in the end?")
+    # "the fruit in the bowl; the lime goes in the bin" tells what is where in the end, and no step.
+    marks = "" if _WHERE_IT_GOES.search(said) else "|[.;:]"
+    if _ON_THE_WAY & {*re.findall(r"next to|[a-z]+" + marks, said)}:
+        return made
     reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
     if reopened and "open" not in prompt.lower() and ("close_drawer", reopened[-1]) != doors[-1]:
         # "the drawer should be closed and the sponge in it"

@@ -363,7 +363,7 @@ SWAP_OF = (
 )
 LOOK = "if you see, if there is, if you find, if you spot, if you can see, if you can find, if you notice, i see, i can see, i spy, see, you see, do you see, can you see, look at, take a look at, there is, there are, here is, here are, you know"
 NOR = "nor, or, and, or is, nor is"
-START_FILLERS = "scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
+START_FILLERS = "i meant, i meant to say, scratch that, forget that, never mind that, never mind, forget it, change of plan, change of plans, sorry, wait, no wait, oh wait, actually, i mean, oops, and, then, but, no"
 CORRECTION = (
     "no, no wait, wait no, wait, wait a second, wait a minute, hang on, hold on, sorry, i mean, i meant, "
     "actually, actually no, no actually, or rather, rather, make that, scratch that, correction, oops, oh no, "

@@ -84,6 +84,7 @@ _CONTRACTIONS = [
             r"\b(no|sorry|i mean|wait),? (?:only|just) (?=(?:the|those|these) [a-z ]{2,30} (?:in|into|on|onto|to)\b)",
             r"\1 , namelyonly ",
         ),
+        (r"\bi (?:(?:only |just )?want(?:ed)?|wished) to say\b", "i meant"),
         # There and back is no way that a push goes.
         (r"(,|\band)( then)? back again\b", r"\1\2 backagain"),
         (r"(?<=\w)[,;.]?\s*\bbut,? before you do(?: that| it| so)?\b,?", ", but first"),
