@@ -85,7 +85,8 @@ def put(frame: Frame) -> list[Command]:
         direction = None
         places = places or [Original()]
     if direction:
-        if places or (particle and particle not in ("over", "down")):
+        if places or (particle and particle not in ("over", "down")) or (sources and "distance" not in frame.rest):
+            # "put it left from the mug" is beside the mug.
             return []
         # "bring it 5 cm nearer" is rather a push.
         return [Command("put", objects, Offset(direction, frame.one("distance")), bare=0.6)]

@@ -11,7 +11,7 @@ from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Ref, Relation, replace
 from robosandbox.agent.language.materials import is_familiar, told
 from robosandbox.agent.language.measures import Measure, has_measure
-from robosandbox.agent.language.orders import Fits, Meaning
+from robosandbox.agent.language.orders import CONTRARY, Fits, Meaning
 from robosandbox.agent.language.shades import is_rather, shade_distance
 from robosandbox.agent.language.spelling import suggestions
 from robosandbox.agent.language.things import KINDS_OF
@@ -310,6 +310,8 @@ class Grounder(Vicinity):
         elif ref.one and self.discourse.nouns and self._in_stacks(ref, found):
             # "put the coal wagon on the station, the tank wagon on top of that, then tap the top one": of whatever sort.
             found = self._in_stacks(ref, found)
+        elif ref.one and self._contrasted(ref, found):
+            found = self._contrasted(ref, found)
         elif ref.one and self.discourse.nouns:
             found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:
@@ -327,6 +329,14 @@ class Grounder(Vicinity):
         if not any(rank.key in ("top", "bottom") and rank.strict for rank in ref.ranks):
             return []
         return [item for item in found if self.world.level(item.id) or self.world.on_top_of(item.id)]
+
+    def _contrasted(self, ref: Ref, found: list[DetectedObject]) -> list[DetectedObject]:
+        """As in "the smaller white box on the bigger one": of the white boxes, if there is another."""
+        last = self.discourse.described[-1] if self.discourse.described else ref
+        told = last.plural or last.relations or last.other or not (last.nouns or last.names)
+        if told or ref.colours or [CONTRARY.get(rank.key) for rank in ref.ranks] != [rank.key for rank in last.ranks]:
+            return []
+        return self._named(replace(last, ranks=()), found, True, None) if ref.ranks else []
 
     def _same_noun(self, found: list[DetectedObject], several: bool, fits: Fits | None) -> list[DetectedObject]:
         """As in "one" stands for the noun spoken of last that makes sense here."""

@@ -129,7 +129,7 @@ def _compounds(tokens: Sequence[Token], words: SceneWords) -> list[Token]:
             said = tokens[k].text if k < len(tokens) else ""
             first = next((a for a, b in pairs if b == head and said in (a, words_plural(a), a.removesuffix("s"))), "")
             end = k + 1
-            end += end < len(tokens) and tokens[end].text in ("things", "stuff", "items")
+            end += end < len(tokens) and tokens[end].text in ("things", "stuff", "items", "colour", "color")
             if first and said and not (end < len(tokens) and tokens[end].text in words.parts):
                 made[-1:] = [Token(first, tokens[k].raw, "word"), tokens[i]]
                 i = end

@@ -91,10 +91,11 @@ class Modifiers(Positions):
             found.append((j, ref))
         for j, _ in here.get("HELD", ()):
             found.append((j, replace(ref, relations=(*ref.relations, HELD))))
-        if self.text(i) == "of" and ref.one and ref.ranks:
-            # "the larger of the two red blocks"
+        if self.text(i) in ("of", "from") and ref.one and ref.ranks:
+            # "the larger of the two red blocks", "the larger from two red blocks"
             for j, whole in self.np(i + 1):
-                if whole.plural and not (whole.ranks or whole.determiner == "it"):
+                counted = self.text(i) == "of" or (whole.number is not None and not ref.colours)
+                if whole.plural and counted and not (whole.ranks or whole.determiner == "it"):
                     merged = replace(whole, determiner=ref.determiner, ranks=ref.ranks, plural=False, number=None)
                     merged = replace(merged, colours=ref.colours or whole.colours, shades=ref.shades or whole.shades)
                     found.append((j, merged))
@@ -102,7 +103,7 @@ class Modifiers(Positions):
             compared = ref.determiner == "the" and {rank.key for rank in ref.ranks} <= _COMPARED and not ref.colours
             found += [
                 (j, replace(ref, options=refs, one=False))
-                for j, refs in (self.np_list(i + 1) if compared else ())
+                for j, refs in (self.np_list(i + 1) if compared and self.text(i) == "of" else ())
                 if len(refs) > 1
             ]
         if self.text(i) == "of" and any(rank.key in ("top", "bottom") for rank in ref.ranks):

@@ -15,6 +15,12 @@ from robosandbox.types import RefusalCode
 
 Fits = Callable[[str], bool]
 _NO_ROW = 0.7
+CONTRARY = {
+    one: other
+    for pair in (("big", "small"), ("tall", "short"), ("wide", "narrow"), ("near", "far"), ("left", "right"))
+    for one, other in (pair, pair[::-1])
+}
+"""The other end of an order, by its key."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -69,6 +69,12 @@ class Vicinity(Orders, ABC):
         elif kind == "between":
             ends = [name for part in relation.refs for name in self._anchors(part, loose=part.plural)]
             found = self._between(names, ends)
+            if len(found) > 1 and ref.determiner == "the" and not (ref.plural or ref.ranks):
+                # "the cup between the two cans" is the one on the way from one to the other, where all else is clear of it.
+                in_line = [name for name in found if self._from_line(name, ends) <= 0]
+                width = min(self.world.radius(end) for end in ends)
+                clear = all(self._from_line(name, ends) > width for name in found if name not in in_line)
+                found = in_line if len(in_line) == 1 and clear else found
         else:
             anchor = self._anchors(relation.refs[0], loose=False)[0]
             found = self._around(kind, [name for name in names if name != anchor], anchor)
@@ -169,6 +175,12 @@ class Vicinity(Orders, ABC):
         fx, fy, _ = self.world.extents(name)
         (x, y), (ax, ay) = self.world.at[name], self.world.at[anchor]
         return math.hypot(max(abs(x - ax) - ex - fx, 0.0), max(abs(y - ay) - ey - fy, 0.0))
+
+    def _from_line(self, name: str, ends: list[str]) -> float:
+        """Return how far a thing's outline is from the line between two others, in metres; negative where it is on the line."""
+        (x, y), (ax, ay), (bx, by) = (self.world.at[each] for each in (name, *ends))
+        length = math.dist((ax, ay), (bx, by)) or 1e-9
+        return abs((x - ax) * (by - ay) - (y - ay) * (bx - ax)) / length - self.world.radius(name)
 
     def _between(self, names: list[str], ends: list[str]) -> list[str]:
         if len(ends) != 2:
