@@ -10,6 +10,7 @@ from robosandbox.agent.language.commands import Commands
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
 from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.modifiers import says_nothing
 from robosandbox.agent.language.phrases import means, of_its_kind, single
 from robosandbox.agent.language.readings import Part, part_of
 from robosandbox.agent.language.strain import parties
@@ -18,6 +19,7 @@ from robosandbox.agent.language.turns import turns_of
 from robosandbox.agent.language.wishes import spoken
 
 _SIDES = frozenset({"left", "right", "front", "back", "beside"})
+_ALL = frozenset({"all", "everything", "every one", "each one", "all of it", "all of them", "each of them", "the lot"})
 _EACH = frozenset({"each", "each one", "each of them", "every one"})
 _SIDE_WORDS = frozenset({"left", "right", "front", "behind", "back", "side"})
 _ADJECTIVES = frozenset({"COLOUR", "SHADE", "SIZE", "POS", "SUPER", "THE"})
@@ -139,11 +141,9 @@ class Amendments(Commands, ABC):
         if self.text(k) in ("whichever", "whatever"):
             # "the left bin or the right bin, whichever is nearer" is no further thing.
             return []
-        if self.text(k) == "all" and self.tag(k + 1, "EXCEPT"):
-            # "the cubes in the box, all but the red one" leaves one out, and is no more things.
-            return []
-        if self.said(k, k + 3) in ("all of it", "all of them") and self.tag(k + 3, "EXCEPT"):
-            return []
+        end = next((k + n for n in (1, 2, 3) if self.said(k, k + n) in _ALL and self.tag(k + n, "EXCEPT")), 0)
+        if end:
+            return self._all_but(part, k, end)
         if self.said(k, k + 3) == "all of it":
             # "the ice in the bowl, all of it": the same ice.
             return [(n, part)] if self._skip(k + 3) >= n else []
@@ -268,6 +268,24 @@ class Amendments(Commands, ABC):
                 for m in self._joints(j):
                     found += [(end, (*part, *rest)) for end, rest in self._gapped((again,), m)]
                     found += [(end, (*part, again, *rest)) for end, rest in self._parts(m) if rest]
+        return found
+
+    def _all_but(self, part: tuple[Part, ...], k: int, end: int) -> Found[tuple[Part, ...]]:
+        """As in "the cubes in the box, all but the red one", which leaves one out, and is no more things."""
+        last = part[-1]
+        if not isinstance(last, Command) or len(last.objects) != 1 or self.text(k - 1) != ",":
+            return []
+        whole = last.objects[0]
+        if not (whole.plural or whole.determiner == "all"):
+            return []
+        found: Found[tuple[Part, ...]] = []
+        for start, _ in self.tag(end, "EXCEPT"):
+            for j, refs in self.np_list(start):
+                if whole.number or not all(part_of(ref, whole) and not says_nothing(ref) for ref in refs):
+                    continue
+                gone = (replace(ref, text=f"but {ref.text}") for ref in refs)
+                left = replace(last, objects=(replace(whole, without=(*whole.without, *gone)),))
+                found += self._going_on(part, left, j)
         return found
 
     def _pushed_on(self, last: Command, k: int) -> Found[Command]:

@@ -150,6 +150,11 @@ def without_what_is_denied(command: Command, ground: Grounder) -> Command:
         for denied in (*ref.without, *ref.instead) if ref.determiner != "all" and not ref.plural else ():
             contrast = denied.one and not denied.nouns and bool(ref.colours or ref.ranks or ref.relations)
             if contrast and ground.has(_of_kind(denied, ref), fits=holds):
+                if not _told_alike(denied, ref) and any(ground.has(_of_kind(denied, whole), whole) for whole in groups):
+                    # "the bolts in the blue bowl, not the one on the left"
+                    raise RefusedError(
+                        RefusalCode.AMBIGUOUS, f"“not {denied.text}”: which of the things, or which place?"
+                    )
                 # "in the blue bowl, not the red one"
                 continue
             for whole in groups:
@@ -162,6 +167,11 @@ def without_what_is_denied(command: Command, ground: Grounder) -> Command:
             replace(ref, without=(*ref.without, *spared[ref])) if spared.get(ref) else ref for ref in command.objects
         ),
     )
+
+
+def _told_alike(one: Ref, other: Ref) -> bool:
+    """Say whether two descriptions tell a thing by the same: its colour, its rank, or where it is."""
+    return any(a and b for a, b in zip(*((r.colours, r.ranks, r.relations) for r in (one, other)), strict=True))
 
 
 def dealt_first(commands: Sequence[Command]) -> list[Command]:

@@ -19,7 +19,7 @@ from robosandbox.agent.language.apart import (
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.ground import Grounder
+from robosandbox.agent.language.ground import Grounder, bare_name
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
@@ -175,6 +175,11 @@ class _Builder(Deciding):
         so = self.is_so(command)
         if so == command.unless:
             text = command.condition.text
+            if not (so or command.subject or command.condition.relations or text.split()[0] in ("no", "there")):
+                raise RefusedError(
+                    RefusalCode.OBJECT_NOT_FOUND,
+                    f"I see no {bare_name(text)}; I see {listed(list(self.world.objects))}.",
+                )
             told = so != bool({"no", "not", "nothing"} & {*text.split()})
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"“{text}”: that is {'' if told else 'not '}so; there is nothing to do."

@@ -13,6 +13,7 @@ from robosandbox.agent.language.intent import (
     Region,
     Relation,
 )
+from robosandbox.agent.language.modifiers import says_nothing
 from robosandbox.agent.language.whereabouts import Whereabouts
 
 MAX_ELEMENTS = 6
@@ -69,7 +70,7 @@ class Clauses(Whereabouts):
             found += [
                 (j, Element("except", self._but(i, k, refs)))
                 for j, refs in self.np_list(k)
-                if self.text(k) != "first" or j > k + 1
+                if (self.text(k) != "first" or j > k + 1) and not any(map(says_nothing, refs))
             ]
         found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
         if self.text(i) == "for":

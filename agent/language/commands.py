@@ -81,6 +81,10 @@ class Commands(Conditions):
                     found.append((end, replace(command, objects=left.objects) if it else command))
         return list(dict.fromkeys(found))
 
+    def _asks_for(self, i: int) -> bool:
+        """As in "if there is a ball, tap it", which asks whether there is one."""
+        return self.text(i) == "if" and any(given.what for given in self._condition(i))
+
     def _condition(self, i: int) -> list[Given]:
         """As in "if the drawer is open", "unless there is something on the pallet"."""
         if self.text(i) not in ("if", "unless"):

@@ -110,6 +110,7 @@ class _Judge:
             if error.refusal.code is not RefusalCode.OBJECT_NOT_FOUND:
                 raise
             names = []
+        names = [name for name in names if not match.is_only_shaped_so(condition.nouns, self.world.objects[name])]
         objects = self.world.objects
         kinds = {match.NOUN_CLASS.get(noun, noun) for noun in condition.nouns} & {*KINDS_OF}
         strange = [name for name in objects if self.world.movable(name) and not is_familiar(name)] if kinds else []

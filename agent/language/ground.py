@@ -230,7 +230,8 @@ class Grounder(Vicinity):
             if counted is not None and len(gone) > counted:
                 # "all but one of the bottles": which one stays? "A white one" leaves out all that are white.
                 raise self._ambiguous(excluded, sorted(gone))
-            if excluded.text.startswith("but ") and ref.nouns and gone and not gone & {*names}:
+            kind = ref.nouns or ref.names
+            if excluded.text.startswith("but ") and kind and gone and not gone & {*names}:
                 # "tap the cubes, but the cans first" leaves no can out.
                 raise RefusedError(
                     RefusalCode.UNRECOGNIZED,
@@ -241,6 +242,10 @@ class Grounder(Vicinity):
         if fits:
             preferred = [name for name in names if fits(name)]
             names = preferred or names
+        alike = [gone.colours for gone in ref.instead if gone.one or gone.nouns == ref.nouns]
+        if any(shown and len(match.with_colour([objects[n] for n in names], shown)) == len(names) for shown in alike):
+            # "in the bin, not the green one", where the bin is green.
+            raise self._not_found(ref, fits, barred)
         for claim in ref.claims:
             names = self._claimed(claim, names, several=several)
         if not names:
@@ -446,9 +451,12 @@ class Grounder(Vicinity):
         words = {*ref.nouns, *ref.colours, *ref.names}
         near = [name for name in names if words & {*id_parts(name), match.colour_of(self.world.objects[name])}]
         near = near or list(suggestions(ref.text, names)) or names
-        return RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"I see no {_bare(ref.text)}; I see {listed(names)}.", near)
+        return RefusedError(
+            RefusalCode.OBJECT_NOT_FOUND, f"I see no {bare_name(ref.text)}; I see {listed(names)}.", near
+        )
 
 
-def _bare(text: str) -> str:
+def bare_name(text: str) -> str:
+    """Return what was said of a thing without its article."""
     first, _, rest = text.partition(" ")
     return rest if first in ("the", "a", "an") and rest else text

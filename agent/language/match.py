@@ -68,6 +68,7 @@ CANONICAL_COLOUR = {
 _ANY_CONTAINER = frozenset({"container", "receptacle"})
 _GROWN = frozenset({"fruit", "vegetable"})
 _OF_IT = frozenset({"half", "slice", "wedge", "piece", "chunk", "quarter"})
+_NAMED_KINDS = things.ABSENT_NOUNS.union(*things.KINDS_OF.values())
 _LIVING = frozenset({"fruit", "vegetable", "animal", "vehicle", "tool"})
 
 
@@ -152,6 +153,22 @@ def _is_another(nouns: Sequence[str], name: str) -> bool:
     head = _head([part for part in id_parts(name) if len(part) > 1])
     kinds = {NOUN_CLASS.get(noun, noun) for noun in nouns}
     return head not in nouns and NOUN_CLASS.get(head, head if head in things.ABSENT_NOUNS else "") not in (*kinds, "")
+
+
+_FORMS = frozenset({"block", "box", "ball"})
+
+
+def is_only_shaped_so(nouns: Sequence[str], item: DetectedObject) -> bool:
+    """Say whether a thing has the shape of what nouns name, and a name of its own: a marker is as long as a block."""
+    kinds = {NOUN_CLASS.get(noun, noun) for noun in nouns}
+    if not kinds or not kinds <= _FORMS or any(noun_fit(noun, item) > SHAPE for noun in nouns):
+        return False
+    parts = [part for part in id_parts(item.id) if part.isalpha()]
+    if {word for kind in kinds for word in things.HYPONYMS.get(kind, ())} & {*parts}:
+        return False
+    # A lime is called after no colour.
+    head = _head(parts) or parts[-1]
+    return NOUN_CLASS.get(head, "") not in (*kinds, "") or head in _NAMED_KINDS
 
 
 def _is_cubic(item: DetectedObject) -> bool:

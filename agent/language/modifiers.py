@@ -338,7 +338,12 @@ class Modifiers(Positions):
     def _exceptions(self, i: int, ref: Ref) -> Found[tuple[Ref, ...]]:
         if not (ref.plural or ref.determiner in ("all", "a") or "not" in (self.text(i), self.text(i + 1))):
             return []
-        return [(end, self._but(i, j, refs)) for j, _ in self.tag(i, "EXCEPT") for end, refs in self.np_list(j)]
+        return [
+            (end, self._but(i, j, refs))
+            for j, _ in self.tag(i, "EXCEPT")
+            for end, refs in self.np_list(j)
+            if not any(map(says_nothing, refs))
+        ]
 
     def _but(self, i: int, j: int, refs: tuple[Ref, ...]) -> tuple[Ref, ...]:
         """Return what "but" alone leaves out with that word: it may as well begin something else."""
@@ -406,3 +411,8 @@ def _rest_of(other: Ref, ref: Ref) -> bool:
     """Say whether "the other cubes" are the rest of those of which "the red cube" is one."""
     noun = other.nouns in ((), ref.nouns) and other.names in ((), ref.names)
     return other.other and noun and other.colours in ((), ref.colours) and not (other.ranks or other.relations)
+
+
+def says_nothing(ref: Ref) -> bool:
+    """As in "all but the one | on the right": which one is left out?"""
+    return replace(ref, text="", plural=False) == Ref(text="", one=True)

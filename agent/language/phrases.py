@@ -7,7 +7,7 @@ from functools import cached_property
 from robosandbox.agent.language.chart import Found, distinct, rule
 from robosandbox.agent.language.choices import Choices
 from robosandbox.agent.language.intent import Rank, Ref, Relation, replace
-from robosandbox.agent.language.modifiers import HELD
+from robosandbox.agent.language.modifiers import HELD, says_nothing
 from robosandbox.agent.language.tokens import WAITED_FOR, id_parts
 
 _ALL_THINGS = frozenset({"EVERYTHING", "EVERYTHING_ELSE"})
@@ -114,7 +114,7 @@ class Phrasing(Choices):
                 # "in the bowl, not into the cup"
                 m += k > j and self.text(m) in _INTO and self.text(i - 1) in _INTO
                 for end, others in self._either(m):
-                    if any(other.unknown or other.text.endswith("all of them") for other in others):
+                    if any(o.unknown or o.text.endswith("all of them") or says_nothing(o) for o in others):
                         # "that box, not the usual one": who knows which that is?
                         continue
                     # "a bowl but not the blue one" leaves that one out; "the red cube, not the blue one" says it twice.

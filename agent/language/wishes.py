@@ -30,6 +30,10 @@ class Wishes(Clauses, ABC):
     """The rules for wishes."""
 
     @abstractmethod
+    def _asks_for(self, i: int) -> bool:
+        """Say whether "if there is a ball" is said; `Commands` knows how."""
+
+    @abstractmethod
     def _verb_first(self, i: int) -> Found[Command]:
         """A command that begins with its verb; `Commands` knows how."""
 

@@ -100,7 +100,8 @@ class WordOrder(Wishes, ABC):
                     if command.objects
                 ]
         for k, _ in self.tag(i, "LOOK"):
-            found += self._pointed_out(k)
+            if not self._asks_for(i):
+                found += self._pointed_out(k)
         for j, element in self.element(i):
             comma = j + 1 if self.text(j) in (",", ":") else j
             if element.kind == "objects" and self.text(j) in _ASKING and "VERB" in self.tags[j]:
