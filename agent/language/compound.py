@@ -86,6 +86,14 @@ LEFT = {
 }
 TOLD = {
     # Several towers, each told by what stands on what.
+    "<start> not! {one} (and|or!|nor!|,) [and|but] [also] [not!|nor!] {one2} (,|.|!|;|:) [but|so|just] {VERB} the other [one|{_NOUN}] <end>": "leave {one} and {one2} alone . {VERB} the other one",
+    "<start> neither! {one} nor! {one2} (,|.|!|;|:) [but|so|just] {VERB} the other [one|{_NOUN}] <end>": "leave {one} and {one2} alone . {VERB} the other one",
+    "<verb> [take|grab|get|fetch|have|here are|you see|there are] {one} and {one2} (:|;|.|,) [put] the (first!|former) [one] [goes|should go|belongs|is] {place} (,|and|, and|;|.) the (second!|latter|other) [one] [goes|should go|belongs|is] {place2} <end>": "put {one} {place} , then put {one2} {place2}",
+    "<edge> {one} (comes|should come|must come|has to come|needs to come|goes) out of {one2} (and|,) [and] {place} (,|;) [and] {one3} (goes|comes|should go|must go|can go) in [there|it] [instead!] <end>": "take {one} out of {one2} and put it {place} , then put {one3} in {one2}",
+    "<edge> {one} (comes|should come|must come|has to come|needs to come|goes) off {one2} (and|,) [and] {place} (,|;) [and] {one3} (goes|comes|should go|must go|can go) on [there|it|top] [instead!] <end>": "take {one} off {one2} and put it {place} , then put {one3} on {one2}",
+    "<verb> {VERB=pick} {one} off {one2} (and|,|, and) [then] {put:put|place|set|stand} {one3} there [instead!] <edge>": "{VERB=pick} {one} off {one2} and {put} {one3} on {one2}",
+    "<verb> {VERB=pick} {one} out of {one2} (and|,|, and) [then] {put:put|place|set|drop} {one3} there [instead!] <edge>": "{VERB=pick} {one} out of {one2} and {put} {one3} in {one2}",
+    "<verb> {VERB=close} {drawer} (after!|once!|when!) (you have|you|having) (opened|opening|open) it and (put|placed|dropped|laid|slid|popped|putting|placing|dropping|laying) {thing} (in|inside|into) [it|there] <end>": "open {drawer} , put {thing} in {drawer} , then {VERB=close} {drawer}",
     "<start> (make|build|stack) [me|us|for me|for us] two! [small|little|separate|different] (towers|stacks|piles) (,|:|;|of two! (,|:|;)) [one|the first! [one]] [with|has|of] {one} (on|on top of) {one2} (,|and|, and|;) [and] (another|another one|one|the other|the other one|the second! [one]) [with|has|of] {one3} (on|on top of) {one4} <edge>": "put {one} on {one2} , then put {one3} on {one4}",
     "[,] (because|since|as|for) (it|that|this|they) (is|are|was|were|has|have) not! [quite|really|been|all|even] {_name} [yet!|enough|any more|anymore|at all] <edge>": "",
     # Levels of a tower.

@@ -149,7 +149,9 @@ class Phrasing(Choices):
             for k in [end for tag in ("POS", "SUPER", "SIZE", "COLOUR") for end, _ in self.tag(j, tag)]:
                 for m in self._corrected(k):
                     for end, ref in self.np(m):
-                        if ref.determiner == "bare" and not ref.one and not ref.unknown and (ref.ranks or ref.colours):
+                        again = ref.determiner == "the" and self.text(i - 1) not in ("to", "on", "from", "at", "by")
+                        told = not ref.one and not ref.unknown and (ref.ranks or ref.colours)
+                        if told and (again or ref.determiner == "bare"):
                             found.append((end, replace(ref, determiner="the", text=self.said(m, end))))
         return found
 
@@ -161,6 +163,13 @@ class Phrasing(Choices):
                 # "a pen, any pen"
                 apposed += [
                     (k, ref) for k, other in self.np(j + 1) if other.determiner == "a" and other.nouns == ref.nouns
+                ]
+            if ref.determiner == "a" and ref.number == 1 and ref.nouns and self.text(j) == ",":
+                # "one of the cups, the empty one"
+                apposed += [
+                    (k, replace(one, nouns=ref.nouns, one=False, other=ref.other, text=self.said(j + 1, k)))
+                    for k, one in (self.np(j + 1) if self.tag(j + 1, "THE") else ())
+                    if one.one and not (one.nouns or one.plural or one.other or one.number or says_nothing(one))
                 ]
             told = ref.ranks or ref.shades or ref.colours
             if ref.one and not ref.nouns and told and not ref.plural and self.text(j) == ",":
@@ -213,6 +222,10 @@ class Phrasing(Choices):
         for j, first in self.np(i):
             found.append((j, (first,)))
             k = self._joint(j)
+            one = first.number == 1 and first.determiner == "a" and self.text(k - 1) == "," and self.tag(k, "THE")
+            if self.text(k) == "whichever" or (one and any(r.one and not r.nouns for _, r in self.np(k))):
+                # "one of the cups, whichever is on the tray", "one of the cups, the empty one" is one cup.
+                continue
             # A word may be a noun and a name: alone it is tried as both, in a list as what it is first.
             sense = (j, replace(first, nouns=(), names=(), one=False))
             if k and sense not in senses:
@@ -276,6 +289,8 @@ class Phrasing(Choices):
                         if every and not (lead.nouns or refs[-1].plural or refs[-1].determiner == "all"):
                             # "in the bag, no, all but the lime": not all of the bag.
                             better = ()
+                        elif lead.other and self.text(i - 1) not in _BEFORE_PLACES:
+                            better = (_another(lead, refs[-1]), *better[1:])
                         elif (lead.one or every) and not lead.nouns:
                             better = (replace(lead, nouns=refs[-1].nouns, one=False), *better[1:])
                     # "the salt and the pepper, no, just the pepper": what was said already is said to be meant alone.
@@ -491,6 +506,15 @@ def of_its_kind(ref: Ref, other: Ref) -> Ref:
         return ref
     names = id_parts(other.names[-1])[-1:] if other.names and not other.nouns else ()
     return replace(ref, nouns=other.nouns, names=names, one=False)
+
+
+def _another(ref: Ref, wrong: Ref) -> Ref:
+    """As in "grab the battery on the left, no, the other one": other than the one on the left."""
+    kind = wrong.nouns or wrong.names
+    plain = ref.determiner == "the" and ref.one and not (ref.plural or ref.unknown or ref.nouns or ref.names)
+    if not plain or not kind or wrong.determiner != "the" or wrong.plural or wrong.other:
+        return of_its_kind(ref, wrong)
+    return replace(of_its_kind(ref, wrong), other=False, without=(*ref.without, wrong))
 
 
 def single(ref: Ref) -> bool:

@@ -76,6 +76,7 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
         last = made[-1] if made and not (made[-1].condition or step.condition) else None
         over = last.place if last is not None and last.verb == "put" else None
         onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
+        step = replace(step, place=_left_free(last, step) or step.place) if last else step
         if last and isinstance(over, Relation) and over.kind == "to" and isinstance(onwards, Relation):
             named = [ref.nouns for ref in onwards.refs]
             again = all(map(_plainly, onwards.refs)) and named == [ref.nouns for ref in over.refs]
@@ -87,6 +88,17 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
         else:
             made.append(step)
     return tuple(made)
+
+
+def _left_free(last: Command, step: Command) -> Relation | None:
+    """As in "take the cup off the coaster and put the bowl on it": on the coaster, as the cup is held."""
+    place = step.place
+    if last.verb != "pick" or last.place or step.verb != "put" or not isinstance(place, Relation):
+        return None
+    if place.refs != (IT,) or place.kind != "on" or IT in step.objects or len(last.objects) != 1:
+        return None
+    left = [relation.refs for relation in last.objects[0].relations if relation.kind == "from"]
+    return replace(place, refs=left[0]) if len(left) == 1 and len(left[0]) == 1 else None
 
 
 def _one_thing(command: Command) -> bool:

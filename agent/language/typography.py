@@ -9,6 +9,7 @@ from robosandbox.agent.language.notation import in_steps
 
 _SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|brown|black|white|gr[ea]y)\b(?! (?:other|rest)\b)"
 """How those are named that alone are meant."""
+_WAY = r"(away from (?:you|me)|towards? (?:you|me)|forwards?|backwards?|back|left|right)\b"
 _DOING = r"(?:put|place|take|grab|get|move|push|pour|stack|tap|lift|pick|set|drop|open|close|lay|stand|bring|touch|slide|tip)\b"
 _CONTRACTIONS = [
     (re.compile(pattern), replacement)
@@ -70,6 +71,11 @@ _CONTRACTIONS = [
         (
             r"\b(to|in|into|on|onto|behind|beside)((?: \w+){1,4})(?<! the)(?<! a),? (?:er+m?|uh+m?|um+|hm+|ah|oops),? (?=\1 )(?!.*\bi mean)",
             r"\1\2, no, ",
+        ),
+        # "away from you, er, towards you"
+        (
+            rf"\b{_WAY},? (?:er+m?|uh+m?|um+|hm+|ah|oops),? (?={_WAY}(?! of\b))",
+            lambda match: f"{match[1]}, no, ",
         ),
         # "the cans in the box, but only the tall one": those alone; `colloquial` says what that means.
         (
