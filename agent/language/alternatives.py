@@ -30,8 +30,36 @@ _IF_NOT = (
     "if you see none",
     "failing that",
 )
+_IF_SO = (
+    "if it is",
+    "if that is so",
+    "if that is the case",
+    "if it is so",
+    "if there is",
+    "if there is one",
+    "if there are",
+    "if so",
+)
+_STATES = {"open": "open", "closed": "closed", "shut": "closed", "empty": "empty"}
+_OPPOSITE = {"open": "closed", "closed": "open"}
+"""What is not empty need not be full."""
+_LEFT_ALONE = tuple(
+    tuple(phrase.split())
+    for phrase in (
+        *(
+            f"{leave} {it}{there}"
+            for leave in ("leave", "keep")
+            for it in ("it", "them", "everything")
+            for there in (" alone", " be", " as it is", " like that", " that way", " where it is", " there")
+        ),
+        "leave it",
+        "do nothing",
+        "do not do anything",
+    )
+)
 _PLAIN = tuple(tuple(phrase.split()) for phrase in _ALWAYS)
 _DENIALS = tuple(tuple(phrase.split()) for phrase in _IF_NOT)
+_AFFIRMED = tuple(tuple(phrase.split()) for phrase in _IF_SO)
 _OPENS = frozenset({"otherwise", "else", "not", "none", "failing"})
 _APART = frozenset({".", ";", "!"})
 _AND = frozenset({"and", "but"})
@@ -46,19 +74,46 @@ class Alternatives(Amendments, ABC):
         """Return the parts of a sentence that start at `i`; `Grammar` knows how."""
 
     @cached_property
-    def _otherwise(self) -> tuple[tuple[int, int, bool], ...]:
-        """Where an alternative is joined, where it starts, and whether it only follows an "if" that is not denied."""
-        found: list[tuple[int, int, bool]] = []
-        for p in range(1, self.count) if not _OPENS.isdisjoint(self.texts) else ():
-            for phrases, denial in ((_PLAIN, False), (_DENIALS, True)):
+    def _otherwise(self) -> tuple[tuple[int, int, str], ...]:
+        """Where an alternative is joined, where it starts, and what it says of the condition before it.
+
+        That is "" for "otherwise", "not" for "if it is not", "so" for "if it is", or the state it is in.
+        """
+        found: list[tuple[int, int, str]] = []
+        if _OPENS.isdisjoint(self.texts) and self.texts.count("if") < 2:
+            return ()
+        for p in range(1, self.count):
+            for phrases, told in ((_PLAIN, ""), (_DENIALS, "not"), (_AFFIRMED, "so")):
                 for words in phrases:
                     end = p + len(words)
-                    if tuple(self.texts[p:end]) == words and (
-                        not denial or self.texts[end : end + 1] == [","] or self._orders(end)
-                    ):
-                        start = self._skip(end)
-                        found.append((p, start + (self.text(start) == "then"), denial))
+                    if tuple(self.texts[p:end]) == words:
+                        state = told
+                        if words == ("if", "it", "is") and self.text(end) in _STATES:
+                            state, end = _STATES[self.text(end)], end + 1
+                        if not state or self.texts[end : end + 1] == [","] or self._orders(end):
+                            start = self._skip(end)
+                            found.append((p, start + (self.text(start) == "then"), state))
         return tuple(found)
+
+    def _excludes(self, told: str, first: Command) -> bool:
+        """Say whether what an alternative says holds just where the condition of a command does not."""
+        if told in ("", "not"):
+            return not (told and first.unless)
+        condition = first.condition
+        if condition is None or condition.number:
+            return False
+        if told == "so":
+            return first.unless
+        kinds = [relation.kind for relation in condition.relations]
+        wanted = told if first.unless else _OPPOSITE.get(told)
+        return first.subject is not None and kinds[-1:] == [wanted]
+
+    def _leaves_it(self, i: int) -> bool:
+        """Say whether nothing is to be done otherwise: "if it is open, leave it alone"."""
+        return any(
+            tuple(self.texts[i : i + len(words)]) == words and self._skip(i + len(words)) >= self.count
+            for words in _LEFT_ALONE
+        )
 
     def _orders(self, i: int) -> bool:
         return i < self.count and bool({"VERB", "PREAMBLE"} & {*self.tags[i]})
@@ -66,14 +121,17 @@ class Alternatives(Amendments, ABC):
     def either(self, i: int) -> Found[tuple[Part, ...]]:
         """Return the readings from `i` to the end that begin with a command under a condition, and tell what is done otherwise."""
         found: Found[tuple[Part, ...]] = []
-        for p, start, denial in self._otherwise:
+        for p, start, told in self._otherwise:
             for done in self._until(i, p) if p > i else []:
                 first = done[0]
                 fronted = any(self.text(k) in ("if", "unless") for k in self.optional(i, "THEN", "PREAMBLE"))
                 apart = i == 0 or self.text(i - 1) in _APART
                 if first.condition is None or any(c.condition or c.branches for c in done[1:]):
                     continue
-                if (denial and first.unless) or not (fronted or (apart and len(done) == 1)):
+                if not self._excludes(told, first) or not (fronted or (apart and len(done) == 1)):
+                    continue
+                if told and self._leaves_it(start):
+                    found.append((self.count, done))
                     continue
                 for end, other in self._instead(start, done):
                     other = _echoed(other, done)
