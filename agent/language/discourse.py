@@ -12,10 +12,19 @@ from robosandbox.types import Refusal, RefusalCode
 class RefusedError(Exception):
     """Carries a refusal out of the depth of a plan."""
 
-    def __init__(self, code: RefusalCode, message: str, candidates: Iterable[str] = (), *, about: str = "") -> None:
-        """Refuse; `about` are the words that an answer would make clear."""
+    def __init__(
+        self,
+        code: RefusalCode,
+        message: str,
+        candidates: Iterable[str] = (),
+        *,
+        about: str = "",
+        firm: bool = False,
+    ) -> None:
+        """Refuse; `about` are the words that an answer would make clear; `firm` if no farther reading could be meant."""
         super().__init__(message)
         self.about = about
+        self.firm = firm
         self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates))
 
 

@@ -134,6 +134,8 @@ class Hands:
                 # "two bricks in the box, the yellow one stays": any two of the others.
                 barred = (*barred, *self.spared)
             meaning = self.ground.many(ref, fits or self.world.movable, barred)
+            if ref.determiner == "it" and not (ref.plural or self.world.held or command.verb == "nothing"):
+                self._check_alone(ref, meaning.ids)
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
             # "tap the bell, then the cup, then the bell again"
@@ -146,6 +148,18 @@ class Hands:
         names = self._in_turns(command, [name for k in sorted(found) for name in found[k]])
         self._theme(tuple(names))
         return tuple(names), several
+
+    def _check_alone(self, ref: Ref, names: tuple[str, ...]) -> None:
+        """As in "put the apple and the lemon on the plate, then move it into the bowl": which of them?"""
+        together = self.discourse.themes[-1] if self.discourse.themes else ()
+        if len(together) > 1 and {*names} < {*together}:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"What does “{ref.text}” refer to: {listed(together, 'or')}?",
+                together,
+                about=ref.text,
+                firm=True,
+            )
 
     def _in_turns(self, command: Command, names: list[str]) -> list[str]:
         """As in "all the cubes in the bin, the blue one first": those told to come first or last of all that are meant."""

@@ -229,7 +229,7 @@ def choose(
             refused.append(error.with_traceback(None))
             if not plans:
                 # What the plainest reading cannot do, a far-fetched one must not do in its place.
-                unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS)
+                unclear = error.refusal.code in (RefusalCode.OBJECT_NOT_FOUND, RefusalCode.AMBIGUOUS) and not error.firm
                 limit = min(limit, strain + (3 * CLOSE if unclear else CLOSE))
             continue
         best = strain if not plans else best

@@ -124,7 +124,10 @@ class WordOrder(Wishes, ABC):
                         *(self._wish(start) if start == self._skip(j) else ()),
                     ):
                         if command.objects and command.objects[0].determiner == "it":
-                            found.append((k, replace(command, objects=(*element.value, *command.objects[1:]))))
+                            # "tap the can and the cup. Pick it up": the cup is of the list.
+                            listed = 0.6 if self.text(i - 1) == "and" and self.text(j) == "." else 0.0
+                            named = replace(command, objects=(*element.value, *command.objects[1:]))
+                            found.append((k, replace(named, bare=command.bare + listed)))
                 # "the can is old, into the bin with it"
                 found += [
                     (end + 2, command)
