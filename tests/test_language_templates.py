@@ -151,6 +151,8 @@ _EXAMPLES = """
     away with the can , into the bin -> put the can into the bin
     the ball goes in the bin , ditto the can -> the ball goes in the bin , then the can
     put the can where the ball is and vice versa -> swap the can and the ball
+    swap the can and the ball , that each stands where the other one is -> swap the can and the ball
+    swap the can and the ball so they have traded places -> swap the can and the ball
     put the first two balls counting from the left in the bin -> put the two leftmost balls in the bin
     put the first two balls counting from the right in the bin -> put the two rightmost balls in the bin
     put the last two balls counting from the left in the bin -> put the two rightmost balls in the bin
@@ -378,7 +380,7 @@ def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
 _PHRASES = {
     "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
     "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
-    "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
+    "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "VERB=swap": "exchange", "PRON": "it", "A": "a", "NOUN": "marble",
     "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip
 

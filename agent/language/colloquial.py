@@ -9,6 +9,8 @@ from __future__ import annotations
 PARTS = {
     "stay": "(stay|stays|may stay|can stay|should stay|must stay|has to stay|have to stay|needs to stay|need to stay|is to stay|are to stay|remain|remains|should remain|can wait|is fine|are fine|should not (move|be moved)|may not (move|be moved)|must not (move|be moved)|keeps its place|keep their place|keep their places)",
     "there": "[exactly|right|just] [put|there|here|where (it|they) (is|are)|as (it|they) (is|are)|on the table|in (its|their) (place|places)]",
+    "left_out": "{except:except|except for|apart from|but not|not|bar|save|other than}",
+    "that_one": "(that one|this one|it|that|those|them|they|which)",
     "find": "(find|locate|identify|spot|look for|search for|seek out|seek|track down|find me|go find|go and find|look out for)",
     "come": "(rings|opens|arrives|arrive|comes|come|closes|close|starts|start|leaves|leave|ends|begins|begin|wakes up|wake up|gets here|get here|gets back|get back|notices|notice|goes off|is over|is here|are here|turns up|turn up|shows up|show up|returns|return)",
     "tidy_home": "(its|your|the) [home|start|starting|rest|resting|initial|default|original|parking|base] (position|pose|place|point|spot|posture|configuration|location)",
@@ -87,7 +89,8 @@ FILLERS = {
     "(,|.|;|and) (it|that|{_drawer}) (stays|can stay|should stay|may stay|must stay|remains|can remain|may remain|should remain|must remain|is to stay|is to remain) open [then|now|for now|please|afterwards|after! that] <edge>": "",
 }
 CLAUSES = {
-    "<verb> do not! {_VERB} {_thing} [,] [but|rather|instead!] {VERB} {thing2} {place} <end>": "{VERB} {thing2} {place}",
+    "<verb> do not! (pour|spill|push|tap|open) anything [,] [but|rather|instead!] {VERB=put} {thing} {place} <end>": "{VERB=put} {thing} {place}",
+    "<verb> do not {VERB} {thing} [,] [but|rather|instead!] {VERB2} {thing2} {place} <end>": "do not {VERB} {thing} . {VERB2} {thing2} {place}",
     "<verb> (swap|exchange|switch) {one} (with|and|for) {one2} (and|, and|,|;|then|, then|and then|, and then) [also] {one3} (with|and|for) {one4} <end>": "swap {one} and {one2} , then swap {one3} and {one4}",
     "{times:twice|thrice|two times|three times|four times} [,] [by] {distance} (each time|every time|each|at a time|each go)": "{distance} {times}",
     "{except:except|except for|apart from|but not} {one} , which (goes|should go|belongs|can go) {place}": "{except} {one} , then put {one} {place}",
@@ -118,6 +121,14 @@ CLAUSES = {
     "<verb> (clear away|clear|remove|get rid of|take away) {thing} (:|,|.|;) (it|they) (belongs|goes|belong|go|should go) {place}": "put {thing} {place}",
     "<edge> [and] [now] (let us|i want to|i would like to|i would love to|we want to|can we|could we|can i|could i) [now] see {thing} [go|move|end up|being put|sitting|standing|put|placed|going] {place}": "put {thing} {place}",
     "<verb> [build|make] [a|one] (tower|stack|pile) : {one} , (on that|on it|on top of that|on top of it|then) {one2} [,] [and|then] {one3} (at the|on|at the very) top <end>": "put {one2} on {one} , then put {one3} on {one2}",
+    "<edge> {thing} <belongs> {place} [,|;|.] [and|so|please] (put|tidy|clear|stow|pack|take|move|bring|get|stash) {_PRON} (away|back|home|where (it|they) <belongs>) <edge>": "put {thing} {place}",
+    "<verb> (put|tidy|clear|stow|pack|stash) {thing} (away|back) (,|;|.|:) (it|they) <belongs> {place} <edge>": "put {thing} {place}",
+    "<verb> (put|tidy|clear|stow|pack|stash) away {thing} (,|;|.|:) (it|they) <belongs> {place} <edge>": "put {thing} {place}",
+    "{once:once|after|before|until} {thing} {is:is|are} (off|out) [of] (it|that|them|{_one}) and {place}": "{once} {thing} {is} {place}",
+    "<verb> {VERB} {that} {place} (,|;|.) {it:it|that|this} is {one} <end>": "{VERB} {that} , {it} is {one} , {place}",
+    "<verb> {VERB} {that} {way} (,|;|.) {it:it|that|this} is {one} <end>": "{VERB} {that} , {it} is {one} , {way}",
+    "<left_out> {thing} , [and] <that_one> (stays|stay|remains|remain|(can|should|must|may|has to|have to|is to|are to) (stay|remain)) <there> <end>": "{except} {thing}",
+    "<left_out> {thing} , [and|so|just] [please] leave <that_one> (alone|be|<there>) <end>": "{except} {thing}",
     "{except:except|except for|apart from|but not} {one} , (that one|it|that) {_words} <end>": "{except} {one}",
     "in the middle (from|between) {one} and {one2}": "between {one} and {one2}",
     "(,|and|then) [and|then] {close:close|shut|open|tap} {PRON} (after!|afterwards|after! that) <end>": ", then {close} {PRON}",

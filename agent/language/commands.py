@@ -33,10 +33,11 @@ class Commands(Conditions):
         """A command: verb first, place first, or as a wish; gapped clauses borrow the verb before them."""
         found: Found[Command] = []
         for start in self._preambles(i, 0):
+            # What tells a tower level by level has many another reading, and comes first so that none of them pushes it out.
+            found += self.told_tower(start)
             found += self._verb_first(start)
             found += self._wish(start)
             found += self._by_doing(start)
-            found += self.told_tower(start)
         for start, _ in self.tag(i, "OWN_WISH"):
             # "I want to pick up the can"; but "I have to go home" is about the speaker.
             found += [(j, command) for j, command in self._verb_first(start) if command.objects]

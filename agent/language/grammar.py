@@ -6,10 +6,10 @@ from functools import cached_property
 
 from robosandbox.agent.language.alternatives import Alternatives
 from robosandbox.agent.language.amendments import without
+from robosandbox.agent.language.anaphora import in_it, inside_it, named_first
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
-from robosandbox.agent.language.phrases import single
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
@@ -25,7 +25,7 @@ _THAT = frozenset({"this", "that"})
 _FINISHING = frozenset({"finish", "end", "conclude"})
 _NEXT = frozenset({"then", "next", "that", "afterwards", "finally", "lastly"})
 _BEFOREHAND = frozenset({"first", "beforehand", "before that", "before this"})
-_ONCE = frozenset({"once", "after", "soon"})
+_ONCE = frozenset({"once", "after", "soon", "until", "till"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
@@ -82,7 +82,7 @@ class Grammar(Alternatives):
                     for k in self._joints(j)
                     for start in dict.fromkeys((k, *(m for tag in ("FIRST", "FIRST_BUT") for m, _ in self.tag(k, tag))))
                     for end, rest in self._parts(start)
-                    for before in [_in_it(rest, part, alone=True) if rest else ()]
+                    for before in [in_it(rest, part, alone=True) if rest else ()]
                     if before and not (rest[1:] and self.text(j) == "and" and self.text(start).endswith("ing"))
                 ]
                 continue
@@ -141,7 +141,7 @@ class Grammar(Alternatives):
                         # "tap the can, but first tap the cup, then go home": home comes last.
                         final = rest[-1:] if rest[1:] and _goes_home(rest[-1]) else ()
                         before = rest[: len(rest) - len(final)]
-                        before = _in_it(before, part, alone=not follows)
+                        before = in_it(before, part, alone=not follows)
                         found += [(end, (*before, *part, *final))] if before else []
             for k in self._joints(j):
                 # "put the can on the block, but tap the block first"
@@ -150,7 +150,7 @@ class Grammar(Alternatives):
                     late_word = next((q for q in range(m + 1, m + 3) if self.said(m, q) in _BEFOREHAND), 0)
                     if not asked or not late_word:
                         continue
-                    first_done = _in_it(second, part, alone=not follows)
+                    first_done = in_it(second, part, alone=not follows)
                     if not first_done:
                         continue
                     before = (*first_done, *part)
@@ -195,7 +195,7 @@ class Grammar(Alternatives):
             if again and len(part) == 1:
                 found.append((end, rest))
             elif alone and not again and isinstance(rest[0], Command) and len(rest[0].objects) < 2:
-                found.append((end, (*_in_it(rest, part, alone=True), *part)))
+                found.append((end, (*in_it(rest, part, alone=True), *part)))
         return found
 
     def _in_turns(self, part: tuple[Part, ...], j: int) -> Found[tuple[Part, ...]]:
@@ -240,14 +240,16 @@ class Grammar(Alternatives):
                     hits = [k for k, _ in self.tag(comma, tag)]
                     apart = [k for k in hits if self._afterwards(j, k)] if tag == "AFTER" else []
                     second_at = [
-                        (end, _inside_it(second, command))
+                        (end, inside_it(second, command))
                         for k in hits
                         if k not in apart or self.text(k - 1) == "you"
                         for end, second in self.clause(k)
                         if not (second.bare and self.text(k) in _THAT)
                     ]
                     second_at += [hit for k in hits if k not in apart for hit in self._likewise(command, k, tag)]
-                    done = [(end, _inside_it(second, command)) for end, second in self._accomplished(comma)]
+                    # "..., but only once the apple is in the bowl", "..., but not before the apple is in the bowl"
+                    joint = comma + (self.text(comma) == "but")
+                    done = [(end, inside_it(second, command)) for end, second in self._accomplished(joint)]
                     for end, second in second_at + (done if tag == "AFTER" else []):
                         found.append((end, (command, second) if tag == "BEFORE" else (second, command)))
                     found += [(end, (command, second)) for k in apart for end, second in self.clause(k)]
@@ -257,7 +259,7 @@ class Grammar(Alternatives):
                     for m in (self._skip(j), *(e for e, _ in self.tag(self._skip(j), "THEN"))):
                         for first_start in self.optional(m, "FIRST"):
                             for end, first in self.clause(first_start):
-                                found.append((end, _named_first(first, second) if tag == "BEFORE" else (second, first)))
+                                found.append((end, named_first(first, second) if tag == "BEFORE" else (second, first)))
         found += [(j, (refs,)) for j, refs in self._prohibition(i)]
         found += [(j, (command,)) for j, command in self._left_as_it_is(i)]
         for k, _ in self.tag(i, "STILL"):
@@ -409,65 +411,3 @@ def _plainly_done(command: Command) -> bool:
         for ref in parties(command)
     )
     return named and not command.bare
-
-
-def _in_it(parts: tuple[Part, ...], named: tuple[Part, ...], *, alone: bool) -> tuple[Part, ...]:
-    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last.
-
-    Returns nothing where "them" would be one thing; `alone` where no command stands before.
-    """
-    first, last = parts[0] if parts else None, named[0] if named else None
-    if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
-        return parts
-    place, there = first.place, last.place
-    inside = isinstance(place, Relation) and place.kind == "in" and place.refs == (IT,)
-    if inside and isinstance(there, Relation) and there.kind == "in" and there.refs not in ((), (IT,)):
-        # "put the can in the bin, but first put the cup in there"
-        first = replace(first, place=there)
-    elif isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
-        first = replace(first, place=replace(place, refs=last.objects))
-    elif first.objects and _several(first.objects[0]) and single(last.objects[0]):
-        # "put the cup next to the can, but first tap both": the cup and the can.
-        both = "both" in first.objects[0].text.split()
-        refs = last.place.refs if alone and isinstance(last.place, Relation) else ()
-        told = len(refs) == 1 and single(refs[0]) and (both or (isinstance(there, Relation) and there.kind != "in"))
-        return (replace(first, objects=(*last.objects, *refs)), *parts[1:]) if told else ()
-    elif first.objects and first.objects[0].determiner == "it":
-        into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
-        opened = first.verb in ("open", "close") and into and into != (IT,)
-        first = replace(first, objects=(*(into if opened else last.objects), *first.objects[1:]))
-    return (first, *parts[1:])
-
-
-def _several(ref: Ref) -> bool:
-    """Say whether a description is a pronoun for several things: "them", "both of them", "both"."""
-    both = ref.text.startswith("both") and not (ref.nouns or ref.names or ref.colours or ref.ranks)
-    return both or (ref.determiner == "it" and ref.plural)
-
-
-def _inside_it(second: Command, first: Command) -> Command:
-    """As in "close the drawer once the apple is inside", "put the can in the bin after you put the cup in there"."""
-    into, there = second.place, first.place
-    if not (isinstance(into, Relation) and into.refs == (IT,)):
-        return second
-    if isinstance(there, Relation) and there.kind == into.kind and there.refs not in ((), (IT,)):
-        return replace(second, place=there)
-    named = first.objects and first.objects[0].determiner != "it"
-    return replace(second, place=replace(into, refs=first.objects)) if named else second
-
-
-def _named_first(first: Command, second: Command) -> tuple[Command, Command]:
-    """As in "before you put the brick in the crate, tap it": what is done first is named last."""
-    there, into = first.place, second.place
-    if isinstance(there, Relation) and there.refs == (IT,):
-        # "before you put the brick in the crate, put the ball in there"; "before closing the drawer, put the ball in it"
-        refs = into.refs if isinstance(into, Relation) else second.objects if second.verb in ("open", "close") else ()
-        first = replace(first, place=replace(there, refs=refs)) if refs not in ((), (IT,)) else first
-    if (
-        first.objects
-        and first.objects[0].determiner == "it"
-        and second.objects
-        and second.objects[0].determiner != "it"
-    ):
-        return replace(first, objects=second.objects), replace(second, objects=(first.objects[0],))
-    return first, second

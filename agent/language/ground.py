@@ -258,6 +258,19 @@ class Grounder(Vicinity):
         names = self._shaded(names, ref, several=several)
         if not names:
             raise self._not_found(ref, fits, barred)
+        return self._told_to_be(names, ref) if ref.told_to_be else names
+
+    def _told_to_be(self, names: list[str], ref: Ref) -> list[str]:
+        """As in "the orange thing, it is a car": those of them that are what is said beside.
+
+        Raises:
+            RefusedError: None of them is.
+        """
+        for what in ref.told_to_be:
+            so = [name for name in names if name in self._loosely(what, list(self.world.objects))]
+            if not so:
+                raise RefusedError(RefusalCode.IMPOSSIBLE, f"“{ref.text}”: {listed(names)} is not that.", names)
+            names = so
         return names
 
     def _shaded(self, names: list[str], ref: Ref, *, several: bool) -> list[str]:
@@ -321,9 +334,10 @@ class Grounder(Vicinity):
             found = self._same_noun(found, several, fits)
         elif not ref.names and not ref.nouns:
             things = [item for item in found if self.world.movable(item.id)]
-            found = things if things or fits is None else found
-            if fits is not None:
-                found = [item for item in found if fits(item.id)] or found
+            fitting = [item for item in things if fits and fits(item.id)]
+            # "in yellow" is in the yellow crate, whatever else is yellow.
+            fitting = fitting or [item for item in found if fits and fits(item.id)]
+            found = fitting or (things if things or fits is None else found)
         if ref.nouns == ("tower",):
             found = [item for item in found if self.world.level(item.id) and not self.world.on_top_of(item.id)]
         for measure in ref.measures:

@@ -225,6 +225,9 @@ class _Incidentals:
             # "push it 10 cm, but that is too much" takes back how far.
             return False
         if self._text(i) in _PRONOUNS and not self._thing(i + 1):
+            if self._text(end - 2) in ("a", "an", "the") and "ABSENT" in self.tags[end - 1]:
+                # "take the orange one, it is a carrot" tells what it is.
+                return False
             return self._link(i + 1) and self._idle(i + 1, end)
         name = next((k for k in range(i, end) if not self._thing(k)), end)
         # "the can is old", "sample c is old"

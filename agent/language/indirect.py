@@ -27,7 +27,7 @@ PARTS = {
     "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
     "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
     "better": "[so|much|far|a lot|way|a bit|rather|even] (better off|better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
-    "belongs": "(belongs|belong|lives|live|goes|go)",
+    "belongs": "(belongs|belong|lives|live|goes|go|is kept|are kept)",
     "it": "(it|that|this|they)",
     "is": "(is|are|was|were|will be|would be|would)",
     "wait": "(no|wait|hang on|hold on|sorry|oops|actually|hmm)",

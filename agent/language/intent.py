@@ -173,6 +173,7 @@ class Ref(NamedTuple):
         total: "two of the three cubes": how many must fit.
         distinct: "different bins": each thing gets one of its own.
         measures: "3 cm", "10 cm tall": each a dimension and metres.
+        told_to_be: "..., it is a car": what is said beside it to tell what it is.
     """
 
     text: str
@@ -198,6 +199,7 @@ class Ref(NamedTuple):
     distinct: bool = False
     instead: tuple[Ref, ...] = ()
     measures: tuple[tuple[str, float], ...] = ()
+    told_to_be: tuple[Ref, ...] = ()
 
 
 IT = Ref(text="it", determiner="it")

@@ -37,6 +37,8 @@ _ON_THE_WAY = word_set(
     when over swap exchange trade switch . ; :
     """
 )
+_NEVERTHELESS = frozenset({"back", ".", ";", ":"})
+_AT_HOME = frozenset({"live", "lives", "belong", "belongs"})
 _WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
 _STAYS_OPEN = re.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
@@ -123,7 +125,10 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"Should {doors[-1][1]} be open or closed in the end?")
     # "the fruit in the bowl; the lime goes in the bin" tells what is where in the end, and no step.
     marks = "" if _WHERE_IT_GOES.search(said) else "|[.;:]"
-    if _ON_THE_WAY & {*re.findall(r"next to|[a-z]+" + marks, said)}:
+    words = {*re.findall(r"next to|[a-z]+" + marks, said)}
+    # "the ball lives in the basket, put it back": back is where it lives.
+    at_home = bool(words & _AT_HOME)
+    if (_ON_THE_WAY - _NEVERTHELESS if at_home else _ON_THE_WAY) & words:
         return made
     reopened = [d for k, (skill, d) in enumerate(doors) if skill == "open_drawer" and ("close_drawer", d) in doors[:k]]
     if reopened and "open" not in prompt.lower() and ("close_drawer", reopened[-1]) != doors[-1]:
@@ -136,7 +141,7 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
             continue
         place = str(call.arguments.get("container") or call.arguments.get("target") or "another place")
         place = f"beside {place}" if call.skill == "place_beside" else place
-        if places.get(held, place) != place:
+        if places.get(held, place) != place or (at_home and held in places):
             return Refusal(
                 code=RefusalCode.AMBIGUOUS,
                 message=f"Should {held} go to {places[held]} or to {place}? Say “then” if to one after the other.",

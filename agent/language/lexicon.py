@@ -113,8 +113,7 @@ def _build() -> Phrases:
             lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.PLURAL_NOUNS))
             if phrase not in things.MASS_NOUNS | things.PLURAL_NOUNS:
                 lexicon.add(words_plural(phrase), "NOUN", (noun, phrase, True))
-            if phrase == "fruit":
-                # "put the fruit in the bowl" may be one or all of them.
+            if phrase in things.COLLECTIVE_NOUNS:
                 lexicon.add(phrase, "NOUN", (noun, phrase, True))
     shaped = {phrase for phrases in things.NOUNS.values() for phrase in phrase_list(phrases)}
     for noun in things.ABSENT_NOUNS | {*SAME_AS} - shaped:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from robosandbox.agent.language.adjectives import CLAIMS
 from robosandbox.agent.language.chart import Found
 from robosandbox.agent.language.intent import IT, Rank, Ref, Relation, replace
 from robosandbox.agent.language.measures import TAG_WORDS, measure_after, tagged
@@ -28,6 +29,8 @@ _DENIED = {
     "filled": Relation("empty"),
     "stacked": Relation("loose"),
 }
+_ASIDE = frozenset({",", ".", ";", "!"})
+_IT = frozenset({"it", "that", "this"})
 _COLOUR_WORDS = frozenset({"colour", "color"})
 _HAVING = frozenset({"has", "have", "is", "are", "with", "of", "in", "having", "shares"})
 _MATCHES = frozenset({"matches", "match"})
@@ -87,6 +90,7 @@ class Modifiers(Positions):
         here, after = self.tags[i], self.tags[start] if start < self.count else {}
         found += self._filled_with(i, ref)
         found += self._alike(i, ref)
+        found += self._told_to_be(i, ref)
         for j, _ in here["OF_THEM"] if "OF_THEM" in here and not self._tells_where(i) else ():
             found.append((j, ref))
         for j, _ in here.get("HELD", ()):
@@ -173,6 +177,8 @@ class Modifiers(Positions):
                         j, second = self.tag(j + 1, "COLOUR")[0]
                         colours.append(second)
                     found.append((j, replace(ref, colours=tuple(colours))))
+            if k > i:
+                found += self._said_of(k, ref)
             if k > i and (not ref.nouns or ref.nouns == ("thing",)):
                 # "everything that is a cube"
                 for m in self.optional(k, "A"):
@@ -238,6 +244,29 @@ class Modifiers(Positions):
                     elsewhere = Ref(text=self.said(k, j), determiner="all", plural=True, relations=(relation,))
                     found.append((j, replace(ref, without=(*ref.without, elsewhere))))
         return found
+
+    def _told_to_be(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "the orange thing, it is a car"."""
+        told = self.text(i) in _ASIDE and self.text(i + 1) in _IT and self.text(i + 2) == "is"
+        found: Found[Ref] = []
+        for j, what in self.np(i + 3) if told and not ref.plural and ref.determiner != "all" else ():
+            named = (what.nouns or what.names) and what.determiner in ("the", "a") and what.nouns != ("thing",)
+            ends = j >= self.count or self.tokens[j].kind == "mark" or self.text(j) in ("and", "then", "but")
+            ends = ends or "DIR" in self.tags[j]
+            if named and ends and not (what.unknown or what.plural or what.options or what.relations or what.other):
+                full = replace(ref, told_to_be=(*ref.told_to_be, what))
+                # "..., it is a car, in the basket"
+                found += [(j, full), (j + 1, full)] if self.text(j) == "," else [(j, full)]
+        return found
+
+    def _said_of(self, i: int, ref: Ref) -> Found[Ref]:
+        """As in "everything wooden", "whatever is metal": by the name where that has the word, else as it is claimed."""
+        word = self.text(i)
+        if word not in CLAIMS:
+            return []
+        if word in self.words.parts:
+            return [(i + 1, replace(ref, names=(*ref.names, word)))]
+        return [(i + 1, replace(ref, claims=(*ref.claims, word)))]
 
     def _neither(self, i: int, ref: Ref) -> Found[Ref]:
         """As in "that is not a mug", "that is neither a mug nor a can"."""

@@ -62,7 +62,7 @@ class Phrasing(Choices):
         if self.text(i) in ("whatever", "whichever", "what") and self.text(is_) == "is":
             # "whatever is closest to the bin", "whichever thing is red"
             thing = Ref(text="", determiner="the", nouns=("thing",))
-            modified = self._modifier(is_ + 1, thing)
+            modified = [*self._modifier(is_ + 1, thing), *self._said_of(is_ + 1, thing)]
             if self.text(is_ + 1) == "not":
                 modified = [*modified, *self._modifier(is_, replace(thing, text="what"))]
             for j, ref in modified:
@@ -480,7 +480,7 @@ class Phrasing(Choices):
             return found
         for j, _ in self.tag(i, "EVERYTHING"):
             base = Ref(text=self.said(i, j), determiner="all", plural=True)
-            for k, ref in self._adjectives(j, base, 0):
+            for k, ref in (*self._adjectives(j, base, 0), *self._said_of(j, base)):
                 found += self._modified(k, ref, 0)
         for j, _ in self.tag(i, "EVERYTHING_ELSE"):
             found += self._modified(j, Ref(text=self.said(i, j), determiner="all", plural=True, other=True), 0)

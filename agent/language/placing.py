@@ -14,6 +14,7 @@ from robosandbox.agent.language.intent import (
     Offset,
     Original,
     Place,
+    Ref,
     Region,
     Relation,
     Spot,
@@ -42,6 +43,10 @@ class Placing(Hands):
 
             def fits(name: str) -> bool:
                 return world.objects[name].kind in match.CONTAINERS
+        elif place.kind == "to" and place.refs and _told_by_colour(place.refs[0]):
+            # "the cans to yellow": to the container that has that colour, and to no yellow ball.
+            def fits(name: str) -> bool:
+                return world.objects[name].kind in match.CONTAINERS and name not in names
         else:
 
             def fits(name: str) -> bool:
@@ -413,3 +418,8 @@ class Placing(Hands):
         if not spots:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"There is no free spot there for {name}.", (name,))
         self._put_at_first(name, spots)
+
+
+def _told_by_colour(ref: Ref) -> bool:
+    """Say whether a description is a colour alone, as in "to yellow"."""
+    return bool(ref.one and ref.colours) and ref.determiner == "bare" and not (ref.ranks or ref.relations or ref.other)

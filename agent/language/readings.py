@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.match import NOUN_CLASS
+from robosandbox.agent.language.things import KINDS_OF
+from robosandbox.agent.language.tokens import id_parts
 
 Part = Command | tuple[Ref, ...] | str
 
@@ -66,7 +69,14 @@ def part_of(ref: Ref, whole: Ref) -> bool:
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
         return False
     general = whole.nouns in ((), ("thing",)) and not whole.names
-    return (ref.one and not ref.nouns) or (bool(ref.nouns or ref.names) and (ref.nouns == whole.nouns or general))
+    named = ref.nouns == whole.nouns or general or _is_kind_of(ref, whole)
+    return (ref.one and not ref.nouns) or (bool(ref.nouns or ref.names) and named)
+
+
+def _is_kind_of(ref: Ref, whole: Ref) -> bool:
+    """As in "the lemon" of the fruit, "the hammer" of the tools."""
+    kinds = KINDS_OF.get(NOUN_CLASS.get(whole.nouns[0], ""), frozenset()) if len(whole.nouns) == 1 else frozenset()
+    return bool(kinds) and bool(kinds & {part for name in (*ref.nouns, *ref.names) for part in id_parts(name)})
 
 
 def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:

@@ -317,6 +317,9 @@ class _Remarks:
                 )
                 if after not in _DENIABLE:
                     return False
+            elif text == "can" and self._text(k - 1) in ("a", "the"):
+                # "take the red one, it is a can" tells what it is.
+                return False
             elif text in BINDING or not (text in HARMLESS or (self._unknown(k) and not known)):
                 return False
         return True

@@ -240,7 +240,7 @@ AVOID = (
     "keep off, let it be, keep clear from, mind, watch out for, careful with, be careful with, be careful of, "
     "and leave, while leaving, leaving, without interfering with, with no contact with, "
     "but avoid, and avoid, but ignore, but stay away from, but keep away from"
-    + "".join(f", {careful} {verb}" for careful in _CAREFUL for verb in _COLLIDE)
+    + "".join(f", {careful} {verb}" for careful in _CAREFUL for verb in (*_COLLIDE, "use", "make use of"))
     + "".join(f", {leaving} {doing}" for leaving in _LEAVING for doing in _COLLIDE.values())
     + "".join(f", without {doing}" for doing in _COLLIDE.values() if doing.split()[0] in _SIDEWAYS)
 )

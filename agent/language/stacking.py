@@ -59,22 +59,26 @@ class Stacking(Placing, ABC):
         levels = [level for level, _ in order]
         if any(ref.plural and ref.determiner != "a" for _, ref in order):
             return self._by_group(order, names)
-        placed: list[str] = []
+        told: dict[int, str] = {}
         kind = command.objects[0].nouns if len(command.objects) == 1 else ()
-        for level, ref in order:
+        # "... and the other can in the middle": other than those of the levels that are named.
+        for k, (level, ref) in sorted(enumerate(order), key=lambda item: item[1][1].other):
+            barred = [*told.values()] if ref.other else []
+            ref = replace(ref, other=False)
             if kind and ref.one and not (ref.nouns or ref.names) and self.ground.has(replace(ref, nouns=kind)):
                 # "a tower of the blocks, red at the bottom": the red block.
                 ref = replace(ref, nouns=kind)
-            found = self.ground.one(ref, lambda name: name in names and name not in placed).ids[0]
+            found = self.ground.one(ref, lambda name: name in names and name not in told.values(), barred).ids[0]
             counted = command.place is not None or any(each.number for each in command.objects)
             if found not in names and level in ("bottom", "top") and not counted:
                 # "stack the cubes, with the can at the bottom"
                 names.append(found)
-            if found not in names or found in placed:
+            if found not in names or found in told.values():
                 raise RefusedError(
                     RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: the tower is of {listed(names)}.", tuple(names)
                 )
-            placed.append(found)
+            told[k] = found
+        placed = [told[k] for k in range(len(order))]
         bottom, top = (
             [name for name, level in zip(placed, levels, strict=True) if level == end] for end in ("bottom", "top")
         )

@@ -136,6 +136,8 @@ IRREGULAR_PLURALS: dict[str, str] = {
     "brushes": "brush",
 }
 PLURAL_NOUNS = frozenset({"crockery", "tableware", "dishware", "stationery", "hardware", "cutlery", "stuff", "dice"})
+COLLECTIVE_NOUNS = frozenset({"fruit", "veg"})
+"""Which may be one or all of them."""
 MASS_NOUNS = frozenset({"trash", "rubbish", "garbage", "soda", "coke", "glass"})
 ABSENT_NOUNS = word_set(
     """

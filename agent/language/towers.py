@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC
 from functools import cached_property
 
+from robosandbox.agent.language.adjectives import FEELINGS
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import At, Command, Place, Rank, Ref, Region, Relation, replace
 from robosandbox.agent.language.phrases import of_its_kind
@@ -29,6 +30,7 @@ _ENDS = (" bottom", " top", " middle", " lowest", " highest", " below", " above"
 _STANDING = frozenset({"on", "beside", "left", "right", "front", "back", "between"})
 _HIGH = frozenset({"high", "tall", "level", "storey", "story", "tier", "layer"})
 _MOST_JOINTS = 4
+_LOOKS = FEELINGS | {"neat", "tidy", "proper", "simple"}
 # What names the levels of a tower says more than a list of things with places.
 _PLAIN = -0.8
 
@@ -50,11 +52,18 @@ class Towers(WordOrder, ABC):
             opened = k
             while self.text(opened) in _OPENERS and opened < k + 3:
                 opened += 1
+            joined = bool(whole) and self.text(opened) == "and"
+            if joined:
+                # "stack the blocks and put the eraser on top"
+                opened += 1
+                while self.text(opened) in ("then", "put", "place"):
+                    opened += 1
             for j, levels in self._levels(opened):
                 told = tuple((level, ref) for level, ref in levels if not (whole and _others(ref)))
                 # "..., the green one" after a list goes on with it.
                 begun = told and (
-                    told[0][0] != "next" or (opened > k and len(whole) < 2 and not any(ref.names for ref in whole))
+                    told[0][0] != "next"
+                    or (not joined and opened > k and len(whole) < 2 and not any(ref.names for ref in whole))
                 )
                 if not begun or not self._ends_here(j) or all(level == "next" for level, _ in told):
                     continue
@@ -91,7 +100,7 @@ class Towers(WordOrder, ABC):
                         found += [(end, head, 0) for end, head in self._heading(k, ())]
         built = [j + (self.text(j) in ("me", "us")) for j, verb in verbs if verb == "build"]
         for j in built or self.optional(i, "DESIRE"):
-            for start in self.optional(j, "A"):
+            for start in map(self._past_looks, self.optional(j, "A")):
                 counts = [(m + (self.text(m) in _HIGH), int(n)) for m, n in self.tag(start, "NUM") if n >= 2]
                 for k, count in [*counts, (start, 0)]:
                     for m, (noun, _, plural) in self.tag(k, "NOUN"):
@@ -106,6 +115,12 @@ class Towers(WordOrder, ABC):
                                 for end, head in self._heading(e, ())
                             ]
         return found
+
+    def _past_looks(self, i: int) -> int:
+        """Return where what says how a tower is to look ends: "a nice little" tower."""
+        while i < self.count and (self.text(i) in _LOOKS or "SIZE" in self.tags[i]):
+            i += 1
+        return i
 
     def _heading(self, i: int, whole: tuple[Ref, ...]) -> Found[Head]:
         """What stands between the word "tower" and its levels: of what, on what, by size."""

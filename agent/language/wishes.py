@@ -156,6 +156,10 @@ class Wishes(Clauses, ABC):
                                 objects = spoken(refs)
                                 found += [(end, c) for c in frame_command(verb, (objects, *elements))]
                     found += self._placed_there(refs, k)
+                    if start > i and k == j and self.text(j) == ",":
+                        # "I need the soup can, in the yellow crate"
+                        there = self._placed_there(refs, j + 1)
+                        found += [hit for hit in there if getattr(hit[1].place, "kind", "") in ("in", "on")]
                     if self.text(k - 1) in ("goes", "go"):
                         found += self._run_on(refs, k)
         return found
@@ -224,8 +228,10 @@ class Wishes(Clauses, ABC):
         return found
 
     def _accomplished(self, i: int) -> Found[Command]:
-        """As in "once the sponge is in the box", "after the drawer is open": to be done before the rest."""
+        """As in "once the sponge is in the box", "not before the drawer is open": to be done before the rest."""
         k = i + 1 if self.text(i) in ("once", "after") else i + 3 if self.said(i, i + 3) == "as soon as" else i
+        if self.text(i) == "not" and self.text(i + 1) in ("before", "until", "till"):
+            k = i + 2
         found: Found[Command] = []
         for j, refs in self.np_list(k) if k > i else ():
             m = j + 1 if self.text(j) in ("is", "are") else j + 2 if self.said(j, j + 2) in _HAS_BEEN else j

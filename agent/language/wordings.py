@@ -19,6 +19,9 @@ PARTS = {
     "rest": "(the rest|everything else|all else|all the others|the others) [all] [goes|go|should go|can go|belongs|must go]",
     "tower": "a (tower|stack|pile)",
     "base": "(base|foundation|bottom|support|stand|platform|pedestal|plinth)",
+    "takes": "(takes|take|gets|get|has|have|ends up in|end up in|goes to|go to)",
+    "theirs": "(the [other] other|each other|one another|the others)",
+    "stands": "(is|are|stands|stand|sits|sit|goes|go|lies|lie|ends up|end up|comes|come)",
     "reversed": "(vice versa|the other way round|the other way around)",
     "wants": "(wants|want|needs|need|would like|would love|would prefer|asked for|asks for)",
 }
@@ -143,6 +146,8 @@ ASIDES = {
     "<edge> {thing} (is|are) not! where (it|they) (should be|ought to be|belong|belongs|goes|go) (,|.)": "{thing} ,",
     "<edge> {thing} (does|do) not! belong (here|there|on the <room>) (,|.) [but] (it|they)": "{thing}",
     # What only adds that it is enough, that it has to be, that any will do; what is set right at once.
+    "{VERB=swap} {thing} [,] [and] [so|such] [that] (each|each one|each of them|both|they|the one|one|every one) [now|then] (<takes> the place of the other [one]|<takes> <theirs> place|(<stands>|<will> (be|stand|sit|go|lie|end up)) where the other [one] [currently] (is|was|stands|stood|sits|sat|lies|lay) [now|before!]) <end>": "{VERB=swap} {thing}",
+    "{VERB=swap} {thing} [,] [and] [so|such] [that] they [have|will] [have] (changed|swapped|traded|exchanged|change|swap|trade|exchange) [their] (places|positions|spots) <end>": "{VERB=swap} {thing}",
     "{distance} [,] [that] (<will> <enough>|(is|are) (enough|plenty|sufficient|fine)|suffices) <edge>": "{distance}",
     "a (hand|finger|palm|thumb) width , [that is] {distance}": "{distance}",
     "of (where it (is|stands|sits)|its (current|present) (place|position|spot|location))": "",

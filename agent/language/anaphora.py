@@ -1,0 +1,74 @@
+"""What pronouns mean where the order of the words is not the order in which things are done."""
+
+from __future__ import annotations
+
+from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
+from robosandbox.agent.language.phrases import single
+from robosandbox.agent.language.readings import Part
+
+
+def in_it(parts: tuple[Part, ...], named: tuple[Part, ...], *, alone: bool) -> tuple[Part, ...]:
+    """As in "close the drawer, but first put the tape in it": what is done first speaks of what was named last.
+
+    Returns nothing where "them" would be one thing; `alone` where no command stands before.
+    """
+    first, last = parts[0] if parts else None, named[0] if named else None
+    if not (isinstance(first, Command) and isinstance(last, Command) and len(last.objects) == 1):
+        return parts
+    place, there = first.place, last.place
+    inside = isinstance(place, Relation) and place.kind == "in" and place.refs == (IT,)
+    if inside and isinstance(there, Relation) and there.kind == "in" and there.refs not in ((), (IT,)):
+        # "put the can in the bin, but first put the cup in there"
+        first = replace(first, place=there)
+    elif isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
+        first = replace(first, place=replace(place, refs=last.objects))
+    elif first.objects and _several(first.objects[0]) and single(last.objects[0]):
+        # "put the cup next to the can, but first tap both": the cup and the can.
+        both = "both" in first.objects[0].text.split()
+        refs = last.place.refs if alone and isinstance(last.place, Relation) else ()
+        told = len(refs) == 1 and single(refs[0]) and (both or (isinstance(there, Relation) and there.kind != "in"))
+        return (replace(first, objects=(*last.objects, *refs)), *parts[1:]) if told else ()
+    elif first.objects and first.objects[0].determiner == "it":
+        into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
+        opened = first.verb in ("open", "close") and into and into != (IT,)
+        first = replace(first, objects=(*(into if opened else last.objects), *first.objects[1:]))
+    return (first, *parts[1:])
+
+
+def _several(ref: Ref) -> bool:
+    """Say whether a description is a pronoun for several things: "them", "both of them", "both"."""
+    both = ref.text.startswith("both") and not (ref.nouns or ref.names or ref.colours or ref.ranks)
+    return both or (ref.determiner == "it" and ref.plural)
+
+
+def inside_it(second: Command, first: Command) -> Command:
+    """As in "close the drawer once the apple is inside", "put the can in the bin after you put the cup in there"."""
+    into, there = second.place, first.place
+    if not (isinstance(into, Relation) and into.refs == (IT,)):
+        return second
+    if isinstance(there, Relation) and there.kind == into.kind and there.refs not in ((), (IT,)):
+        return replace(second, place=there)
+    named = first.objects and first.objects[0].determiner != "it"
+    return replace(second, place=replace(into, refs=first.objects)) if named else second
+
+
+def named_first(first: Command, second: Command) -> tuple[Command, Command]:
+    """As in "before you put the brick in the crate, tap it": what is done first is named last."""
+    there, into = first.place, second.place
+    if isinstance(there, Relation) and there.refs == (IT,):
+        # "before you put the brick in the crate, put the ball in there"; "before closing the drawer, put the ball in it"
+        refs = into.refs if isinstance(into, Relation) else second.objects if second.verb in ("open", "close") else ()
+        first = replace(first, place=replace(there, refs=refs)) if refs not in ((), (IT,)) else first
+    named = second.objects[0] if second.objects and second.objects[0].determiner != "it" else None
+    if named and first.objects and len(second.objects) == 1 and single(named):
+        # "before you pick up the block, put what is on it in the bin"
+        first = replace(first, objects=tuple(_about(ref, named) for ref in first.objects))
+    if first.objects and first.objects[0].determiner == "it" and named:
+        return replace(first, objects=second.objects), replace(second, objects=(first.objects[0],))
+    return first, second
+
+
+def _about(ref: Ref, named: Ref) -> Ref:
+    """Return a description with "it" in it standing for a thing: "what is on it" of the block."""
+    where = tuple(replace(part, refs=(named,)) if part.refs == (IT,) else part for part in ref.relations)
+    return ref if where == ref.relations else replace(ref, relations=where)
