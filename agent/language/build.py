@@ -230,9 +230,11 @@ class _Builder(Deciding):
 
         def fits(name: str) -> bool:
             kind = world.objects[name].kind
-            return kind == "beads" or (kind in match.VESSELS and (not seen or bool(world.beads_in(name))))
+            return kind == "beads" or (kind in match.VESSELS and (not seen or bool(world.inside(name))))
 
+        spoken = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1]
         names, _ = self._objects(command, fits=fits)
+        self._not_another(command, names, spoken)
         vessels = tuple(dict.fromkeys(self._vessel(name) for name in names))
         # "the beads", of which there are two kinds in two cups, are asked about.
         cups = all(world.objects[name].kind != "beads" for name in names)
@@ -246,6 +248,23 @@ class _Builder(Deciding):
         target = self._targets(command.place, vessels)[0]
         for vessel in vessels:
             self._pour_out(vessel, target)
+
+    def _not_another(self, command: Command, names: Sequence[str], spoken: Iterable[str]) -> None:
+        """Ask where "the cup" was just spoken of and is empty, and another cup is not."""
+        ref = command.objects[0] if len(command.objects) == 1 else None
+        if ref is None or len(names) != 1 or ref.determiner != "the" or ref.colours or ref.ranks or ref.relations:
+            return
+        cups = (name for name in spoken if name not in self.poured)
+        called = [self.world.objects[name] for name in cups if self.world.objects[name].kind in match.VESSELS]
+        called = match.with_names(called, ref.names) if ref.names else called
+        called = match.with_noun(called, ref.nouns, several=False) if ref.nouns else called
+        if (ref.nouns or ref.names) and called and called[0].id not in names and not ref.other:
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS,
+                f"“{ref.text}”: {called[0].id} was spoken of, and {names[0]} is what I could pour from; which?",
+                (called[0].id, names[0]),
+                about=ref.text,
+            )
 
     def _drawers(self, command: Command, skill: str) -> tuple[str, ...]:
         names, _ = self._objects(command, fits=lambda name: self.world.objects[name].kind == "drawer")

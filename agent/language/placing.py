@@ -198,8 +198,8 @@ class Placing(Hands):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
         if world.objects[target].kind == "drawer":
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a drawer; I do not pour into it.", (target,))
-        beads = world.beads_in(vessel)
-        if not beads and any(item.kind == "beads" for item in world.objects.values()):
+        contents = world.inside(vessel)
+        if not contents and any(item.kind == "beads" for item in world.objects.values()):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in {vessel} to pour.", (vessel,))
         self._take(vessel)
         self._add("pour", target=target)
@@ -207,8 +207,8 @@ class Placing(Hands):
         self.emptied = (vessel,)
         self._theme((target,))
         self.discourse.mention((vessel,), ("thing",))
-        for name in beads:
-            world.parent[name] = ("in", target)
+        for name in contents:
+            world.at[name], world.parent[name] = world.at[target], ("in", target)
 
     def _not_there_yet(self, name: str, parent: Parent) -> None:
         """Refuse to carry a thing to where it stands: to lift it and put it back helps nobody."""
