@@ -291,7 +291,8 @@ class Grounder(Vicinity):
         if ref.not_colours:
             found = [item for item in found if match.colour_of(item) not in ref.not_colours]
         if ref.names:
-            found = match.with_names(found, ref.names)
+            compared = several or bool(ref.ranks or ref.relations)
+            found = match.with_names(found, ref.names, compared=compared)
         for shape in ref.shapes:
             shaped = [item for item in found if item.kind in SHAPES[shape]]
             # A ball is rounder than a can, and a round can is a can.

@@ -238,10 +238,21 @@ def with_noun(
     return top
 
 
-def with_names(items: Iterable[DetectedObject], names: Sequence[str]) -> list[DetectedObject]:
-    """Return the objects whose id is the name, or has all the names as parts."""
+def with_names(
+    items: Iterable[DetectedObject], names: Sequence[str], *, compared: bool = False
+) -> list[DetectedObject]:
+    """Return the objects whose id is the name, or has all the names as parts.
+
+    Args:
+        items: To choose from.
+        names: Ids, or words of them.
+        compared: Several are meant, or told apart: of tomato and small_tomato "the little tomato" is the other one.
+    """
     everything = list(items)
     exact = [item for item in everything if item.id in names]
+    if exact and compared:
+        alike = [item for item in everything if _head(id_parts(item.id)) in names]
+        return alike if len(names) == 1 and alike else exact
     return exact or [item for item in everything if all(name in id_parts(item.id) for name in names)]
 
 

@@ -11,7 +11,7 @@ from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.measures import measure_before
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
-from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS
+from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS, SORTS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
@@ -278,7 +278,17 @@ class Nouns(Modifiers):
             ]
         if self._is_strange(i):
             found.append((i + 1, replace(ref, unknown=(*ref.unknown, token.raw))))
-        return found
+        return found + self._told_twice(found)
+
+    def _told_twice(self, found: Found[Ref]) -> Found[Ref]:
+        """As in "the gear wheels": the sort of thing after its name, where nothing is called that."""
+        twice: Found[Ref] = []
+        for j, named in found:
+            kind = self.text(j).removesuffix("s")
+            names = SORTS.get(kind, ()) if kind not in self.words.parts else ()
+            if names and not named.unknown and (named.names or named.nouns)[-1:] and self.text(j - 1) in names:
+                twice.append((j + 1, replace(named, plural=named.plural or self.text(j) != kind)))
+        return twice
 
     def _part(self, i: int) -> str:
         """Return a word as an id would have it: numbers in digits."""

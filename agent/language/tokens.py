@@ -288,7 +288,18 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
         if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
-    return (Token(nearest_word(raw, words.forms) or raw, raw, "word"),)
+    return (Token(nearest_word(raw, words.forms) or _cut_short(raw, words) or raw, raw, "word"),)
+
+
+def _cut_short(raw: str, words: SceneWords) -> str | None:
+    """Return the one name of the scene that a word begins: "dino" for the dinosaur, "rhinos"."""
+    if len(raw) < 4 or not raw.isalpha():
+        return None
+    found = [part for part in words.parts if part.startswith(raw) and len(part) > len(raw) + 1]
+    if not found and raw.endswith("s") and len(raw) > 4:
+        several = [part for part in words.parts if part.startswith(raw[:-1]) and len(part) > len(raw)]
+        found = [words_plural(part) for part in several]
+    return found[0] if len(found) == 1 else None
 
 
 def _says_nothing(tokens: Sequence[Token], i: int) -> bool:
