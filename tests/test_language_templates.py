@@ -340,6 +340,12 @@ _EXAMPLES = """
     we put the can in the bin , then we tap the ball -> put the can in the bin , then tap the ball
     tap the can . it is a bit wet but never mind , tap the ball -> tap the can . tap the ball
     i like that you tap the can -> tap the can
+    could you be able to tap the can -> could you tap the can
+    harvest time : tap the can -> tap the can
+    it is time to harvest : tap the can -> tap the can
+    give the can a pat on its head -> pat the can
+    tap the can , then a touch on the ball -> tap the can , then touch the ball
+    tap the can and mind you leave the ball -> tap the can and leave the ball
     not the golf ball , tap the other one -> leave the golf ball alone . tap the other one
     not the golf ball , the other one in the bin -> leave the golf ball alone . the other one in the bin
     pick up the one in the middle , counting from left to right -> pick up the one in the middle
@@ -382,6 +388,8 @@ _PHRASES = {
     "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
     "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "VERB=swap": "exchange", "PRON": "it", "A": "a", "NOUN": "marble",
     "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_ADJECTIVE": "gentle",
+    "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "PRON": "it", "A": "a", "NOUN": "marble",
+    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_NOUN=tap": "pat", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip
 
 

@@ -228,9 +228,12 @@ class _Builder(Deciding):
         world = self.world
         seen = any(item.kind == "beads" for item in world.objects.values())
 
+        # "the tall jug" is the taller of all jugs, and may be empty; "the jug" is the one with something in it.
+        compared = any(rank.key not in ("", "full") for ref in command.objects for rank in ref.ranks)
+
         def fits(name: str) -> bool:
             kind = world.objects[name].kind
-            return kind == "beads" or (kind in match.VESSELS and (not seen or bool(world.inside(name))))
+            return kind == "beads" or (kind in match.VESSELS and (not seen or compared or bool(world.inside(name))))
 
         spoken = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1]
         names, _ = self._objects(command, fits=fits)

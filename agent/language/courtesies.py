@@ -56,6 +56,7 @@ REQUESTS = {
     "<start> we {VERB} {thing} {place} [,|.|;] [and] then [we]": "{VERB} {thing} {place} , then",
     "(it|that|this|they) (is|are) [all|a bit|a little|very|so|too|rather|quite] {_word} but (never! mind|no! matter|that is (okay|fine)|do not! worry) [,|.]": "",
     "<start> <we> (like|want|wish|prefer) that you {VERB}": "{VERB}",
+    "could you be (able|willing|prepared|inclined|happy) to": "could you",
 }
 OPENINGS = {
     "(<start>|i am sorry|sorry) (to <bother>|for the (bother|trouble))": "",
@@ -92,6 +93,8 @@ ASIDES = {
     "for <end>": "",
     "(and|then) [then] [you] (stop|finish|quit|are done|are finished|can stop|that is all|done) <end>": "",
     "[,] [it is] (tidy up|tidying|tidying up|clean up|cleanup|bed|lunch|dinner|play|party|home|snack) time <end>": "",
+    "<start> [it is] (({_name}|tidy|tidy up|clean|clean up|bath|tea|lunch|dinner|play|work|snack|bed|show|party|coffee) time|bedtime|bathtime|teatime|lunchtime|playtime|showtime) [now] (:|!)": "",
+    "<start> [it is] time (to|for) [the] {_name} (:|!)": "",
     ", (i|we) want to (see|hear|know|check|find out|test) (if!|whether!|how|what) {_words} <end>": "",
     "(i am|we are) (in a (hurry|rush)|hungry|starving|late|tired|bored|busy|waiting) <edge>": "",
     "<start> out of (my|the) way ,": "",

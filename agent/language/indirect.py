@@ -35,6 +35,7 @@ PARTS = {
     "trouble": "(trouble|bother|hassle|work|to ask|a problem|an ask|hard|difficult|tricky|fiddly|awkward|a nuisance|a pain|an imposition|inconvenient|cheeky|rude|annoying|fussy)",
     "fine": "(great|brilliant|ace|lovely|perfect|fab|fabulous|grand|super|wonderful|amazing|awesome|smashing|nice|good|ideal|the best|a big help|a great help|a help|a lifesaver|helpful|fantastic|magic|marvellous|cool|fine|much appreciated|appreciated|so kind|very kind|kind of you|a treat|a dream|the dream)",
     "time": "(noon|midday|midnight|lunchtime|lunch|dinnertime|dinner|teatime|closing (time|<edge>)|opening (time|<edge>)|the end of [the] (day|shift|week)|tonight|tomorrow|monday|tuesday|wednesday|thursday|friday|saturday|sunday|the morning|bedtime|breakfast)",
+    "will_do": "((will|would|should|ought to|can) (do|be (fine|okay|good|perfect|enough))|works|is (fine|okay|good|perfect)) [nicely|fine|well|just fine|perfectly|for (that|it|them|this)]",
     "done": "(done|good|sorted|set|finished|golden|happy|laughing|all set|all good|all done|off|away|home and dry|ready|in business)",
     "who": "(my|our|the|your|this|that) ({_person}|{_name}|{_name} {_person})",
     "anyone": "(<who>|{_person}|{_name}|she|he|they|everyone|everybody|someone|somebody|head office|management|the others)",
@@ -48,7 +49,7 @@ FORMULAS = {
     ", any {_NOUN} [will do|at all] ,": "",
     "<start> [my|the|our] {_person} (said|says|asked|told) [me|you|us|that] [to|:|,] {VERB}": "{VERB}",
     "<edge> {one} (it|they) {is:is|are|has|was|does|must|should|goes}": "{one} {is}",
-    "(,|.|!) [please|so|now] (do (it|that)|make it so|make (it|that) happen|get it done|get to it|see to it) [now|for me] <end>": "",
+    "(,|.|!|;) [please|so|now] (do (it|that)|make it so|make (it|that) happen|get it done|get to it|see to it) [now|for me] <end>": "",
     "(exactly|precisely|strictly) <end>": "",
     "<edge> if! {thing} (could|can|would|might|were to|was to) <be> {place} [,] (it|that|this) (would|will) {_praise} <edge>": "{thing} goes {place}",
     "(probably|obviously|of course|naturally|apparently|seriously|personally|frankly|clearly)": "",
@@ -154,6 +155,9 @@ FOREIGN = {
     "open {drawer} (,|and|then) [and|then] (put|place|drop) (there|inside) {thing}": "open {drawer} , put {thing} in it",
     "<edge> {thing} (must|should|have to|has to|need to|needs to) (change|switch|exchange|trade|swap) [their|the] (places|place|positions|spots)": "swap {thing}",
     "remaining {many:two|three|four}": "the other {many}",
+    "{NOUN} {COLOUR} {size:small|little|big|large|tiny} {go:go|goes|must|should|has|have|in|on|into|onto|to|is|are|,|and|next|near|beside|.|;}": "{size} {COLOUR} {NOUN} {go}",
+    "<verb> {put:put|set|place|lay} {thing} back down {distance} {way}": "{put} {thing} down {distance} {way}",
+    "{NOUN} {COLOUR} {size:small|little|big|large|tiny} <end>": "{size} {COLOUR} {NOUN}",
     "(from|of) where (it|they) (is|are|stands|sits) [now|right now|currently|at the moment]": "",
 }
 INDIRECT = {
@@ -207,6 +211,14 @@ INDIRECT = {
     "<edge> {thing} (could do with|need|needs|want|would benefit from|should be|could be|are to be) (swapping|switching|swapped|switched|exchanged) [places|round|around|over]": "swap {thing}",
     ", {holder} (is|would be|will be) (fine|ok|okay|good|perfect|best) <edge>": "in {holder}",
     ", {holder} (will do|would do|works) <edge>": "in {holder}",
+    "<verb> {put:put|tidy|clear|pack|stow} {thing} away [,] [(all|both|each) [of (them|those|these)]] except {thing2} (.|;|!) {holder} <will_do> <end>": "{put} {thing} except {thing2} away in {holder}",
+    "<verb> {put:put|tidy|clear|pack|stow} {thing} away (.|;|!) {holder} <will_do> <end>": "{put} {thing} away in {holder}",
+    # What is poured is said by what it is for, or by what it is in.
+    "<verb> give {one} (a|some|its|the) (drink|water|watering|shower|splash|refill|top up) (from|out of|with) {one2}": "pour {one2} into {one}",
+    "<verb> (water|fill|refill|top up|fill up) {one} (from|out of) {one2}": "pour {one2} into {one}",
+    "<verb> water {one} (with|using) {one2}": "pour {one2} into {one}",
+    "<edge> (whatever|what|everything that|everything|anything) is [still!|left] (in|inside) {one} , {VERB=pour} (it|that|this|them) {place}": "{VERB=pour} {one} {place}",
+    "<start> nothing! (but|except!|other than|besides) {thing} {goes:goes|go|belongs|belong|should go|must go} {place}": "only {thing} {goes} {place}",
     "<edge> it is {that} [that] (i|we) (am after!|want|need|meant|would like|am looking for|was thinking of) <edge>": "pick up {that}",
     # What was said wrong is set right at once.
     "<wait> [,] [oh|no|wait] [,] (it|that|this|they) (is|are|was|will|would|does|might|could|can) [not!] {_words} , [but]": "no ,",

@@ -250,10 +250,14 @@ def with_names(
     """
     everything = list(items)
     exact = [item for item in everything if item.id in names]
+    whole = [item for item in everything if all(name in id_parts(item.id) for name in names)]
+    if len(names) > 1 and whole and not {item.id for item in exact} & {item.id for item in whole}:
+        # Of tomato and small_tomato "the small tomato" is called so.
+        return whole
     if exact and compared:
         alike = [item for item in everything if _head(id_parts(item.id)) in names]
         return alike if len(names) == 1 and alike else exact
-    return exact or [item for item in everything if all(name in id_parts(item.id) for name in names)]
+    return exact or whole
 
 
 def is_waste(name: str) -> bool:

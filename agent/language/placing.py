@@ -194,6 +194,10 @@ class Placing(Hands):
         if world.objects[target].kind not in (*match.CONTAINERS, *match.VESSELS) and kind == "in":
             # What is poured over a thing in a bowl goes into the bowl.
             target = holder
+        if world.objects[target].kind in ("box", "sphere"):
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{target} is no container: I do not pour over or into it.", (target,)
+            )
         if target == vessel:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
         if world.objects[target].kind == "drawer":

@@ -69,6 +69,11 @@ HARMLESS = (
 _DENIABLE = word_set(
     "needed necessary required useful important wanted good safe nice helpful fall roll break tip spill slip get hurt in be any"
 )
+_ABLE = frozenset({"can", "could", "may", "might", "will", "would"})
+_ALONE = word_set(
+    "hide sleep rest nap breathe dry cool cook bake warm watch see look listen eat drink play swim dance sing grow dream relax soak drip shine"
+)
+"""What a thing is put somewhere to do by itself."""
 _WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _JOINTS = frozenset({"and", "then", "but", "so"})
 
@@ -246,6 +251,10 @@ class _Remarks:
         if text in ("so", "such"):
             if self._speaks(subject):
                 return self._told(subject, end)
+            able = self._text(subject) in ("it", "he", "she", "they") and self._text(subject + 1) in _ABLE
+            if able and end == subject + 3 and self._text(subject + 2) in _ALONE:
+                # "so it can hide"
+                return True
             return self._text(subject) in ("it", "they", "nothing", "that") and self._idle(subject + 1, end, known=True)
         return False
 
