@@ -230,8 +230,8 @@ def with_noun(
     if best == NAMED:
         # "the ball" is a golf ball rather than a ball marker, "the pencil" no pencil mug.
         top = [item for item in top if not _is_another(nouns, item.id)] or top
-        if not several:
-            # "the tomato" is the one called just that, rather than tomato_2.
+        if not (several or kinds):
+            # "the tomato" is the one called just that, rather than tomato_2; "the little tomato" may be either.
             top = [item for item in top if item.id in nouns] or top
     if several and len(top) < (count or 2):
         return [item for item, fit in fits if fit >= min(best, SHAPE)]
