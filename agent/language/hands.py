@@ -135,7 +135,7 @@ class Hands:
                 barred = (*barred, *self.spared)
             meaning = self.ground.many(ref, fits or self.world.movable, barred)
             if ref.determiner == "it" and not (ref.plural or self.world.held or command.verb == "nothing"):
-                self._check_alone(ref, meaning.ids)
+                self._check_alone(command, meaning.ids)
             if meaning.others and len(meaning.ids) == 1:
                 self.substitutes[meaning.ids[0]] = meaning.others
             # "tap the bell, then the cup, then the bell again"
@@ -149,15 +149,18 @@ class Hands:
         self._theme(tuple(names))
         return tuple(names), several
 
-    def _check_alone(self, ref: Ref, names: tuple[str, ...]) -> None:
+    def _check_alone(self, command: Command, names: tuple[str, ...]) -> None:
         """As in "put the apple and the lemon on the plate, then move it into the bowl": which of them?"""
         together = self.discourse.themes[-1] if self.discourse.themes else ()
+        if isinstance(command.place, Relation) and command.place.refs == command.objects:
+            # "the flat block, then the tall one standing on it" says once more how they stand.
+            return
         if len(together) > 1 and {*names} < {*together}:
             raise RefusedError(
                 RefusalCode.AMBIGUOUS,
-                f"What does “{ref.text}” refer to: {listed(together, 'or')}?",
+                f"What does “it” refer to: {listed(together, 'or')}?",
                 together,
-                about=ref.text,
+                about="it",
                 firm=True,
             )
 

@@ -69,7 +69,9 @@ def part_of(ref: Ref, whole: Ref) -> bool:
     if ref.unknown or ref.options or (ref.determiner == "all" and ref.other):
         return False
     general = whole.nouns in ((), ("thing",)) and not whole.names
-    named = ref.nouns == whole.nouns or general or _is_kind_of(ref, whole)
+    # "battery_2" is one of the batteries.
+    in_full = len(ref.names) == 1 and bool(whole.nouns) and {*whole.nouns} <= {*id_parts(ref.names[0])}
+    named = ref.nouns == whole.nouns or general or in_full or _is_kind_of(ref, whole)
     return (ref.one and not ref.nouns) or (bool(ref.nouns or ref.names) and named)
 
 
