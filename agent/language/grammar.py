@@ -226,6 +226,8 @@ class Grammar(Alternatives):
             start = self._skip(start) if start > i else start
             found += self._two_verbs(start)
             for j, command in self.clause(start):
+                if len(command.objects) > 1 and command.bare and self._one_by_one(start, j):
+                    command = replace(command, bare=command.bare + 1.6)
                 found.append((j, (command,)))
                 if (
                     self.text(j) in ("first", "beforehand")
@@ -291,6 +293,12 @@ class Grammar(Alternatives):
                         negated_verb = "drop" if dropped else command.verb
                         found.append((end, (replace(command, verb="nothing", negated=negated_verb),)))
         return list(dict.fromkeys(found))
+
+    def _one_by_one(self, i: int, j: int) -> bool:
+        """As in "..., then the pear, and finally the plum in the bowl": a step each."""
+        return self.text(i - 1) == "then" and not {"then", "finally", "lastly", "afterwards"}.isdisjoint(
+            self.texts[i:j]
+        )
 
     @cached_property
     def _tells_when(self) -> bool:

@@ -10,6 +10,7 @@ from robosandbox.agent.language.draft import Step
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
+    Rank,
     Ref,
     Relation,
     replace,
@@ -169,6 +170,18 @@ class Hands:
         told: dict[str, list[str]] = {"first": [], "last": []}
         for which, ref in turns_of(command):
             ground = Grounder(self.world, Discourse())
+            if (
+                len(names) > 2
+                and ref.one
+                and ref.ranks
+                and ref == Ref(text=ref.text, determiner=ref.determiner, one=True, ranks=ref.ranks)
+            ):
+                # "smallest first": and the biggest last.
+                ranked = Ref(text=ref.text, determiner="all", nouns=("thing",), plural=True)
+                ranked = replace(ranked, ranks=(Rank(ref.ranks[0].key, 0),))
+                ordered = list(ground.many(ranked, lambda name: name in names).ids)
+                if sorted(ordered) == sorted(names):
+                    names = ordered if which == "first" else ordered[::-1]
             own = ref if ref.nouns or ref.names else replace(ref, nouns=("thing",), one=False)
             found = ground.many(own, lambda name: name in names).ids
             if not {*found} <= {*names} or {*found} & {*told["first"], *told["last"]}:

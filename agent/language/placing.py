@@ -262,6 +262,10 @@ class Placing(Hands):
             # "... green in the middle and blue on top" says once more what the tower says.
             return
         self._not_there_yet(name, ("on", target))
+        if world.objects[name].kind in ("bin", "drawer"):
+            raise RefusedError(
+                RefusalCode.IMPOSSIBLE, f"{name} is a container; I do not stand it on {target}.", (name, target)
+            )
         small, large = min(world.extents(target)[:2]), min(world.extents(name)[:2])
         if world.objects[name].kind in match.CONTAINERS and small < 0.5 * large:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is too wide to stand on {target}.", (name, target))
