@@ -48,7 +48,7 @@ class Clauses(Whereabouts):
     def element(self, i: int) -> Found[Element]:
         """Anything that can stand beside a verb."""
         found: Found[Element] = []
-        if i >= self.count:
+        if i >= self.count or self.tokens[i].kind == "mark":
             return found
         found += [(j, Element("objects", refs)) for j, refs in self.np_list(i)]
         found += [(j, Element("place", place)) for j, place in self._place(i)]

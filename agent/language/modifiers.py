@@ -80,7 +80,7 @@ class Modifiers(Positions):
 
     def _modifier(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
-        if i >= self.count:
+        if i >= self.count or (self.tokens[i].kind == "mark" and self.text(i) != "," and self.text(i + 1) not in _IT):
             return found
         start = i + 1 if self.text(i) == "," else i
         if "UNIT" in self.present:

@@ -86,6 +86,10 @@ class Nouns(Modifiers):
             return [(i + 1, int(token.number))] if token.number == int(token.number) and 0 < token.number < 100 else []
         return [(j, int(n)) for j, n in self.tag(i, "NUM") if n >= 2 and n == int(n) and self.text(i) != "a"]
 
+    def opens_none(self, i: int) -> bool:
+        """Say whether a word is one of the most common that begin no noun, unless an id has it."""
+        return self.texts[i] in _NO_NOUNS and self.texts[i] not in self.words.parts
+
     def _head(self, i: int, base: Ref) -> Found[Ref]:
         """Adjectives, then a noun, an id, or nothing where the adjectives say enough."""
         found: Found[Ref] = []
@@ -190,7 +194,7 @@ class Nouns(Modifiers):
 
     def _noun(self, i: int, ref: Ref) -> Found[Ref]:
         found: Found[Ref] = []
-        if i >= len(self.tokens):
+        if i >= self.count or self.opens_none(i):
             return found
         token = self.tokens[i]
         if (
@@ -365,6 +369,7 @@ _NOT_POINTED_AT = _NOT_NAMES - {"EXCEPT", "AVOID"}
 _AFTER_A_NAME = word_set(
     "on in into onto to next and or with for then before after goes beside behind from off under above , . ; ? !"
 ) | {""}
+_NO_NOUNS = word_set("the a an and then in on into onto to of from with put . , ; : ! ?")
 _THINGS = word_set("thing thingy object item toy")
 _SIDES = word_set("left right front back rear top bottom middle centre center near far upper lower inner outer")
 _FUNCTION_WORDS = GRAMMAR_WORDS | QUESTIONS | CONDITIONS

@@ -37,7 +37,7 @@ class Phrasing(Choices):
     def np(self, i: int) -> Found[Ref]:
         """One noun phrase, with and without what follows the noun."""
         found: Found[Ref] = []
-        if i >= self.count:
+        if i >= self.count or self.tokens[i].kind == "mark":
             return found
         here = self.tags[i]
         for j, which in here.get("PRON", ()):
@@ -52,6 +52,8 @@ class Phrasing(Choices):
             for k, ref in self._adjectives(j, Ref(text="", determiner="a", nouns=("thing",)), 0):
                 found += self._modified(k, replace(ref, text=self.said(i, k)), 0)
         for j, base in self._determiners(i):
+            if j == i and self.opens_none(i):
+                continue
             for k, ref in self._head(j, base):
                 if ref.share and not self.text(k - 1).endswith("s"):
                     # "half the cake" is no number of things.
@@ -198,7 +200,7 @@ class Phrasing(Choices):
     def np_list(self, i: int) -> Found[tuple[Ref, ...]]:
         """Noun phrases joined by commas and "and"."""
         found: Found[tuple[Ref, ...]] = []
-        if i >= self.count:
+        if i >= self.count or self.tokens[i].kind == "mark":
             return found
         found += self._shared_noun(i)
         paired = self._shared_places(i)
