@@ -35,7 +35,9 @@ def rule(function: Callable[[C, int], Found[T]]) -> Callable[[C, int], Found[T]]
         if found is None:
             self.memo[key] = []  # Left recursion finds nothing.
             found = function(self, i)
-            self.spend(len(found))
+            self.steps += len(found)
+            if self.steps > self.most_steps:
+                raise TooComplicatedError
             if len(found) > MAX_READINGS:
                 found = self.capped(found)
             self.memo[key] = found

@@ -206,8 +206,10 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
     tokens = _rejoined(tokens, words)
     if len(tokens) > MAX_TOKENS:
         raise TooLongError(f"{len(tokens)} words")
+    said = without_chat(tokens, words.parts)
+    kept = _without_fillers(said, words)
     # Twice: "would you please" ends a sentence once the "please" is gone.
-    return _without_fillers(_without_fillers(without_chat(tokens, words.parts), words), words)
+    return kept if kept == tuple(said) else _without_fillers(kept, words)
 
 
 _FORBIDDEN = frozenset({"touch", "bump", "disturb"})

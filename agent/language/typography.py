@@ -159,12 +159,43 @@ _GROUP = re.compile(r"\((?:\\.|\[(?:\\.|[^\]\\])*\]|[^()\[\\])*\)(?:[*+?]|\{[^}]
 _NO_LITERAL = re.compile(r"(?:\\.|\[(?:\\.|[^\]\\])*\]|.(?=[*+?{])|[.^$])(?:[*+?]|\{[^}]*\})*")
 
 
+_CHOICE = re.compile(r"(?<!\\)\((?:\?:)?([^()?][^()]*)\)(?![*?{])")
+
+
 def _cues(pattern: str) -> tuple[str, ...]:
-    """Return pieces of text one of which is in whatever a pattern finds: of each alternative its longest plain piece outside groups."""
+    """Return pieces of text one of which is in whatever a pattern finds.
+
+    Of each alternative its longest plain piece outside groups, or where that says little, those of a group that must be there.
+    """
     bare, groups = pattern, 1
     while groups:
         bare, groups = _GROUP.subn("\n", bare)
-    return tuple(max(_NO_LITERAL.sub("\n", way).split("\n"), key=len) for way in bare.split("|"))
+    ways = bare.split("|")
+    cues = tuple(map(_plain_piece, ways))
+    if len(ways) > 1 or len(cues[0]) > 2:
+        return cues
+    choices = [tuple(map(_plain_piece, choice[1].split("|"))) for choice in _CHOICE.finditer(_outside(pattern))]
+    return max((cues, *choices), key=lambda each: min(map(len, each)))
+
+
+def _plain_piece(pattern: str) -> str:
+    return max(_NO_LITERAL.sub("\n", pattern).split("\n"), key=len)
+
+
+def _outside(pattern: str) -> str:
+    """Return a pattern without the groups that hold others, or that look around."""
+    made, depth, start = "", 0, 0
+    for k, letter in enumerate(pattern):
+        if letter == "(" and pattern[k - 1 : k] != "\\":
+            start = k if depth == 0 else start
+            depth += 1
+        elif letter == ")" and pattern[k - 1 : k] != "\\":
+            depth -= 1
+            group = pattern[start : k + 1]
+            made += group if depth == 0 and group.count("(") == 1 and not group.startswith(("(?=", "(?!", "(?<")) else ""
+        elif depth == 0:
+            made += letter
+    return made
 
 
 _CUED = [(_cues(pattern.pattern), pattern, replacement) for pattern, replacement in _CONTRACTIONS]
