@@ -30,6 +30,7 @@ _ARRANGED: tuple[tuple[str, str, str | None], ...] = (
 """Tags of words for an order, and the elements that they are."""
 _ORDERED = frozenset(tag for tag, _, _ in _ARRANGED)
 _SEQUENCES = frozenset({"FROM", "BY_SIZE", "SMALL_FIRST", "SUPER", "SIZE"})
+_SAME_HUE = frozenset({"MATCHING", "SAME_COLOUR"})
 _LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _RUNS = frozenset({"to", "starting", "beginning", "order", "going"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
@@ -53,7 +54,8 @@ class Clauses(Whereabouts):
         found += [(j, Element("objects", refs)) for j, refs in self.np_list(i)]
         found += [(j, Element("place", place)) for j, place in self._place(i)]
         found += [(j, Element("direction", value)) for j, value in self._direction(i)]
-        found += [(j, Element("distance", value)) for j, value in self.distance(i)]
+        if self.tells_distance:
+            found += [(j, Element("distance", value)) for j, value in self.distance(i)]
         here = self.tags[i]
         found += [(j, Element("particle", value)) for j, value in here.get("PART", ())]
         found += [(j, Element("times", value)) for j, value in self._times(i)]
@@ -64,15 +66,18 @@ class Clauses(Whereabouts):
         found += [(j, Element("sequence", key)) for j, key in self._sequence(i)]
         found += [(j, Element("turns", turns)) for j, turns in self.turns(i)]
         found += [(j, Element("order_end", value)) for j, value in self._order_end(i)]
-        found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
-        found += [(j, Element("home")) for j in self._home(i)]
+        if "FLOOR" in self.present:
+            found += [(j, Element("floor")) for j in self._after_preposition(i, "FLOOR")]
+        if "HOME" in self.present:
+            found += [(j, Element("home")) for j in self._home(i)]
         for k, _ in here.get("EXCEPT", ()):
             found += [
                 (j, Element("except", self._but(i, k, refs)))
                 for j, refs in self.np_list(k)
                 if (self.text(k) != "first" or j > k + 1) and not any(map(says_nothing, refs))
             ]
-        found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
+        if not _SAME_HUE.isdisjoint(self.present):
+            found += [(j, Element("matching", noun)) for j, noun in self._matching(i)]
         if self.text(i) == "for":
             found += [(j, Element("in_exchange", refs)) for j, refs in self.np_list(i + 1)]
         for k, _ in here.get("MATERIAL", ()):

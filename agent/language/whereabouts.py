@@ -20,6 +20,7 @@ _INTO_IT = frozenset({"put", "place", "drop", "toss", "throw", "set", "lay", "st
 _SPOT_WHERE = frozenset(f"the {spot} where" for spot in ("spot", "place", "position", "location"))
 _POINTING = word_set("over up down back right out from in on here")
 _MORE = frozenset({"more", "further", "farther", "extra"})
+_MEASURING = frozenset({"UNIT", "AMOUNT"})
 _SAME_AGAIN = frozenset({"same amount", "same distance", "same again"})
 _NEARER = frozenset({"closer", "nearer"})
 _STANDS = frozenset({"is", "was", "stands", "stood", "sits", "sat", "lies", "lay"})
@@ -154,11 +155,18 @@ class Whereabouts(TakingTurns):
     def _is_number(self, i: int) -> bool:
         return i < len(self.tokens) and self.tokens[i].kind == "number"
 
+    @cached_property
+    def tells_distance(self) -> bool:
+        """Whether a number, a unit or an amount is said, so that a distance may be."""
+        told = not _MEASURING.isdisjoint(self.present) or "same" in self.texts
+        counted = (k for k, tags in enumerate(self.tags) if "NUM" in tags and self.texts[k] not in ("a", "an"))
+        return told or next(counted, None) is not None or any(token.kind == "number" for token in self.tokens)
+
     @rule
     def distance(self, i: int) -> Found[float]:
         """As in "by about 10 cm", "two inches", "half a metre", "a bit"."""
         found: Found[float] = []
-        if i >= self.count:
+        if i >= self.count or not self.tells_distance:
             return found
         start = i + 1 if self.text(i) == "by" else i
         if self.text(start) in ("the", "that") and self.said(start + 1, start + 3) in _SAME_AGAIN:
