@@ -168,8 +168,11 @@ class Template:
         """Return the sentence with every match in plainer words, None if there is no match."""
         made: list[Token] = []
         i, n, changed = 0, len(said.tokens), False
+        starts = self._starts(said)
+        if not starts:
+            return None
         while i < n:
-            found = next(self._matches(said, i), None) if not self.opens or said.texts[i] in self.opens else None
+            found = next(self._matches(said, i), None) if i in starts else None
             if found is None:
                 made.append(said.tokens[i])
                 i += 1
@@ -181,6 +184,15 @@ class Template:
                     made.append(said.tokens[i])
                 i = max(end, i + 1)
         return Said(_tidied(made), said.words) if changed else None
+
+    def _starts(self, said: Said) -> set[int]:
+        """Return where a match may begin: not behind a word that it needs, and at a place or with a word that opens it."""
+        texts = said.texts
+        last = min(max((k for k, text in enumerate(texts) if text in words), default=-1) for words in self.needed)
+        if self.opens:
+            return {k for k in range(last + 1) if texts[k] in self.opens}
+        place = self.pattern[0].name if isinstance(self.pattern[0], Place) else ""
+        return {k for k in range(last + 1) if not place or _at(place, texts, k)}
 
     def _matches(self, said: Said, i: int) -> Iterator[tuple[int, Bound]]:
         for end, bound in _matched(self.start, said, i, ()):

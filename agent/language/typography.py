@@ -192,7 +192,9 @@ def _outside(pattern: str) -> str:
         elif letter == ")" and pattern[k - 1 : k] != "\\":
             depth -= 1
             group = pattern[start : k + 1]
-            made += group if depth == 0 and group.count("(") == 1 and not group.startswith(("(?=", "(?!", "(?<")) else ""
+            made += (
+                group if depth == 0 and group.count("(") == 1 and not group.startswith(("(?=", "(?!", "(?<")) else ""
+            )
         elif depth == 0:
             made += letter
     return made
