@@ -30,6 +30,7 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.together import check_sides, fused, is_tower, swapped
+from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 
 
@@ -132,6 +133,7 @@ class _Builder(Deciding):
                 command = other_than_its_place(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
             self._check_tower(spared)
+            check_where_told(spared, Grounder(self.world, Discourse()))
             getattr(self, f"_{command.verb}")(spared)
         avoid |= self._avoided(others)
         self._check_forbidden()

@@ -72,6 +72,13 @@ class Grounder(Vicinity):
         except RefusedError:
             return False
 
+    def fitting(self, ref: Ref) -> list[str]:
+        """Return everything that fits a description, none if nothing does."""
+        try:
+            return self._loosely(ref, list(self.world.objects))
+        except RefusedError:
+            return []
+
     def stands(self, name: str, relation: Relation, ref: Ref) -> bool:
         """Say whether one thing stands in a relation that a description tells."""
         return bool(self._related([name], relation, ref, empty=True))

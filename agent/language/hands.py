@@ -169,21 +169,17 @@ class Hands:
         """As in "all the cubes in the bin, the blue one first": those told to come first or last of all that are meant."""
         told: dict[str, list[str]] = {"first": [], "last": []}
         for which, ref in turns_of(command):
-            ground = Grounder(self.world, Discourse())
-            if (
-                len(names) > 2
-                and ref.one
-                and ref.ranks
-                and ref == Ref(text=ref.text, determiner=ref.determiner, one=True, ranks=ref.ranks)
-            ):
+            ground, meant = Grounder(self.world, Discourse()), frozenset(names)
+            only = Ref(text=ref.text, determiner=ref.determiner, one=True, ranks=ref.ranks)
+            if len(names) > 2 and ref.ranks and ref == only:
                 # "smallest first": and the biggest last.
                 ranked = Ref(text=ref.text, determiner="all", nouns=("thing",), plural=True)
                 ranked = replace(ranked, ranks=(Rank(ref.ranks[0].key, 0),))
-                ordered = list(ground.many(ranked, lambda name: name in names).ids)
+                ordered = list(ground.many(ranked, meant.__contains__).ids)
                 if sorted(ordered) == sorted(names):
                     names = ordered if which == "first" else ordered[::-1]
             own = ref if ref.nouns or ref.names else replace(ref, nouns=("thing",), one=False)
-            found = ground.many(own, lambda name: name in names).ids
+            found = ground.many(own, meant.__contains__).ids
             if not {*found} <= {*names} or {*found} & {*told["first"], *told["last"]}:
                 raise RefusedError(
                     RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}” {which}: I would move {listed(names)}.", names

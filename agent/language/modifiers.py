@@ -410,7 +410,7 @@ class Modifiers(Positions):
         for j, region in self.region(i):
             if region.name == "middle":
                 found.append((j, Rank("middle")))
-            elif len(region.sides) == 1 and not (region.name == "corner" and self._told_apart(j, region)):
+            elif len(region.sides) == 1 and not self._told_apart(j, region):
                 # "in the right corner on the far side" is one place.
                 found.append((j, Rank(region.sides[0])))
         here = self.tags[i] if i < self.count else {}

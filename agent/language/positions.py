@@ -103,7 +103,7 @@ class Positions(Chart, ABC):
                 found += [
                     hit
                     for end in self._of_table(k + 1)
-                    if names == "corner"
+                    if names in ("corner", "side", "edge")
                     for hit in (*self._told_by(end, region), *self._told_apart(end, region))
                 ]
             if (
@@ -114,11 +114,12 @@ class Positions(Chart, ABC):
                 # "the ball in the left bin, the can in the right" means the right bin.
                 and not (self.text(i) == "in" and set(sides) <= {"left", "right"})
             ):
-                found += [(end, Region("side", tuple(dict.fromkeys(sides)))) for end in self._of_table(k)]
+                side = Region("side", tuple(dict.fromkeys(sides)))
+                found += [hit for end in self._of_table(k) for hit in ((end, side), *self._told_apart(end, side))]
         return found
 
     def _told_apart(self, i: int, corner: Region) -> Found[Region]:
-        """As in "the right corner on the far side", "the corner nearest to you, on your left"."""
+        """As in "the right corner on the far side", "the corner nearest to you, on your left", "at the back on the right"."""
         found: Found[Region] = []
         sides = {*corner.sides}
         k = i
@@ -159,7 +160,7 @@ class Positions(Chart, ABC):
         k = i + 1 if self.text(i) in ("diagonally", "directly", "right", "that") else i
         k = k + 1 if self.text(k) == "is" and k > i else k
         word = self.text(k)
-        if word not in _BY_ANCHOR or corner.sides:
+        if word not in _BY_ANCHOR or corner.sides or corner.name != "corner":
             return []
         k = k + 2 if self.text(k + 1) in ("to", "from") else k + 1
         far = _BY_ANCHOR[word]
