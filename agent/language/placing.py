@@ -123,7 +123,9 @@ class Placing(Hands):
                     # From middle to middle; where they would stand in each other, the gap is meant.
                     (tx, ty, _), (ox, oy, _) = world.extents(target), world.extents(name)
                     least = abs(ex) * (tx + ox) + abs(ey) * (ty + oy)
-                    apart = distance if distance >= least else distance + least
+                    spot = (x + ex * distance, y + ey * distance)
+                    clear = distance >= least and self._alone(spot, 0.8 * world.radius(name) - 0.02, target)
+                    apart = distance if clear else distance + least
                     self._put_at(name, (x + ex * apart, y + ey * apart), f"{distance:g} m {kind} of {target}")
                 elif kind in SIDES:
                     self._put_beside(name, target, (kind,))
