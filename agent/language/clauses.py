@@ -56,6 +56,9 @@ class Clauses(Whereabouts):
         found += [(j, Element("direction", value)) for j, value in self._direction(i)]
         if self.tells_distance:
             found += [(j, Element("distance", value)) for j, value in self.distance(i)]
+            if self.text(i) == "of":
+                # "push it of 5 cm forward"
+                found += [(j, Element("distance", value)) for j, value in self.distance(i + 1) if self.tag(j, "DIR")]
         here = self.tags[i]
         found += [(j, Element("particle", value)) for j, value in here.get("PART", ())]
         found += [(j, Element("times", value)) for j, value in self._times(i)]

@@ -79,7 +79,8 @@ def measure_after(chart: Chart, i: int) -> Found[Measure]:
             *(
                 (j, Measure("", m))
                 for j, m in _length(chart, i + 1)
-                if word == "of" and chart.text(i - 1) not in _NOUNS
+                # "push the block of 5 cm forward" is how far, as those say it who have it from French.
+                if word == "of" and chart.text(i - 1) not in _NOUNS and not chart.tag(j, "DIR")
             ),
         ]
     if word == "whose":
