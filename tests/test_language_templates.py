@@ -351,6 +351,10 @@ _EXAMPLES = """
     pick up the one in the middle , counting from left to right -> pick up the one in the middle
     finish in your home position -> go home
     nest the can inside the bin -> put the can in the bin
+    fish the can out of the bin -> take the can out of the bin
+    move the biggest ball but one -> move the second biggest ball
+    tidy up a bit : the can goes in the bin -> tidy up : the can goes in the bin
+    clean up , put the can in the bin -> put the can in the bin
     from bottom to top i want a tower of the can and the ball -> build a tower of the can and the ball from bottom to top
     make a pile . top down i want the can , then the ball -> build a tower of the can , then the ball top down
     three high : the can , the ball and the golf ball -> build a tower of three : the can , the ball and the golf ball

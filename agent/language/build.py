@@ -19,7 +19,7 @@ from robosandbox.agent.language.apart import (
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.ground import Grounder, bare_name
+from robosandbox.agent.language.ground import Fits, Grounder, bare_name
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
@@ -135,7 +135,7 @@ class _Builder(Deciding):
             self._check_tower(spared)
             check_where_told(spared, Grounder(self.world, Discourse()))
             getattr(self, f"_{command.verb}")(spared)
-        avoid |= self._avoided(others)
+        avoid |= self._avoided(others, self.world.movable)
         self._check_forbidden()
         touched = [(step, name) for step in self.steps for name in _acted_on(step.call) if name in avoid]
         if touched:
@@ -187,7 +187,7 @@ class _Builder(Deciding):
                 RefusalCode.IMPOSSIBLE, f"“{text}”: that is {'' if told else 'not '}so; there is nothing to do."
             )
 
-    def _avoided(self, refs: Sequence[Ref]) -> set[str]:
+    def _avoided(self, refs: Sequence[Ref], fits: Fits = lambda name: True) -> set[str]:
         avoid: set[str] = set()
         for ref in refs:
             if ref.determiner == "all" and ref.other:
@@ -195,7 +195,7 @@ class _Builder(Deciding):
             for each in ref.options or (ref,):
                 # "don't touch the can or the ball" spares both.
                 try:
-                    avoid.update(self.ground.many(each, lambda name: True).ids)
+                    avoid.update(self.ground.many(each, fits).ids)
                 except RefusedError as error:
                     if error.refusal.code is not RefusalCode.AMBIGUOUS or not error.refusal.candidates:
                         raise

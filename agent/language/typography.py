@@ -41,7 +41,7 @@ _CONTRACTIONS = [
         (r"\bontop\b", "on top"),
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
-        (r"\b(\w+)'s (?=(?:on the wrong|gone|not|out of|in the wrong)\b)", r"\1 is "),
+        (r"\b(\w+)'s (?=(?:on|in|inside|under|behind|beside|next to|gone|not|out of) )", r"\1 is "),
         (
             r"\b(\w+)'s (?=(?!thing|ring|string|wing|earring|sling|spring|ceiling|clothing|washing|racing)(?:\w{2,}ing|been|had|made|got|come|become|lost|just|so|too|really|very|completely|totally|always|already|about|a bit|a little|kind of|sort of|all|ours|on (?:his|her|my|their|holiday|leave|break|it)|wet|hot|cold|ready|sticky|heavy|filthy|gross|poorly)\b)",
             r"\1 is ",
