@@ -353,7 +353,7 @@ _EXAMPLES = """
     nest the can inside the bin -> put the can in the bin
     fish the can out of the bin -> take the can out of the bin
     move the biggest ball but one -> move the second biggest ball
-    tidy up a bit : the can goes in the bin -> tidy up : the can goes in the bin
+    tidy up a bit : the can goes in the bin -> the can goes in the bin
     clean up , put the can in the bin -> put the can in the bin
     from bottom to top i want a tower of the can and the ball -> build a tower of the can and the ball from bottom to top
     make a pile . top down i want the can , then the ball -> build a tower of the can , then the ball top down
@@ -391,7 +391,7 @@ _PHRASES = {
     "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
     "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
     "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "VERB=swap": "exchange", "PRON": "it", "A": "a", "NOUN": "marble",
-    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "LIGHT_NOUN": "push", "LIGHT_NOUN=tap": "pat", "LIGHT_ADJECTIVE": "gentle",
+    "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "VERB=put": "place", "LIGHT_NOUN": "push", "LIGHT_NOUN=tap": "pat", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip
 
 

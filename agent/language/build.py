@@ -19,7 +19,7 @@ from robosandbox.agent.language.apart import (
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.ground import Fits, Grounder, bare_name
+from robosandbox.agent.language.ground import Grounder, bare_name
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
@@ -28,6 +28,7 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
+from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.together import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.whereto import check_where_told
