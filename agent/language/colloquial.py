@@ -85,7 +85,7 @@ FILLERS = {
     "<verb> {VERB} (one|any|any one|either) of {many} , (whichever|whatever) [one] is {place2} <end>": "{VERB} one of {many} that are {place2}",
     "<start> {all:every|each|all|all the} {word} that {is:is|are} not {in:in|on} {one} [yet!] (should|must|has to|have to|needs to|need to|can) go [in|on] there": "{all} {word} that {is} not {in} {one} should go {in} {one}",
     "<start> any {word} that {is:is|are} not {in:in|on} {one} [yet!] (should|must|has to|have to|needs to|need to|can) go [in|on] there": "all {word} that {is} not {in} {one} should go {in} {one}",
-    "[and|,] [then|so] [please|just] (leave|keep) {_drawer} [wide] open [again!|after!|afterwards|for now|when! done] <edge>": "",
+    "[and|,] [and|but] [then|so] [please|just] [you (can|may|could|should|might)] [just|then] (leave|keep) (it|{_drawer}) [wide] open [again!|after!|afterwards|for now|when! done] <edge>": "",
     "(,|.|;|and) (it|that|{_drawer}) (stays|can stay|should stay|may stay|must stay|remains|can remain|may remain|should remain|must remain|is to stay|is to remain) open [then|now|for now|please|afterwards|after! that] <edge>": "",
 }
 CLAUSES = {

@@ -17,6 +17,10 @@ PARTS = {
     "joint": "(,|.|;|and|, and|and then|, and then|but|, but)",
     "wants": "(want|need|would like|am after!|are after!|mean|was thinking of)",
     "be_at": "((has to|must|should|needs to|is to|ought to|can|is supposed to|is meant to) (stay|remain|be|go|end up|come|stand|sit|finish up|finish)|stays|remains|ends up|comes|stands|sits|finishes up|finishes)",
+    "some": "(somewhere|someplace|some place|anywhere) [[where] (it is|they are)] [safe|safer|secure|sensible|nice|clean|good|else!]",
+    "kept": "[where|so|that|so that] (it|they) (can|could|will|would|does|do|may|might|is|are) not! [be|get|going to] (roll|rolling|fall|tip|slide|slip|drop|escape|lost|break|broken|damaged|dirty|in the way|knocked) [off|away|over|down|out|around|about] [of|from|onto|on] [the (table|desk|edge|floor|counter|bench)]",
+    "serves": "(is|would be|will be|looks|seems|sounds) (fine|ok|okay|good|perfect|best|great|ideal|safe|safest)|(will|would|should) do|works",
+    "near_me": "(closer|closest|nearer|nearest|next!) to (me|us) (,|.|;)",
     "lone": "(that|it|this) is (the one|what|the {_NOUN})",
 }
 WHEN = {
@@ -85,6 +89,22 @@ LEFT = {
     "the other one , (the one|that is) [that is|the one] [still!] (standing|sitting|lying|left) [outside|over] <edge>": "the other one",
 }
 TOLD = {
+    # What is wanted of a place, and then the place.
+    "<some> [<kept>] (,|.|;|:) [maybe|perhaps|say|like|in|into|i think|, in] {holder} (<serves>) [for (it|that|them)] <edge>": "in {holder}",
+    "<some> [<kept>] [,|.|;|:] (maybe|perhaps|like|such as|for example|for instance|say|ideally|preferably) [,] [in|into] {holder} <edge>": "in {holder}",
+    # Which one, told by the colour that the other has or lacks.
+    "the {word} that is not {adjective} {words} the {word2} that is <edge>": "the {word} that is not {adjective} {words} the {adjective} {word2}",
+    "the {word} that is {adjective} {words} the {word2} that is not <edge>": "the {word} that is {adjective} {words} the {word2} that is not {adjective}",
+    "the {word} that is {adjective} {words} the {word2} that is [too|also] <edge>": "the {word} that is {adjective} {words} the {adjective} {word2}",
+    "the {COLOUR} {word} {words} the {word2} that is not <edge>": "the {COLOUR} {word} {words} the {word2} that is not {COLOUR}",
+    "(than|from) [where] (it|they) (is|are|stands|stand|sits|sit|was|were) [now|currently|right now|at the moment|at present] <edge>": "",
+    "? [yes|so|then|okay] [please] (do (it|that|this|so)|make it so|make (that|it) happen|go ahead|go for it) [then|now|for me] <end>": "?",
+    "<verb> (turn|flip|rebuild|reverse|invert) [the|this|that] [little|small|tall|big|short] (tower|stack|pile) [around|round|over|upside down|the other way (round|around|up)] [,] [and|so|such] [that] {one} (ends up|is|goes|comes|sits|stands) (on|on top of) {one2} [instead!|this time] <end>": "put what is on {one} on the table , then put {one} on {one2}",
+    # Of two, the thing that the arm cannot tell is not the one.
+    "the {word} [that is|which is] <near_me> [hmm|oh|wait] no! [,] [wait|sorry|actually|rather] [,] the {adjective} one": "the {adjective} {word}",
+    "the {_word} [that is|which is] <near_me> [hmm|oh|wait] no! [,] [wait|sorry|actually|rather] [,] {that}": "{that}",
+    "<edge> {thing} (should|must|needs to|need to|has to|have to|ought to|is to|are to) (be|sit|stand|lie) {distance} {further:further|farther} {way} <edge>": "push {thing} {distance} {further} {way}",
+    "<edge> (i|we) <wants> {thing} [to (be|sit|stand|lie)] {distance} {further:further|farther} {way} <edge>": "push {thing} {distance} {further} {way}",
     # Several towers, each told by what stands on what.
     "<start> not! {one} (and|or!|nor!|,) [and|but] [also] [not!|nor!] {one2} (,|.|!|;|:) [but|so|just] {VERB} the other [one|{_NOUN}] <end>": "leave {one} and {one2} alone . {VERB} the other one",
     "<start> neither! {one} nor! {one2} (,|.|!|;|:) [but|so|just] {VERB} the other [one|{_NOUN}] <end>": "leave {one} and {one2} alone . {VERB} the other one",

@@ -386,7 +386,7 @@ END_FILLERS = (
     "once and for all, would you, will you, could you, can you, would ya, for me please, you know, "
     "and stay there, and stay put, and that is it, "
     "if you would like, ok then, okay then, then please, there is a good lad, though, tho, mind you, love, careful now, careful, steady, steady now, gently now, nice and easy, easy does it, ta, ever so much, me duck, mate, honey, sweetie, sweetheart, darling, buddy, pal, bro, dude, "
-    "and leave it open, but leave it open, leave it open, and keep it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
+    "and leave it open, but leave it open, leave it open, and keep it open, so see to that, so see to it, see to that, see to it, so make it so, make it so, so make it happen, make it happen, so sort that out, you can leave it open, you may leave it open, and you can leave it open, and you may leave it open, but you can leave it open, that is all, ok robot, or so, or thereabouts, it does not matter which, does not matter which, "
     "it does not matter which one, does not matter which one, i do not care which, i do not care which one, "
     "no matter which, any will do, whichever you like, your choice, you choose, you decide"
 )

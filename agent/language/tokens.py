@@ -352,6 +352,10 @@ def _without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token,
         if tokens[i].text == "right" and kept and (kept[-1].text in _BEFORE_RIGHT or kept[-1].text in UNITS):
             # "to the right now" and "an inch right now" name a direction.
             length = 0
+        ending = i + (END_FILLERS.match(tokens, i) if length and edge and kept and not named else 0)
+        if ending > i + length and (ending == len(tokens) or tokens[ending].kind == "mark"):
+            # "..., so see to that": more than the "so" that it begins with.
+            length = ending - i
         # "push it left, right?" asks for no second way.
         asked = i + 1 < len(tokens) and tokens[i + 1].text == "?"
         listed = tokens[i].text == "right" and not asked and any(token.text in WAYS for token in kept[-2:])

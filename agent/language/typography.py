@@ -152,6 +152,16 @@ _CONTRACTIONS = [
         (r"\bi\.e\.?,?|\bthat is,|\bthat is to say,?|\bnamely\b", ","),
         (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
         (r"\.{2,}(?=\s*\S)", " , "),
+        # "the... bowl! yes, the bowl": said over again, and meant once.
+        (
+            r"\b((?:the |my )?\w+(?: \w+)?)\s*[,.!;]+\s*(?:oh,? )?(?:yes|yeah|yep|yup)[,!.]*\s+(?:(?:in|on|into|onto|to) )?(?:the |my )?(?<=\W)\1(?=[ ,.!;]*$)",
+            r"\1",
+        ),
+        # "the red crate is only for red things, so put the green box in the other one" asks for one thing.
+        (
+            rf"^((?:the|my|our) [a-z_ ]{{2,30}}?) (?:is|are) (?:(?:only|just|strictly|reserved|exclusively) for [a-z_ ]{{2,30}}?|for [a-z_ ]{{2,30}}? (?:only|alone|exclusively)),?;?\.?,? (?:so,? |and so |please |therefore )*(?={_DOING})(?!.*\b(?:it|there|only|just|for)\b)(?!.*\1)",
+            r"do not use \1. ",
+        ),
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
