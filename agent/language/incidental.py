@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from robosandbox.agent.language.lexicon import LEXICON
-from robosandbox.agent.language.remarks import BINDING, HARMLESS, SPEAKERS, STATES, WHOSE
+from robosandbox.agent.language.remarks import BINDING, HARMLESS, SPEAKERS, STATES, WHOSE, of_people, tells_where
 from robosandbox.agent.language.slots import PEOPLE, Said
 from robosandbox.agent.language.sparing import may_spare
 from robosandbox.agent.language.speech import CONDITIONS
@@ -210,7 +210,10 @@ class _Incidentals:
             return False
         if end < i + 2 or self._text(end) == "?" or any(self.tokens[k].kind == "number" for k in span):
             return False
-        person = self._person(i, end)
+        outcome = self.texts[i:end] if self._text(i - 1) == "so" and self._ordered(i) else [""]
+        if outcome[0] in ("it", "they") and tells_where(outcome):
+            return False
+        person = self._person(i, end) if outcome[0] != "they" or of_people(outcome) else 0
         if person:
             return self._about_person(person, end, first=first)
         if (
@@ -249,6 +252,10 @@ class _Incidentals:
             return False
         self.topic += self.tokens[i:verb]
         return True
+
+    def _ordered(self, i: int) -> bool:
+        """Say whether an order was given before, of which "so" tells the outcome."""
+        return any(text in BASE_FORMS for text in self.texts[:i])
 
     def _person(self, i: int, end: int) -> int:
         """Return where the words for a person at `i` end, 0 if there are none."""

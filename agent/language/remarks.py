@@ -74,8 +74,21 @@ _ALONE = word_set(
     "hide sleep rest nap breathe dry cool cook bake warm watch see look listen eat drink play swim dance sing grow dream relax soak drip shine"
 )
 """What a thing is put somewhere to do by itself."""
+_WHEREABOUTS = word_set(
+    "next beside near nearer close closer apart left side sides corner corners front behind between edge edges row line"
+)
 _WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _JOINTS = frozenset({"and", "then", "but", "so"})
+
+
+def tells_where(outcome: Sequence[str]) -> bool:
+    """Say whether an outcome tells of a place, as in "so that they are next to each other", "so it is in the corner"."""
+    return not _WHEREABOUTS.isdisjoint(outcome)
+
+
+def of_people(outcome: Sequence[str]) -> bool:
+    """Say whether "they" do something themselves, as in "so they can reach it", "so they find it"."""
+    return outcome[1] in (*_ABLE, "do") or not {"it", "them"}.isdisjoint(outcome)
 
 
 def without_remarks(said: Said) -> Said:
@@ -249,6 +262,12 @@ class _Remarks:
             return self._speaks(subject) and self._told(subject, end) and not self._names_things(subject, end)
         # "so that I can reach it", "so it does not roll away"
         if text in ("so", "such"):
+            if tells_where([token.text for token in self.tokens[subject:end]]):
+                return False
+            if self._text(subject) == "they" and not of_people([token.text for token in self.tokens[subject:end]]):
+                return self._idle(
+                    subject + 1 + (self._text(subject + 1) == "stay"), self._apart_from_together(i, end), known=True
+                )
             if self._speaks(subject):
                 return self._told(subject, end)
             able = self._text(subject) in ("it", "he", "she", "they") and self._text(subject + 1) in _ABLE
@@ -257,6 +276,12 @@ class _Remarks:
                 return True
             return self._text(subject) in ("it", "they", "nothing", "that") and self._idle(subject + 1, end, known=True)
         return False
+
+    def _apart_from_together(self, i: int, end: int) -> int:
+        """Return where an outcome ends without "together", if the order before it tells of the place where they are so."""
+        beside = any("REL" in self.tags[k] for k in range(i))
+        one_place = [self._text(k) for k in range(end - 3, end)] == ["in", "one", "place"]
+        return end - (1 if self._text(end - 1) == "together" else 3 if one_place else 0) if beside else end
 
     def _speaks(self, i: int) -> bool:
         """Say whether a clause at `i` is about people: what they do is theirs."""
