@@ -11,6 +11,19 @@ _SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|br
 """How those are named that alone are meant."""
 _WAY = r"(away from (?:you|me)|towards? (?:you|me)|forwards?|backwards?|back|left|right)\b"
 _DOING = r"(?:put|place|take|grab|get|move|push|pour|stack|tap|lift|pick|set|drop|open|close|lay|stand|bring|touch|slide|tip)\b"
+
+
+def _which_one(match: re.Match[str]) -> str:
+    """Return "the red one next to the duck" as "the cup, not the car" has it: another place if that is denied, else what the one is."""
+    colour, place, said, denied = match.groups()
+    words = place.split()
+    if said in words:
+        return match[0]
+    if denied in words:
+        return f"the {colour} one " + " ".join(said if word == denied else word for word in words)
+    return f"the {colour} {said}{place}"
+
+
 _CONTRACTIONS = [
     (re.compile(pattern), replacement)
     for pattern, replacement in (
@@ -152,6 +165,11 @@ _CONTRACTIONS = [
         (r"\bi\.e\.?,?|\bthat is,|\bthat is to say,?|\bnamely\b", ","),
         (r"([+-]) ?([xy])\b", lambda match: f"{'positive' if match[1] == '+' else 'negative'} {match[2]}"),
         (r"\.{2,}(?=\s*\S)", " , "),
+        # "the red one next to the duck, the cup I mean, not the car": what the one is, where it is no word for the place.
+        (
+            r"\bthe (\w+) one\b((?:(?!\b(?:ones?|then|and|no)\b)[^.;!])*?),? (?:i mean(?:t)? )?the (\w+),? (?:(?:i mean(?:t)?|that is),? )?not the (\w+)(?=[.! ]*$)",
+            _which_one,
+        ),
         # "the... bowl! yes, the bowl": said over again, and meant once.
         (
             r"\b((?:the |my )?\w+(?: \w+)?)\s*[,.!;]+\s*(?:oh,? )?(?:yes|yeah|yep|yup)[,!.]*\s+(?:(?:in|on|into|onto|to) )?(?:the |my )?(?<=\W)\1(?=[ ,.!;]*$)",
