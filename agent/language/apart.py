@@ -13,6 +13,8 @@ from robosandbox.agent.language.readings import part_of
 from robosandbox.types import RefusalCode
 
 _ACROSS, _ALONG = frozenset({"left", "right"}), frozenset({"far", "near"})
+_RESTS = ("the rest", "the remainder", "the remaining", "rest", "remaining", "whatever is left", "what is left")
+_SOME = frozenset({"one", "some", "half", "any"})
 _SORTED_TO = frozenset({"in", "to", "on", "beside", "left", "right", "front", "back"})
 
 
@@ -61,6 +63,33 @@ def other_regions(commands: Sequence[Command]) -> tuple[Command, ...]:
             )
         kept = [side for axis in (_ACROSS, _ALONG) if not axis & {*sides} for side in region.sides if side in axis]
         made[k] = replace(made[k], place=Region(region.name, (*sides, *(kept if region.name == "corner" else ()))))
+    return tuple(made)
+
+
+def rest_of_its_kind(commands: Sequence[Command]) -> tuple[Command, ...]:
+    """As in "two of the cubes in the bowl and the rest in the bin": the rest of the cubes.
+
+    Raises:
+        RefusedError: "Put a cube in the bowl and the rest in the bin": of the cubes, or of all there is?
+    """
+    made = list(commands)
+    for k, (some, rest) in enumerate(pairwise(commands)):
+        ref = rest.objects[0] if len(rest.objects) == 1 else None
+        whole = some.objects[0] if len(some.objects) == 1 else None
+        everything = (
+            ref is not None and ref.other and ref.determiner == "all" and not (ref.nouns or ref.names or ref.one)
+        )
+        if ref is None or not everything or not ref.text.startswith(_RESTS) or whole is None or whole.determiner != "a":
+            continue
+        if not (whole.nouns or whole.names) or whole.nouns == ("thing",):
+            continue
+        if not (whole.number or whole.share or whole.total or whole.text.split(" ")[0] in _SOME):
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"“{ref.text}”: of those like “{whole.text}”, or of everything?", about=ref.text
+            )
+        made[k + 1] = replace(
+            rest, objects=(replace(ref, nouns=whole.nouns, names=whole.names, colours=whole.colours),)
+        )
     return tuple(made)
 
 

@@ -13,6 +13,7 @@ from robosandbox.agent.language.apart import (
     members_named,
     other_regions,
     other_than_its_place,
+    rest_of_its_kind,
     sorted_as_told,
     without_what_is_denied,
 )
@@ -124,7 +125,7 @@ class _Builder(Deciding):
                 f"I leave {listed(sorted(avoid))} alone; there is nothing else to do.",
                 sorted(avoid),
             )
-        told = other_regions(sorted_as_told(tuple(map(_each_spared, sentence.steps))))
+        told = rest_of_its_kind(other_regions(sorted_as_told(tuple(map(_each_spared, sentence.steps)))))
         ground = Grounder(self.world, Discourse())
         steps = dealt_first(members_apart(members_named(told, ground), ground))
         check_sides(steps)
