@@ -41,6 +41,7 @@ class Hands:
         self.emptied: tuple[str, ...] = ()
         self.set_free: set[str] = set()
         self.spared: set[str] = set()
+        self.taken: dict[Ref, set[str]] = {}
         self.called: tuple[str, ...] = ()
         self.forbidden: list[tuple[Command, tuple[str, ...], tuple[str, ...]]] = []
         self.substitutes: dict[str, tuple[str, ...]] = {}
@@ -134,7 +135,12 @@ class Hands:
             if ref.determiner == "a" or (ref.determiner == "bare" and ref.number):
                 # "two bricks in the box, the yellow one stays": any two of the others.
                 barred = (*barred, *self.spared)
+            likes = self.taken.setdefault(replace(ref, text="", plural=False, number=None), set())
+            if ref.determiner == "a" and command.verb in ("put", "stack", "tap", "push"):
+                # "a cube to the left of the mug and a cube to the right of it": two cubes.
+                barred = (*barred, *likes)
             meaning = self.ground.many(ref, fits or self.world.movable, barred)
+            likes.update(meaning.ids if command.verb != "pick" else ())
             if ref.determiner == "it" and not (ref.plural or self.world.held or command.verb == "nothing"):
                 self._check_alone(command, meaning.ids)
             if meaning.others and len(meaning.ids) == 1:
