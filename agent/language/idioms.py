@@ -67,6 +67,8 @@ _IDIOMS["pick up"] += "".join(
     if get in ("wrap", "close", "clamp", "clasp") or (get in ("get", "lay") and on in ("on", "around"))
 )
 PLAIN: dict[str, str] = {phrase: verb for verb, phrases in _IDIOMS.items() for phrase in phrase_list(phrases)}
+OPENING = frozenset(phrase.split()[0] for phrase in PLAIN)
+"""How idioms begin."""
 _PHRASES = Phrases()
 for _phrase, _verb in PLAIN.items():
     _PHRASES.add(_phrase, "IDIOM", _verb)

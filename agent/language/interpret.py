@@ -13,6 +13,7 @@ from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.idioms import OPENING
 from robosandbox.agent.language.indirect import plainly_asked
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
@@ -204,7 +205,7 @@ def _set_right(said: Said) -> Readings:
 
 
 def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:
-    words = respelled([token.text for token in tokens], known.parts)
+    words = respelled([token.text for token in tokens], known.parts, OPENING)
     return tuple(
         token if token.kind != "word" or token.text == word else Token(word, token.raw, "word")
         for token, word in zip(tokens, words, strict=True)

@@ -11,6 +11,7 @@ from robosandbox.agent.language.match import CANONICAL_COLOUR, NOUN_CLASS
 from robosandbox.agent.language.measures import measure_before
 from robosandbox.agent.language.modifiers import PLACE_RANKS, STATES, Modifiers
 from robosandbox.agent.language.speech import CONDITIONS, GRAMMAR_WORDS, QUESTIONS
+from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.things import ABSENT_NOUNS, COLOURS, SORTS
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
@@ -260,6 +261,12 @@ class Nouns(Modifiers):
                     found.append((k, replace(ref, names=tuple(parts), plural=ref.plural or many)))
                     continue
                 found += self._suffixed(k, replace(ref, names=tuple(parts), nouns=(phrase,), plural=ref.plural or many))
+            for k, (noun, many) in self.tags[j].get("ABSENT", ()) if j < self.count else ():
+                if noun in SAME_AS and self.text(j) not in self.words.parts:
+                    # "the rubber ducky" for what is called rubber_duck
+                    found += self._suffixed(
+                        k, replace(ref, names=tuple(parts), nouns=(noun,), plural=ref.plural or many)
+                    )
             if (
                 self.text(j) in _PACKED
                 and self.text(j) not in self.words.parts

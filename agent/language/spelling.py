@@ -11,6 +11,7 @@ from rapidfuzz.distance import OSA, Indel
 
 from robosandbox.agent.language.lexicon import MEANING, REAL_WORDS, VOCABULARY, WORDS
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
+from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
 
 
 def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
@@ -57,10 +58,11 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
     return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
 
 
-def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
+def respelled(words: Sequence[str], parts: frozenset[str], verbs: frozenset[str]) -> tuple[str, ...]:
     """Return the words of a sentence that was not understood with what its place in the sentence tells of their spelling.
 
     Where a command begins, the nearest verb is meant ("pik up"); elsewhere letters may have been left out ("rd cube").
+    `verbs` are words that are spelled right where a command begins.
     """
     made: list[str] = []
     for i, word in enumerate(words):
@@ -73,11 +75,13 @@ def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
             opens
             and word.isalpha()
             and len(word) > 2
+            and word not in verbs
             and ((word not in _KNOWN and word not in parts) or _REAL_SLIPS.get(word))
         ):
             better = _nearest_verb(word)
-        if better is None and word.isalpha() and word not in _KNOWN and word not in parts and 1 < len(word) < 6:
-            better = _filled(word, parts)
+        if better is None and word.isalpha() and word not in _KNOWN and word not in parts and len(word) > 1:
+            better = _filled(word, parts) if len(word) < 6 else None
+            better = better or _vowels_left_out(word, parts)
         if better is None and word.isalpha() and len(word) > 3 and (word not in _KNOWN or word in REAL_WORDS):
             better = _sounding(word, parts) if word not in parts else None
         better = better or _ACCENTS.get(word) or (_SLIPS.get(word) if word not in parts else None)
@@ -131,12 +135,25 @@ _SLIPS = {
     "te": "the", "tje": "the", "thr": "the", "tha": "the", "eht": "the", "ths": "this", "nad": "and", "ni": "in", "ot": "to", "fo": "of",
     "thn": "then", "wth": "with", "nto": "into", "rigth": "right", "agian": "again", "leav": "leave", "levae": "leave",
 }  # fmt: skip
-_ACCENTS = {"de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
+_ACCENTS = {"d": "the", "de": "the", "ze": "the", "dis": "this", "dat": "that", "dem": "them", "intae": "into"}
 _KNOWN = WORDS | REAL_WORDS
 _TWICE = frozenset({"the", "a", "in", "on", "up", "to", "and", "pick", "put", "push", "cube", "of"})
 _BEFORE_COMMANDS = frozenset({",", ".", "!", ";", ":", "and", "then", "please", "to", "you"})
 _VERBS = ("pick", "put", "push", "place", "take", "grab", "move", "stack", "drop", "lift", "get", "open", "close", "tap", "touch", "pull", "slide", "set", "swap", "pour")  # fmt: skip
-_REAL_SLIPS = {"pic": "pick", "puck": "pick", "pink": "", "pip": "", "plate": "", "plane": "", "lace": ""}
+_MORE_VERBS = tuple(verb for verb in BASE_FORMS | UNSUPPORTED_VERBS if len(verb) > 3)
+"""What is not done counts too: "stik" is no more "stack" for it, and what may be either is neither."""
+_REAL_SLIPS = {
+    "mov": "move",
+    "por": "pour",
+    "giv": "give",
+    "pic": "pick",
+    "puck": "pick",
+    "pink": "",
+    "pip": "",
+    "plate": "",
+    "plane": "",
+    "lace": "",
+}
 
 
 @lru_cache(maxsize=1024)
@@ -145,6 +162,17 @@ def _nearest_verb(word: str) -> str | None:
         slip: str = _REAL_SLIPS[word]
         return slip or None
     near = [verb for verb in _VERBS if verb[0] == word[0] and OSA.distance(word, verb) == 1]
+    if not near and len(word) > 3:
+        sound = _sound(word)
+        near = [verb for verb in _MORE_VERBS if _sound(verb) == sound]
+        near = near or [
+            verb
+            for verb in _MORE_VERBS
+            # Not for another letter: "hire" and "lease" are words.
+            if verb[0] == word[0]
+            and OSA.distance(word, verb) == 1
+            and (len(verb) != len(word) or sorted(verb) == sorted(word))
+        ]
     return near[0] if len(near) == 1 else None
 
 
@@ -152,13 +180,22 @@ def _nearest_verb(word: str) -> str | None:
 def _sounding(word: str, parts: frozenset[str]) -> str | None:
     """Return the one word of the scene that sounds like this, or lies a letter beside it: "qube", "bowel" for "bowl"."""
     sound = _sound(word)
-    same: list[str] = list(
-        {*_sounds().get(sound, ()), *(w for w in parts if len(w) > 2 and w.isalpha() and _sound(w) == sound)}
-    )
+    same: list[str] = list({*_sounds().get(sound, ()), *_sounding_alike(sound, parts)})
     if len(same) == 1:
         return same[0]
     near = [w for w in parts if w.isalpha() and len(w) > 3 and w[0] == word[0] and OSA.distance(word, w) == 1]
     return near[0] if len(near) == 1 and not same else None
+
+
+def _sounding_alike(sound: str, parts: Iterable[str]) -> list[str]:
+    return [part for part in parts if len(part) > 2 and part.isalpha() and _sound(part) == sound]
+
+
+@lru_cache(maxsize=1024)
+def sounding_part(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one word of the scene that sounds like this: "froot" for "fruit"."""
+    same = _sounding_alike(_sound(word), parts) if len(word) > 3 and word.isalpha() else []
+    return same[0] if len(same) == 1 else None
 
 
 @lru_cache(maxsize=1)
@@ -173,7 +210,7 @@ def _sounds() -> dict[str, list[str]]:
 
 def _sound(word: str) -> str:
     """Return a rough image of how a word sounds."""
-    for old, new in (("ph", "f"), ("th", "f"), ("ck", "c"), ("qu", "cu"), ("q", "c"), ("k", "c"), ("z", "s"), ("y", "i"), ("ee", "i"), ("ea", "i"), ("oo", "u")):  # fmt: skip
+    for old, new in (("ph", "f"), ("th", "f"), ("ck", "c"), ("qu", "cu"), ("q", "c"), ("k", "c"), ("z", "s"), ("y", "i"), ("ee", "i"), ("ea", "i"), ("oo", "u"), ("ui", "u"), ("ue", "u")):  # fmt: skip
         word = word.replace(old, new)
     return re.sub(r"(.)\1", r"\1", word)
 
@@ -185,6 +222,16 @@ def _filled(word: str, parts: frozenset[str]) -> str | None:
     if any(letter in "aeiou" for letter in word):
         return None
     near = [w for w in words if w.isalpha() and w[0] + "".join(c for c in w[1:] if c not in "aeiou") == word]
+    return near[0] if len(near) == 1 else None
+
+
+@lru_cache(maxsize=1024)
+def _vowels_left_out(word: str, parts: frozenset[str]) -> str | None:
+    """Return the one word of the scene that this is but for some of its vowels: "notebk" for "notebook"."""
+    if len(word) < 4:
+        return None
+    pattern = re.compile("[aeiou]*".join(word))
+    near = [part for part in parts if part[0] == word[0] and part[-1] == word[-1] and pattern.fullmatch(part)]
     return near[0] if len(near) == 1 else None
 
 

@@ -27,7 +27,7 @@ from robosandbox.agent.language.lexicon import (
 from robosandbox.agent.language.notation import written_out
 from robosandbox.agent.language.places import TABLE
 from robosandbox.agent.language.speech import CORRECTION, GRAMMAR_WORDS
-from robosandbox.agent.language.spelling import nearest_word
+from robosandbox.agent.language.spelling import nearest_word, sounding_part
 from robosandbox.agent.language.things import COLOURS, POSITIONS, SHADES, SIZES, SUPERLATIVES, UNITS
 from robosandbox.agent.language.typography import in_sentences, plain_text
 from robosandbox.agent.language.verbs import BASE_FORMS
@@ -64,7 +64,8 @@ class Token(NamedTuple):
 ABBREVIATIONS = {
     "cyl": "cylinder", "cyls": "cylinders", "obj": "object", "objs": "objects", "btl": "bottle", "btls": "bottles",
     "drwr": "drawer", "lg": "large", "lrg": "large", "sml": "small", "ylw": "yellow", "yel": "yellow", "grn": "green",
-    "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return",
+    "wht": "white", "btwn": "between", "dist": "distance", "tgt": "target", "rtn": "return", "frm": "from", "jus": "just", "bg": "big", "orng": "orange",
+    "smol": "small", "lil": "little", "thnx": "thanks", "thanx": "thanks", "tnx": "thanks", "tks": "thanks", "k": "ok", "kk": "ok",
 }  # fmt: skip
 _TAKING_BACK = frozenset(phrase.split()[-1] for phrase in CORRECTION.split(", ")) - {"that", "it", "on", "one", "say"}
 """Last words of what takes back what was said before: "oops", "I mean"."""
@@ -290,7 +291,8 @@ def _words(raw: str, words: SceneWords) -> tuple[Token, ...]:
         joined = first in JOINABLE and second in JOINABLE and JOINABLE[first] < JOINABLE[second]
         if joined or (first in words.parts and second in words.parts):
             return (Token(first, first, "word"), Token(second, second, "word"))
-    return (Token(nearest_word(raw, words.forms) or _cut_short(raw, words) or raw, raw, "word"),)
+    known = sounding_part(raw, words.parts) or nearest_word(raw, words.forms) or _cut_short(raw, words)
+    return (Token(known or raw, raw, "word"),)
 
 
 def _cut_short(raw: str, words: SceneWords) -> str | None:
