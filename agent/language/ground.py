@@ -190,7 +190,10 @@ class Grounder(Vicinity):
         """Return the ids that a description fits, the first choice first."""
         world = self.world
         moved = {name for name, xy in world.start_at.items() if world.at[name] != xy} | world.put_in | {world.held}
-        counted = any(rank.key == "middle" or (rank.key in _SIDEWAYS and rank.nth not in (0, 1)) for rank in ref.ranks)
+        counted = any(
+            rank.key in ("middle", "central") or (rank.key in _SIDEWAYS and rank.nth not in (0, 1))
+            for rank in ref.ranks
+        )
         if counted and (moved - {None} or barred):
             # "the leftmost on the second from the left", "on the middle one": counted as they stood when that was said.
             now, world.at, put_in, world.put_in = world.at, world.start_at, world.put_in, set()

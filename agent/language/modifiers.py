@@ -64,7 +64,7 @@ _ALL_OF_THEM = tuple(
     )
 )
 _WHOLE = frozenset(words[0] for words in _ALL_OF_THEM)
-PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "top", "bottom"})
+PLACE_RANKS = frozenset({"left", "right", "near", "far", "middle", "central", "top", "bottom"})
 
 
 class Modifiers(Positions):
@@ -409,7 +409,8 @@ class Modifiers(Positions):
         found: Found[Rank] = []
         for j, region in self.region(i):
             if region.name == "middle":
-                found.append((j, Rank("middle")))
+                of_table = any(end == j for end, _ in self.tag(j - 1, "TABLE"))
+                found.append((j, Rank("central" if of_table else "middle")))
             elif len(region.sides) == 1 and not self._told_apart(j, region):
                 # "in the right corner on the far side" is one place.
                 found.append((j, Rank(region.sides[0])))

@@ -15,6 +15,8 @@ from robosandbox.types import RefusalCode
 
 Fits = Callable[[str], bool]
 _NO_ROW = 0.7
+_CLEAR = 0.25
+_CENTRAL = 0.5
 CONTRARY = {
     one: other
     for pair in (("big", "small"), ("tall", "short"), ("wide", "narrow"), ("near", "far"), ("left", "right"))
@@ -69,7 +71,12 @@ class Orders(ABC):
             )
         if not names:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see none.", tuple(self.world.objects))
-        if rank.key in ("middle", "medium"):
+        if rank.key == "central":
+            # "the cube in the middle of the table": the one that lies there, and else the one between the others.
+            central, other, *_ = sorted(names, key=lambda name: math.hypot(*self.world.at[name]))
+            if math.hypot(*self.world.at[central]) < _CENTRAL * math.hypot(*self.world.at[other]):
+                return [central]
+        if rank.key in ("middle", "medium", "central"):
             return self._middle(names, rank, ref)
         if rank.key in ("top", "bottom"):
             stacked = [name for name in names if self.world.level(name) or self.world.on_top_of(name)]
@@ -104,6 +111,9 @@ class Orders(ABC):
             if ref.plural and index == 0:
                 return tied
             raise self._ambiguous(ref, tied)
+        if ref.plural and not ref.number and rank.anchor and index == 0:
+            # "the cubes closest to the bin": how many of them?
+            raise self._ambiguous(ref, order)
         if ref.plural and (ref.number or rank.key in ("left", "right", "near", "far")) and index == 0:
             return order[: ref.number] if ref.number else self._side(order, rank)
         return [order[index]]
@@ -194,11 +204,19 @@ class Orders(ABC):
             across = sorted(names, key=lambda name: self.world.at[name][1 - axis])
             half = len(names) // 2
             if order[half] != across[half] and min(spread) > _NO_ROW * max(spread):
-                # Neither a row nor a column: there is no middle that everybody would see.
-                raise self._ambiguous(ref, order)
+                # Neither a row nor a column: the one between left and right, if none lies between near and far as well.
+                order = sorted(names, key=lambda name: self.world.at[name][1])
+                if not self._lies_between(order, 1) or self._lies_between(order, 0):
+                    raise self._ambiguous(ref, order)
         if len(order) % 2 == 0:
             raise self._ambiguous(ref, order)
         return [order[len(order) // 2]]
+
+    def _lies_between(self, names: Sequence[str], axis: int) -> bool:
+        """Say whether the middle one of three stands clear of the other two along an axis."""
+        low, *between, high = sorted(self.world.at[name][axis] for name in names)
+        clear = _CLEAR * (high - low)
+        return len(between) == 1 and min(between[0] - low, high - between[0]) > clear
 
     def _ambiguous(self, ref: Ref, names: Sequence[str]) -> RefusedError:
         return RefusedError(
