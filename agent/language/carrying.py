@@ -106,6 +106,8 @@ def put(frame: Frame) -> list[Command]:
         return []
     if particle not in (None, "down", "over", "up", "back down", "away", "off", "around", "out", "back up"):
         return []
+    if particle == "over":
+        places = [replace(p, order="over") if isinstance(p, Relation) and p.kind == "to" else p for p in places]
     return placed("put", objects, places)
 
 

@@ -56,7 +56,7 @@ class Relation(NamedTuple):
         refs: The things; none is the table.
         distance: Metres.
         directional: "into", "onto", "to": says where something goes, never where it is.
-        order: For than: what is compared, as the key of a `Rank`; "from" for "from under".
+        order: For than: what is compared, as the key of a `Rank`; "from" for "from under", "over" for "over to".
     """
 
     kind: str

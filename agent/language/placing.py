@@ -105,17 +105,20 @@ class Placing(Hands):
             case Relation(kind=kind, distance=distance):
                 target = targets[0]
                 holder = world.objects[target].kind in ("bin", "bowl")
+                # "over to the bin" is in it, "over to the mug" may be beside it.
+                over_to_a_mug = place.order == "over" and world.objects[target].kind == "cup"
                 if (
                     kind == "in"
-                    or (kind == "to" and world.objects[target].kind in match.CONTAINERS)
+                    or (kind == "to" and world.objects[target].kind in match.CONTAINERS and not over_to_a_mug)
                     or (kind == "on" and holder)
                 ):
                     self._put_in(name, target)
                 elif kind == "on" or (kind == "to" and self._carries(target, name)):
                     self._put_on(name, target, stack=stack)
                 elif kind == "to":
+                    upon = "in" if over_to_a_mug else "on"
                     raise RefusedError(
-                        RefusalCode.AMBIGUOUS, f"Should {name} go on {target} or next to it?", (name, target)
+                        RefusalCode.AMBIGUOUS, f"Should {name} go {upon} {target} or next to it?", (name, target)
                     )
                 elif kind in SIDES and distance is not None:
                     ex, ey = SIDE_AXES[kind]

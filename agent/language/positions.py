@@ -54,7 +54,8 @@ class Positions(Chart, ABC):
                             found += self._between_sides(k, kind, refs[0])
                         below = tag == "SOURCE" and bool(_BELOW & {self.text(m) for m in range(i, j)})
                         out = Relation("under", refs, order="from")
-                        found.append((k, out if below else Relation(kind, refs, None, directional)))
+                        over = "over" if kind == "to" and self.text(i) == "over" else ""
+                        found.append((k, out if below else Relation(kind, refs, None, directional, over)))
         return found
 
     def _between_sides(self, i: int, side: str, first: Ref) -> Found[Relation]:
