@@ -357,6 +357,19 @@ _EXAMPLES = """
     clean up , put the can in the bin -> put the can in the bin
     from bottom to top i want a tower of the can and the ball -> build a tower of the can and the ball from bottom to top
     make a pile . top down i want the can , then the ball -> build a tower of the can , then the ball top down
+    from the top down i want the can , then the ball , all in one pile -> from the top down : the can , then the ball
+    bottom up , we need the can and the ball -> bottom up : the can and the ball
+    from the top down : the can , the ball , all in a stack -> from the top down : the can , the ball
+    from the bottom up : the can , the ball . build that -> from the bottom up : the can , the ball
+    two high : put the ball on the can -> put the ball on the can
+    three blocks high , put the ball on the can , then put the sponge on the ball -> put the ball on the can , then put the sponge on the ball
+    four high : put the ball on the can , then put the sponge on the ball , then put the tray on the sponge -> put the ball on the can , then put the sponge on the ball , then put the tray on the sponge
+    shove the can in the bin -> put the can in the bin
+    lift the can onto the tray -> put the can onto the tray
+    lift the can a bit -> lift the can
+    i do not want the can there , tap it -> the can , tap it
+    not the golf ball , lift the other one -> leave the golf ball alone . lift the other one
+    not the red cube , lift the blue one -> do not touch the red cube . lift the blue one
     three high : the can , the ball and the golf ball -> build a tower of three : the can , the ball and the golf ball
     tidy up the balls , each in the bin -> put the balls in the bin
     i would be ever so grateful if the can ended up in the bin -> put the can in the bin
