@@ -30,7 +30,7 @@ _ARRANGED: tuple[tuple[str, str, str | None], ...] = (
 """Tags of words for an order, and the elements that they are."""
 _ORDERED = frozenset(tag for tag, _, _ in _ARRANGED)
 _SEQUENCES = frozenset({"FROM", "BY_SIZE", "SMALL_FIRST", "SUPER", "SIZE"})
-_SAME_HUE = frozenset({"MATCHING", "SAME_COLOUR"})
+_SAME_HUE = frozenset({"MATCHING", "SAME_COLOUR", "MISMATCHED", "OTHER_COLOUR"})
 _LEVELS = frozenset({"TOP", "BOTTOM", "MIDDLE"})
 _RUNS = frozenset({"to", "starting", "beginning", "order", "going"})
 LIFTS = frozenset({"up", "off", "off the table", "up off the table", "up from the table", "off of the table"})
