@@ -28,14 +28,8 @@ class Arranging(Stacking):
     def _put(self, command: Command) -> None:
         place = command.place
         if isinstance(place, Matching):
-            self._sort(
-                Command(
-                    "sort",
-                    command.objects,
-                    Relation("in", (Ref(text=place.noun, determiner="all", nouns=(place.noun,), plural=True),)),
-                ),
-                matching=True,
-            )
+            bins = Relation("in", (Ref(text=place.noun, determiner="all", nouns=(place.noun,), plural=True),))
+            self._sort(Command("sort", command.objects, bins), matching=True, other=place.other)
             return
         if command.tower and isinstance(place, Relation):
             self._tower([*reversed(command.tower), *place.refs, *reversed(command.objects)], command)
@@ -231,7 +225,7 @@ class Arranging(Stacking):
             else:
                 self._put_at(name, xy, f"the place of {other}")
 
-    def _sort(self, command: Command, *, matching: bool = False) -> None:
+    def _sort(self, command: Command, *, matching: bool = False, other: bool = False) -> None:
         names, _ = self._objects(command)
         if self.world.held not in names:
             self._need_empty("sort")
@@ -244,6 +238,9 @@ class Arranging(Stacking):
             containers = [objects[name] for name in ids]
         colours = {name: match.colour_of(objects[name]) for name in names}
         homes = {colour: match.with_colour(containers, (colour,)) for colour in dict.fromkeys(colours.values())}
+        if other:
+            # "in the bin that does not match its colour"
+            homes = {colour: [item for item in containers if item not in own] for colour, own in homes.items()}
         if not isinstance(command.place, Relation) and len(containers) == 1 and not all(homes.values()):
             homes = {}
         if any(homes.values()) or (isinstance(command.place, Relation) and containers):

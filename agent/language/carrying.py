@@ -10,7 +10,6 @@ from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, 
 from robosandbox.agent.language.intent import (
     IT,
     Command,
-    Matching,
     Offset,
     Original,
     Ref,
@@ -72,7 +71,7 @@ def put(frame: Frame) -> list[Command]:
         return []
     if "matching" in frame.rest:
         return (
-            [Command("put", objects, Matching(frame.one("matching")))]
+            [Command("put", objects, frame.one("matching"))]
             if not places and frame.only("matching", "particle")
             else []
         )

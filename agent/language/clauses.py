@@ -9,6 +9,7 @@ from robosandbox.agent.language.intent import (
     At,
     Command,
     Element,
+    Matching,
     Ref,
     Region,
     Relation,
@@ -224,7 +225,7 @@ class Clauses(Whereabouts):
         # "then the rest" is about the others.
         return [end for end, _ in self.tag(j, "HOME") if self.said(j - 1, end) != "the rest"]
 
-    def _matching(self, i: int) -> Found[str]:
+    def _matching(self, i: int) -> Found[Matching]:
         """As in "into the matching bin", "in the bin of the same colour"."""
         j = i
         while self.text(j) in (
@@ -244,13 +245,15 @@ class Clauses(Whereabouts):
             j += 1
         if j == i:
             return []
-        found: Found[str] = []
-        for k, _ in self.tag(j, "MATCHING"):
-            for m in self.optional(k, "COLOUR"):
-                found += [(end, phrase) for end, (_, phrase, _) in self.tag(m, "NOUN")]
+        found: Found[Matching] = []
+        for tag, other in (("MATCHING", False), ("MISMATCHED", True)):
+            for k, _ in self.tag(j, tag):
+                for m in self.optional(k, "COLOUR"):
+                    found += [(end, Matching(phrase, other)) for end, (_, phrase, _) in self.tag(m, "NOUN")]
         for k, (noun, phrase, _) in self.tag(j, "NOUN"):
             if noun in ("bin", "bowl", "box"):
-                found += [(self._as_it(end), phrase) for end, _ in self.tag(k, "SAME_COLOUR")]
+                found += [(self._as_it(end), Matching(phrase)) for end, _ in self.tag(k, "SAME_COLOUR")]
+                found += [(end, Matching(phrase, other=True)) for end, _ in self.tag(k, "OTHER_COLOUR")]
         return found
 
     def _as_it(self, i: int) -> int:

@@ -6,7 +6,7 @@ from typing import Any
 
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import MUTUAL, TOGETHER, Frame
-from robosandbox.agent.language.intent import IT, Command, Matching, Place, Ref, Relation, Table, replace
+from robosandbox.agent.language.intent import IT, Command, Place, Ref, Relation, Table, replace
 
 _LEVELS = (" bottom", " top", " middle", " lowest", " highest", " base")
 
@@ -150,7 +150,7 @@ def sort(frame: Frame) -> list[Command]:
     everything = Ref(text="everything", determiner="all", plural=True)
     objects = frame.objects[0] if frame.objects else (everything,)
     if "matching" in frame.rest:
-        return [Command("put", objects, Matching(frame.one("matching")))] if not frame.places else []
+        return [Command("put", objects, frame.one("matching"))] if not frame.places else []
     if "colour" not in frame.rest and not (frame.objects and len(frame.places) < 2):
         return []
     if "colour" not in frame.rest and len(frame.places) == 1 and _one_container(frame.places[0]):

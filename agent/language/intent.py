@@ -138,9 +138,11 @@ class Matching:
 
     Attributes:
         noun: What the container was called.
+        other: In the one that is of another colour.
     """
 
     noun: str = "bin"
+    other: bool = False
 
 
 Place = Relation | Region | ByRobot | At | Offset | Original | Spot | Table | Matching

@@ -142,7 +142,7 @@ def _build() -> Phrases:
         ("AVOID_TAIL", speech.AVOID_TAILS), ("THEN", speech.CONNECTORS), ("FIRST", speech.FIRST),
         ("FIRST_BUT", speech.FIRST_BUT), ("BEFORE", speech.BEFORE), ("AFTER", speech.AFTER), ("UP_ORDER", places.ORDER_UP),
         ("DOWN_ORDER", places.ORDER_DOWN), ("BY_COLOUR", places.BY_COLOUR), ("BY_OTHER", places.BY_OTHER), ("BY_SIZE", places.BY_SIZE), ("SMALL_FIRST", places.SMALL_FIRST),
-        ("MATCHING", places.MATCHING), ("SAME_COLOUR", places.SAME_COLOUR), ("HOME", places.HOMES), ("ARM", places.ARM),
+        ("MATCHING", places.MATCHING), ("SAME_COLOUR", places.SAME_COLOUR), ("MISMATCHED", places.MISMATCHED), ("OTHER_COLOUR", places.OTHER_COLOUR), ("HOME", places.HOMES), ("ARM", places.ARM),
         ("THE", things.DEFINITES), ("A", things.INDEFINITES), ("ALL", things.UNIVERSALS), ("BOTH", things.BOTHS), ("OTHER", things.OTHERS),
         ("REST", things.RESTS), ("OF_THEM", things.OF_THEM), ("CALLED", things.CALLED), ("NON", things.NON), ("COLOURED", things.COLOURED),
         ("ORIGINAL", places.ORIGINAL), ("EVERYTHING", things.EVERYTHING), ("EVERYTHING_ELSE", things.EVERYTHING_ELSE),

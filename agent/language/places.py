@@ -216,6 +216,26 @@ SAME_COLOUR = (
     "that shares its colour, with the matching color, that match their color, that match their colour, that match their colors, that match their colours, "
     "matching its color, matching their color, matching its colour, matching their colour"
 )
+MISMATCHED = "non matching, mismatched, differently coloured, differently colored, other coloured, other colored"
+OTHER_COLOUR = "".join(
+    f"{that} {not_} match{its}, "
+    for that in ("that", "which")
+    for not_ in ("does not", "do not")
+    for its in (
+        " its colour",
+        " its color",
+        " their colour",
+        " their color",
+        " their own colour",
+        " their own color",
+        "",
+    )
+) + "".join(
+    f"{of} {other} {colour}, "
+    for of in ("of", "with", "in", "that is", "that has", "which is", "which has")
+    for other in ("the other", "a different", "another", "not its", "not its own")
+    for colour in ("colour", "color")
+).removesuffix(", ")
 HOMES = (
     "home, home pos, home position, home pose, home configuration, start position, starting position, start pose, "
     "starting pose, start, rest position, resting position, rest pose, rest, initial position, "
