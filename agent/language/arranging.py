@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import get_args
 
 from robosandbox.agent.language import match
 from robosandbox.agent.language.discourse import RefusedError, listed
@@ -276,6 +277,12 @@ class Arranging(Stacking):
 
     def _line_up(self, command: Command) -> None:
         names, _ = self._objects(command)
+        if any(rel.kind in ("beside", *get_args(Side)) for ref in command.objects for rel in ref.relations):
+            raise RefusedError(
+                RefusalCode.UNSUPPORTED,
+                f"I line things up where one of them stands, not beside others: “{command.objects[-1].text}”.",
+                names,
+            )
         if len(names) < 2:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Line {listed(names)} up with what?", names)
         self._need_empty("line things up")

@@ -68,9 +68,24 @@ def build(
             raise
         upwards = Sentence(swapped(sentence.steps) or tuple(reversed(sentence.steps)), sentence.avoid)
         try:
-            return _Builder(scene, frozenset(skills), Discourse(), chosen).sentence(upwards)
+            draft = _Builder(scene, frozenset(skills), Discourse(), chosen).sentence(upwards)
         except RefusedError:
             raise error from None
+        if exchanged and _leaves_its_neighbour(draft):
+            # "the can where the ball is and the ball to the left of the can": of where the can is then.
+            raise error
+        return draft
+
+
+def _leaves_its_neighbour(draft: Draft) -> bool:
+    """Say whether something is put beside a thing that is carried away afterwards."""
+    beside: set[str] = set()
+    for call in draft.calls:
+        if call.skill == "pick" and call.arguments["object"] in beside:
+            return True
+        if call.skill == "place_beside":
+            beside.add(str(call.arguments["target"]))
+    return False
 
 
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
@@ -242,6 +257,11 @@ class _Builder(Deciding):
         spoken = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1]
         names, _ = self._objects(command, fits=fits)
         self._not_another(command, names, spoken)
+        cups_of = {world.parent.get(name) for name in names} if len(names) > 1 and command.objects[0].plural else set()
+        if len(cups_of) == 1 and command.objects[0].determiner == "it":
+            # "put the pens in the mug and pour them into the tray": out of the mug.
+            kind, cup = cups_of.pop() or ("", "")
+            names = (cup,) if kind == "in" and world.objects[cup].kind == "cup" else names
         vessels = tuple(dict.fromkeys(self._vessel(name) for name in names))
         # "the beads", of which there are two kinds in two cups, are asked about.
         cups = all(world.objects[name].kind != "beads" for name in names)

@@ -130,6 +130,10 @@ class Commands(Conditions):
                         elements = tuple(e for e in elements if (e.kind, e.value) != ("direction", "right"))
                         verb = "pick"
                     made = frame_command(verb, elements)
+                    if self.text(i) in _TAKES and self._puts_it(k):
+                        # "take the lime away from the plum and put it in the tray": the push would be for nothing.
+                        away = [c for c in made if c.verb == "push" and getattr(c.place, "kind", "") == "away"]
+                        made = [replace(c, verb="pick", place=None) if c in away else c for c in made]
                     if verb == "move" and self.text(i) in _TAKES:
                         # "take the ball between the cans" tells which; "take it to the tray" where to.
                         made = [c for c in made if not _tells_which(c)]
@@ -251,6 +255,13 @@ class Commands(Conditions):
             if end > i + 1 or self.text(i) == "home":
                 found.append((end, Command("home")))
         return found
+
+    def _puts_it(self, i: int) -> bool:
+        """Say whether an order to put "it" somewhere follows."""
+        k = self._skip(i)
+        while self.text(k) in ("and", "then"):
+            k += 1
+        return k > i and any(verb == "put" and bool(self.tag(j, "PRON")) for j, verb in self.tag(k, "VERB"))
 
     def _container_verb(self, i: int) -> Found[Ref]:
         """Return a container whose noun stands as a verb at `i`: one by its kind, or by what its name ends with."""

@@ -87,6 +87,10 @@ class Grounder(Vicinity):
         """Say whether one thing is farther to a side of others than it is across it."""
         return all(self._is_straight(side, name, anchor) for anchor in anchors)
 
+    def plainly_on(self, name: str, side: str, anchor: str) -> bool:
+        """Say whether one thing stands to that side of another, and farther so than across it."""
+        return self._around(side, [name], anchor) == [name] and self._is_straight(side, name, anchor)
+
     def side_by_side(self, name: str, anchors: Iterable[str]) -> bool:
         """Say whether there is less room between one thing and others than the thing itself takes."""
         return all(self._gap(name, anchor) < 2 * self.world.radius(name) for anchor in anchors)

@@ -174,6 +174,15 @@ class Hands:
     def _in_turns(self, command: Command, names: list[str]) -> list[str]:
         """As in "all the cubes in the bin, the blue one first": those told to come first or last of all that are meant."""
         told: dict[str, list[str]] = {"first": [], "last": []}
+        kinds = {(ref.nouns, ref.names) for ref in command.objects if ref.plural}
+        across = [
+            ref for _, ref in turns_of(command) if ref.determiner == "bare" and (ref.nouns, ref.names) not in kinds
+        ]
+        if len(kinds) > 1 and across:
+            # "the cups, then the markers, red before blue"
+            raise RefusedError(
+                RefusalCode.AMBIGUOUS, f"In which order do you mean {listed(names)}? Say it step by step.", firm=True
+            )
         for which, ref in turns_of(command):
             ground, meant = Grounder(self.world, Discourse()), frozenset(names)
             only = Ref(text=ref.text, determiner=ref.determiner, one=True, ranks=ref.ranks)

@@ -142,7 +142,8 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
             continue
         place = str(call.arguments.get("container") or call.arguments.get("target") or "another place")
         place = f"beside {place}" if call.skill == "place_beside" else place
-        if places.get(held, place) != place or (at_home and held in places):
+        again = places.get(held, "") == place and call.skill == "place_beside"
+        if places.get(held, place) != place or again or (at_home and held in places):
             return Refusal(
                 code=RefusalCode.AMBIGUOUS,
                 message=f"Should {held} go to {places[held]} or to {place}? Say “then” if to one after the other.",

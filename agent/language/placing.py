@@ -96,7 +96,10 @@ class Placing(Hands):
             self._pour_out(self._vessel(name), targets[0])
             return
         if isinstance(place, Relation) and place.kind == "opposite":
-            across = self.last_side[0] if self.last_side and targets == self.last_side[1:] else "front"
+            known = self.last_side[0] if self.last_side and targets == self.last_side[1:] else ""
+            # From where it stands now, where that is plain; else behind it.
+            here = (side for side in SIDES if self.ground.plainly_on(name, side, targets[0]))
+            across = known or next(here, "front")
             place = replace(place, kind=_OPPOSITE[across])
         match place:
             case Relation(kind="between"):
