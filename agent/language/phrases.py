@@ -239,6 +239,10 @@ class Phrasing(Choices):
                     if level and first.plural and {"one", "ones"} & {*lead.text.split()} and self.text(k - 1) == ",":
                         # "all the blocks, the big ones at the bottom": a tower's, and no others.
                         continue
+                    member = lead.one and lead.ranks and not (lead.nouns or lead.names) and first.number
+                    if member and first.plural and len(others) == 1 and self.text(k - 1) == ",":
+                        # "stack the two blocks, the smaller one on the bigger one": that is one of them.
+                        continue
                     if end in pairs and first.one and not first.nouns:
                         # "the leftmost and rightmost cubes": no thing of any kind and cubes.
                         continue
@@ -294,7 +298,7 @@ class Phrasing(Choices):
                         elif lead.other and self.text(i - 1) not in _BEFORE_PLACES:
                             better = (_another(lead, refs[-1]), *better[1:])
                         elif (lead.one or every) and not lead.nouns:
-                            better = (replace(lead, nouns=refs[-1].nouns, one=False), *better[1:])
+                            better = (self._of_kind_corrected(lead, refs[-1]), *better[1:])
                     # "the salt and the pepper, no, just the pepper": what was said already is said to be meant alone.
                     again = {ref.text for ref in better} <= {ref.text for ref in refs}
                     if better and not (again and len(better) == len(refs)):
@@ -319,6 +323,12 @@ class Phrasing(Choices):
         if not (told and definite and alike and count == len(others)):
             return None
         return tuple(ref if ref.nouns else replace(ref, nouns=first.nouns, one=False) for ref in others)
+
+    def _of_kind_corrected(self, better: Ref, wrong: Ref) -> Ref:
+        """As in "the small red vial, no, the large one": of the kind that was named, if there are others of it."""
+        alike = of_its_kind(better, wrong)
+        several = sum(id_parts(name)[-1:] == alike.names for name in self.words.ids) > 1
+        return alike if several and not wrong.nouns else replace(better, nouns=wrong.nouns, one=False)
 
     def _corrected(self, j: int) -> list[int]:
         """As in "the red cube, no wait, sorry, the blue one": where the better words start."""

@@ -71,6 +71,12 @@ class Placing(Hands):
                 upper = [name for name in pile if not world.on_top_of(name)]
                 if len(upper) == 1 and all(world.parent.get(name, ("", ""))[0] == "on" for name in upper):
                     return (upper[0],)
+            if ref.determiner == "it" and ref.plural and place.kind in ("beside", *_OPPOSITE):
+                # "stack the can on the block and set the cup to the right of them": of the lower one.
+                pile = self.ground.many(ref, lambda name: True, names).ids
+                lower = [name for name in pile if world.parent.get(name) not in [("on", other) for other in pile]]
+                if len(lower) == 1 < len(pile):
+                    return (lower[0],)
             # "the red cube on itself" is to be refused; "it on the block" must not find the thing in hand.
             barred = names if ref.determiner in ("it", "a") or ref.other or ref.one else ()
             if ref.determiner == "it" and world.held in self.poured and world.held not in names:
