@@ -25,7 +25,7 @@ PARTS = {
     "we": "(i|we)",
     "modal": "(would|could|can|will|should|must|ought to|has to|have to|had better|is to|are to|is supposed to|are supposed to|would love to|would rather|would prefer to|is meant to|are meant to|wants to|want to|needs to|need to|deserves to|likes to|would like to)",
     "adverb": "[just|really|actually|probably|now|all|definitely|certainly|surely|normally|usually|always|ideally|well] [as well]",
-    "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved]",
+    "be": "(be|go|sit|stand|live|lie|rest|look|feel|do|fit|work|come|belong|stay|end up|come to rest|move) [being|sitting|standing|lying|going|living|put|placed|kept|stored|moved|displayed|exhibited|shown|presented|positioned|parked|located|situated|arranged|housed|stationed]",
     "better": "[so|much|far|a lot|way|a bit|rather|even] (better off|better|best|nicer|nice|good|great|safer|happier|nicely|perfectly|lovely|fine|tidier|neater|handier|more useful|more at home|at home|right at home)",
     "belongs": "(belongs|belong|lives|live|goes|go|is kept|are kept)",
     "it": "(it|that|this|they)",

@@ -107,7 +107,7 @@ REAL_WORDS = word_set(
     toppings tops torch tory tos tots touchy tough touring touting tow towed tra tracker tracy trad tram trams
     tran trans transform transforming trap trapping trappings traps trashed trashy trey trick tricked trickery
     trickier tries tripping trish troy trucker trucking tsar tuba tue tues tumble tumbled tumblr tune tunes twat
-    twin twins twos tying unite upped veer violent violets wade warp wasted wastes wastewater weed week weep weve
+    twin twins twos tying unite upped veer violent violets wade waiting warp wasted wastes wastewater weed week weep weve
     whine whit whiter whites whitey whyte widen width wie wien wife wilde wilder wildest wiper wiser wisest wit
     witch wits witt wooded world woulda wouldn wound wto yar yarn yarns yellows youd youre yours yous zeros
     """

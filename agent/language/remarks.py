@@ -79,6 +79,14 @@ _WHEREABOUTS = word_set(
 )
 _WISHES = frozenset({"want", "need", "prefer", "like", "wish", "love", "would"})
 _JOINTS = frozenset({"and", "then", "but", "so"})
+_BEFALLING = word_set(
+    """
+    rolls roll falls fall slips slip slides slide tips tip tumbles tumble topples topple drops drop spills spill breaks break
+    leaks leak drips drip melts melt cools gets get goes go bounces bounce wobbles wobble blows blow flies fly
+    """
+)
+_OVER_THE_EDGE = word_set("the my our this table edge desk counter bench floor side ground")
+_JUST_BEFORE = word_set("stop stops stopping just right shortly until till halt end ends")
 
 
 def tells_where(outcome: Sequence[str]) -> bool:
@@ -259,6 +267,8 @@ class _Remarks:
         if text in ("before", "while"):
             if text == "before" and end == subject + 1:
                 return self._unknown(subject) or self._text(subject) in ("dinner", "lunch", "breakfast")
+            if text == "before" and self._befalls(subject, end):
+                return self._text(i - 1) not in _JUST_BEFORE
             return self._speaks(subject) and self._told(subject, end) and not self._names_things(subject, end)
         # "so that I can reach it", "so it does not roll away"
         if text in ("so", "such"):
@@ -282,6 +292,14 @@ class _Remarks:
         beside = any("REL" in self.tags[k] for k in range(i))
         one_place = [self._text(k) for k in range(end - 3, end)] == ["in", "one", "place"]
         return end - (1 if self._text(end - 1) == "together" else 3 if one_place else 0) if beside else end
+
+    def _befalls(self, i: int, end: int) -> bool:
+        """Say whether a clause tells what else would become of a thing: "it rolls off the table", "they get cold"."""
+        if self._text(i) not in ("it", "they", "that", "something", "anything") or self._text(i + 1) not in _BEFALLING:
+            return False
+        where = next((k for k in range(i + 2, end) if self._text(k) in ("the", "my", "our", "this")), end)
+        edge = {self._text(k) for k in range(where, end)} <= _OVER_THE_EDGE
+        return edge and (where == i + 2 or self._idle(i + 2, where))
 
     def _speaks(self, i: int) -> bool:
         """Say whether a clause at `i` is about people: what they do is theirs."""
