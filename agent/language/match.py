@@ -13,6 +13,7 @@ from robosandbox.agent.language.lexicon import words_plural
 from robosandbox.agent.language.shades import has_shade
 from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.tokens import id_parts
+from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import CONTAINER_KINDS, DetectedObject
 
 NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
@@ -65,6 +66,14 @@ CANONICAL_COLOUR = {
 }
 
 
+_SOLID = word_set(
+    "battery marker pen pencil crayon chalk candle bulb bolt screw nail rod stick peg dowel cork eraser magnet spring"
+)
+"""What has the shape of a can and holds nothing."""
+_KEPT = _SOLID | word_set(
+    "brush toothbrush key coin spoon fork knife nut washer bead button card ticket straw napkin die dice"
+)
+"""What containers are named after that are none of it."""
 _ANY_CONTAINER = frozenset({"container", "receptacle"})
 _GROWN = frozenset({"fruit", "vegetable"})
 _OF_IT = frozenset({"half", "slice", "wedge", "piece", "chunk", "quarter"})
@@ -145,7 +154,8 @@ def _is_for(noun: str, name: str, kind: str) -> bool:
     parts = id_parts(name)
     head, noun_class = NOUN_CLASS.get(_head(parts)), NOUN_CLASS.get(noun, noun)
     contents = noun_class not in (*STANDING, "box") and noun in parts and noun != _head(parts)
-    return contents and kind in CONTAINERS and head in (*STANDING, "box") and head != noun_class
+    holds = head in (*STANDING, "box") or (head == "mug" and noun in _KEPT)
+    return contents and kind in CONTAINERS and holds and head != noun_class
 
 
 def _is_another(nouns: Sequence[str], name: str) -> bool:
@@ -213,6 +223,9 @@ def with_noun(
         return [item for item in items if any(item in found for found in each)]
     fits = [(item, max(noun_fit(noun, item) for noun in nouns)) for item in items]
     named = [(item, fit) for item, fit in fits if not all(_is_for(noun, item.id, item.kind) for noun in nouns)]
+    if not any(fit for _, fit in named) and all(noun in _KEPT for noun in nouns):
+        # "the pencil" is no pencil cup, although "the coffee" may be a coffee cup.
+        return []
     fits = named if any(fit >= SHAPE for _, fit in named) else fits
     best = max((fit for _, fit in fits), default=0)
     if best == 0:
@@ -258,6 +271,12 @@ def with_names(
         alike = [item for item in everything if _head(id_parts(item.id)) in names]
         return alike if len(names) == 1 and alike else exact
     return exact or whole
+
+
+def is_solid(item: DetectedObject) -> bool:
+    """Say whether a round thing is called something that holds nothing: a battery, a marker."""
+    head = _head(id_parts(item.id))
+    return item.kind in ("cylinder", "capsule") and head in _SOLID
 
 
 def is_waste(name: str) -> bool:

@@ -202,7 +202,7 @@ class Placing(Hands):
 
     def _pour_out(self, vessel: str, target: str) -> None:
         world = self.world
-        if world.objects[vessel].kind not in match.VESSELS:
+        if world.objects[vessel].kind not in match.VESSELS or match.is_solid(world.objects[vessel]):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{vessel} holds nothing that could be poured.", (vessel,))
         kind, holder = world.parent.get(target, ("", ""))
         if world.objects[target].kind not in (*match.CONTAINERS, *match.VESSELS) and kind == "in":
