@@ -351,6 +351,10 @@ _EXAMPLES = """
     pick up the one in the middle , counting from left to right -> pick up the one in the middle
     finish in your home position -> go home
     nest the can inside the bin -> put the can in the bin
+    tap the ball shaped thing -> tap the ball
+    tap the box without any balls in it -> tap the box that has no balls in it
+    lift a ball , but neither the red nor the green -> lift a ball that is neither red nor green
+    empty the box by putting its contents into the bin -> put everything in the box into the bin
     fish the can out of the bin -> take the can out of the bin
     move the biggest ball but one -> move the second biggest ball
     tidy up a bit : the can goes in the bin -> the can goes in the bin

@@ -273,6 +273,11 @@ def with_names(
     return exact or whole
 
 
+def is_general(nouns: Sequence[str]) -> bool:
+    """Say whether a noun is for whatever other things go into."""
+    return bool({*nouns} & _ANY_CONTAINER)
+
+
 def is_solid(item: DetectedObject) -> bool:
     """Say whether a round thing is called something that holds nothing: a battery, a marker."""
     head = _head(id_parts(item.id))

@@ -47,7 +47,9 @@ def _spared(sentence: Sentence, after: list[Ref]) -> Sentence:
     several = [
         (k, command)
         for k, command in enumerate(sentence.steps)
-        if len(command.objects) == 1 and command.objects[0].plural and command.objects[0].number is None
+        if len(command.objects) == 1
+        and (command.objects[0].plural or command.objects[0].determiner == "all")
+        and command.objects[0].number is None
     ]
     if len(several) != 1 or several[0][1].objects[0].determiner == "it" or several[0][1].objects[0].other:
         return sentence
