@@ -223,10 +223,10 @@ class Grounder(Vicinity):
                     f"“{ref.text}”: other than which? I see {listed(list(objects))}.",
                     list(objects),
                 )
-            spoken = self.discourse.spoken_of() | {self.world.held}
-            left = [item for item in found if item.id not in spoken]
+            told = self.discourse.spoken_of() | {self.world.held}
+            left = [item for item in found if item.id not in told]
             # "near the crate ... the other container": a bowl will do, where the crate is the only one called so.
-            others = [item for item in pool if item.id not in spoken] if match.is_general(ref.nouns) else []
+            others = [item for item in pool if item.id not in told] if match.is_general(ref.nouns) else []
             found = left or self._named(ref, others, several, fits)
             if ref.one and not ref.colours and self.discourse.described and not several:
                 # "one red cube on the other": another red cube, if there is one.

@@ -6,7 +6,7 @@ from functools import cached_property
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.intent import Command, Ref, replace
-from robosandbox.agent.language.phrases import Phrasing
+from robosandbox.agent.language.lists import Phrasing
 
 Turns = tuple[tuple[str, Ref], ...]
 _TOLD = frozenset(
