@@ -233,6 +233,9 @@ def sorted_as_told(commands: Sequence[Command]) -> tuple[Command, ...]:
         # "sort the mugs and the fruit: mugs in the drawer, fruit in the bowl"
         return tuple(told)
     whole = sorts[0] if len(sorts) == 1 else None
+    if whole is not None and whole.determiner == "it" and told and all(_goes_somewhere(c) for c in told):
+        # "sort these: the bolts in the tray, the fuse in the bucket"
+        return tuple(told)
     end = next((k for k, c in enumerate(told) if whole is None or not _takes_some(c, whole)), len(told))
     if whole is None or end < 2:
         return tuple(commands)
@@ -254,6 +257,12 @@ def _takes_some(command: Command, whole: Ref) -> bool:
         not (ref.nouns or ref.names) or (ref.nouns and ref.nouns == whole.nouns) for ref in command.objects
     )
     return command.verb == "put" and isinstance(place, Relation) and place.kind in _SORTED_TO and some
+
+
+def _goes_somewhere(command: Command) -> bool:
+    place = command.place
+    somewhere = command.verb == "put" and isinstance(place, Relation) and place.kind in _SORTED_TO
+    return somewhere and all(ref.nouns or ref.names for ref in command.objects)
 
 
 def _deals(command: Command) -> bool:

@@ -21,6 +21,7 @@ PARTS = {
     "kept": "[where|so|that|so that] (it|they) (can|could|will|would|does|do|may|might|is|are) not! [be|get|going to] (roll|rolling|fall|tip|slide|slip|drop|escape|lost|break|broken|damaged|dirty|in the way|knocked) [off|away|over|down|out|around|about] [of|from|onto|on] [the (table|desk|edge|floor|counter|bench)]",
     "serves": "(is|would be|will be|looks|seems|sounds) (fine|ok|okay|good|perfect|best|great|ideal|safe|safest)|(will|would|should) do|works",
     "near_me": "(closer|closest|nearer|nearest|next!) to (me|us) (,|.|;)",
+    "room": "(table|desk|tabletop|counter|bench|worktop|workbench|surface)",
     "lone": "(that|it|this) is (the one|what|the {_NOUN})",
 }
 WHEN = {
@@ -121,10 +122,12 @@ TOLD = {
     "{one} <be_at> (on|at|to) [the] [very] top <edge>": "{one} goes on top",
     "{VERB=stack} {many} on top of (each other|one another) (,|;|.|:) {one} goes {at:at the bottom|on top}": "{VERB=stack} {many} ; {one} goes {at}",
     "(right|all the way|down) at the [very] bottom": "at the bottom",
-    "as the (topmost|uppermost|top) (thing|one|object|item|piece|part|layer)": "on top",
-    "as the (bottommost|lowest|bottom) (thing|one|object|item|piece|part|layer)": "at the bottom",
+    "as the (topmost|uppermost|top) (thing|one|object|item|piece|part|layer|floor|storey|level|block|cube|brick)": "on top",
+    "as the (bottommost|lowest|bottom) (thing|one|object|item|piece|part|layer|floor|storey|level|block|cube|brick)": "at the bottom",
+    "{put:put|place|set|stand} {one} on {one2} as (the|its|a) (roof|rooftop|crown|spire|lid) <edge>": "{put} {one} on {one2}",
+    "{tower:tower|stack|pile|build|put|place|set|bottom|base} {text} {joint:,|and|, and|then|, then|and then|, and then} {one} [comes|goes] (as|for) (the|its|a) (roof|rooftop|crown|spire|summit|peak) <edge>": "{tower} {text} {joint} {one} on top",
     # What the clauses after it tell in full.
-    "<start> sort (these|those|them|everything|things|the things|this lot|all this|all of (this|these)) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
+    "(<verb>|<edge> let us|<edge> (i|we) (want|need|have|would like) to) (sort|organise|organize|arrange|sort out) (this|these|those|them|everything|things|the things|this lot|all this|all of (this|these)|(this|the|my|our|your|that) [whole] <room>) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
     "(,|.|;|, and|and) {drawer} (has to|must|should|needs to|is to|ought to) [then] be (shut|closed) (at the [very] end|in the end|afterwards|after! that|at last!|when! [you are] done) <end>": ", then close {drawer}",
     # An order that is told before what it is the order of.
     "<start> {UP_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {UP_ORDER}",

@@ -56,7 +56,7 @@ _HOUSEHOLD = word_set(
     socket fuse resistor capacitor chip board motor servo sensor wheel axle pulley lens prism compass protractor calculator
     sticky note notes clip pushpin tack band string twine yarn thread needle button zip ribbon foil film medicine pill
     plaster bandage mask thermometer stethoscope trowel pot seed seeds bulb bottle_opener corkscrew grater strainer deck
-    domino joker paint paintbrush palette varnish sandpaper easel canvas
+    domino joker loupe magnifier ingot microphone amplifier paint paintbrush palette varnish sandpaper easel canvas
     """
 )
 _NAMED = (

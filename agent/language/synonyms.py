@@ -11,7 +11,8 @@ doll dolly; bug beetle; cloth rag; pitcher jug; thermos flask; pill tablet; plas
 folder binder; scissors shears; sticker label; parcel package packet; bag sack pouch; wallet purse; brooch pin;
 prawn shrimp; crisps chips; corn maize; ketchup catsup; mayonnaise mayo; yogurt yoghurt; potato spud; bun roll; burger hamburger;
 sausage wiener; wool yarn; thread string twine; glue adhesive; perfume fragrance scent; hat cap; sock stocking;
-sweater jumper; shoe boot; towel flannel; sofa couch; photo photograph picture; donut doughnut; faucet spigot; clip clamp; wedge doorstop; envelope letter; remote controller
+sweater jumper; shoe boot; towel flannel; sofa couch; photo photograph picture; donut doughnut; faucet spigot; clip clamp; wedge doorstop; envelope letter; remote controller;
+microphone mic; ingot bar bullion; amplifier amp; battery batt; thermometer thermo; calculator calc; bicycle bike; hippopotamus hippo; rhinoceros rhino; dictionary dict; binoculars binocs
 """
 _PAIRS = [group.split() for group in _GROUPS.replace("\n", " ").split(";")]
 SAME_AS: dict[str, frozenset[str]] = {

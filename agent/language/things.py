@@ -55,6 +55,7 @@ NOUNS: dict[str, str] = {
     "condiment": "condiment, seasoning, spice",
     "crockery": "crockery, tableware, dishware",
     "chess piece": "chess piece, chess figure, chessman",
+    "gem": "gem, gemstone, jewel, precious stone",
 }
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
@@ -101,7 +102,10 @@ KINDS_OF: dict[str, frozenset[str]] = {
     "condiment": word_set("salt pepper ketchup mustard vinegar mayonnaise mayo paprika cinnamon"),
     "chess piece": word_set("pawn rook knight bishop queen king"),
     "crockery": word_set("plate saucer cup mug teacup bowl dish teapot"),
+    "gem": word_set("ruby emerald diamond sapphire amethyst opal topaz garnet turquoise jade aquamarine"),
 }
+KINDS_OF["stone"] = KINDS_OF["gem"] | word_set("gem gemstone jewel")
+KINDS_OF["gem"] |= {"pearl"}
 KINDS_OF["food"] = (
     KINDS_OF["fruit"]
     | KINDS_OF["vegetable"]
@@ -118,7 +122,7 @@ SORTS: dict[str, frozenset[str]] = {
     "bird": word_set("robin sparrow parrot owl eagle swan penguin flamingo budgie"),
     "dog": word_set("poodle terrier bulldog labrador collie beagle dachshund"),
     "nut": word_set("almond hazelnut walnut cashew pistachio pecan"),
-    "stone": word_set("ruby emerald diamond sapphire amethyst opal pebble"),
+    "stone": KINDS_OF["gem"] - {"pearl"} | {"pebble"},
 }
 """Words for a sort of thing that may follow its name: gear wheels, tuna fish."""
 COMPOUND_HEADS = word_set(
