@@ -71,7 +71,10 @@ _SOLID = word_set(
 )
 """What has the shape of a can and holds nothing."""
 _KEPT = _SOLID | word_set(
-    "brush toothbrush key coin spoon fork knife nut washer bead button card ticket straw napkin die dice"
+    """
+    brush toothbrush key coin spoon fork knife nut washer bead button card ticket straw napkin die dice rock stone pebble
+    gem shell marble book block cube ball toy spool
+    """
 )
 """What containers are named after that are none of it."""
 _ANY_CONTAINER = frozenset({"container", "receptacle"})

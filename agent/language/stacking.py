@@ -78,6 +78,10 @@ class Stacking(Placing, ABC):
                     RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: the tower is of {listed(names)}.", tuple(names)
                 )
             told[k] = found
+        whole = command.objects[0]
+        if len(told) > 2 and len(command.objects) == 1 and whole.determiner == "bare" and not whole.number:
+            # "a tower of cubes, red at the bottom, green in the middle, blue on top": of those.
+            names = [name for name in names if name in told.values()]
         placed = [told[k] for k in range(len(order))]
         bottom, top = (
             [name for name, level in zip(placed, levels, strict=True) if level == end] for end in ("bottom", "top")
