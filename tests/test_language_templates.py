@@ -351,6 +351,7 @@ _EXAMPLES = """
     pick up the one in the middle , counting from left to right -> pick up the one in the middle
     finish in your home position -> go home
     nest the can inside the bin -> put the can in the bin
+    all the balls in the bin , the golf ball included -> all the balls and the golf ball in the bin
     tap the ball shaped thing -> tap the ball
     tap the box without any balls in it -> tap the box that has no balls in it
     lift a ball , but neither the red nor the green -> lift a ball that is neither red nor green

@@ -22,12 +22,17 @@ def in_it(parts: tuple[Part, ...], named: tuple[Part, ...], *, alone: bool) -> t
         first = replace(first, place=there)
     elif isinstance(place, Relation) and place.refs == (IT,) and last.objects[0].determiner != "it":
         first = replace(first, place=replace(place, refs=last.objects))
+    elif first.objects and any(relation.refs == (IT,) for relation in first.objects[0].relations):
+        # "put the book in the box, but first take the case off it"
+        what = first.objects[0]
+        told = tuple(replace(r, refs=last.objects) if r.refs == (IT,) else r for r in what.relations)
+        first = replace(first, objects=(replace(what, relations=told), *first.objects[1:]))
     elif first.objects and _several(first.objects[0]) and single(last.objects[0]):
         # "put the cup next to the can, but first tap both": the cup and the can.
         both = "both" in first.objects[0].text.split()
         refs = last.place.refs if alone and isinstance(last.place, Relation) else ()
-        told = len(refs) == 1 and single(refs[0]) and (both or (isinstance(there, Relation) and there.kind != "in"))
-        return (replace(first, objects=(*last.objects, *refs)), *parts[1:]) if told else ()
+        which = len(refs) == 1 and single(refs[0]) and (both or (isinstance(there, Relation) and there.kind != "in"))
+        return (replace(first, objects=(*last.objects, *refs)), *parts[1:]) if which else ()
     elif first.objects and first.objects[0].determiner == "it":
         into = last.place.refs if isinstance(last.place, Relation) and last.place.kind == "in" else ()
         opened = first.verb in ("open", "close") and into and into != (IT,)

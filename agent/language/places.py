@@ -170,7 +170,7 @@ ROBOT = (
     "base of the robot"
 )
 ORDER_UP = (
-    "from bottom to top, bottom to top, bottom up, from the bottom up, starting from the bottom, "
+    "from bottom to top, bottom to top, bottom up, from the bottom up, from the ground up, starting from the bottom, "
     "starting at the bottom, in that order from the bottom, from the bottom to the top, bottom first, "
     "starting with the bottom, from bottom up, going up, upwards, counting from the bottom, from the bottom"
 )

@@ -102,6 +102,7 @@ ORDERS = {
     "<start> three! [{_word}] high [,|:] put {one} on {one2} , then put {one3} on {one4} <end>": "put {one} on {one2} , then put {one3} on {one4}",
     "<start> four! [{_word}] high [,|:] put {one} on {one2} , then put {one3} on {one4} , then put {one5} on {one6} <end>": "put {one} on {one2} , then put {one3} on {one4} , then put {one5} on {one6}",
     "<start> {number:two|three|four|five} high [,] [please] :": "build a tower of {number} :",
+    "<start> {many} {place} , {one} included <end>": "{many} and {one} {place}",
     # As those say it who have it from another language.
     "<verb> {VERB} you {thing}": "{VERB} {thing}",
     "<start> [please] you [to] {VERB} {thing}": "{VERB} {thing}",
@@ -184,7 +185,7 @@ ASIDES = {
     "<start> not! {one} (,|.|!|;|:) [but] {VERB} the other (one|{_NOUN})": "leave {one} alone . {VERB} the other one",
     "<start> not {one} (,|.|!|;|:) [but] {VERB} {that}": "do not touch {one} . {VERB} {that}",
     "<start> not! {one} (,|.|!|;|:) [but] the other (one|{_NOUN})": "leave {one} alone . the other one",
-    "<start> not! {_one} (,|.|!|;) [but] {one}": "{one}",
+    "<start> not! {_one} (,|.|!|;|:) [but] {one}": "{one}",
     "(two!|three!|these|some) (things|items|objects) for {container} : [first!] {thing} , [and] [then] {thing2} <end>": "put {thing} in {container} , then put {thing2} in {container}",
     "(two!|three!|these|some) (things|items|objects) for {container} : {thing} <end>": "put {thing} in {container}",
     "(no|wait|oh) [,] [actually] (leave|forget|skip|drop) (it|that) [there|alone] (,|.|and)": "no ,",
