@@ -407,7 +407,7 @@ def test_every_template_has_an_example_and_makes_of_it_what_is_said() -> None:
 
 _PHRASES = {
     "thing": "the can", "one": "the tray", "that": "the box", "many": "the balls", "ball": "the golf ball", "drawer": "the drawer", "container": "the bin",
-    "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "person": "mum", "praise": "be so kind",
+    "place": "in the bin", "distance": "5 cm", "way": "to the left", "doing": "moving", "adjective": "red", "bare": "red cubes", "person": "mum", "praise": "be so kind",
     "word": "mighty", "words": "that rolls", "text": "have the can in the box", "VERB": "bin", "VERB=tap": "pat", "VERB=swap": "exchange", "PRON": "it", "A": "a", "NOUN": "marble",
     "SUPER": "smallest", "name": "bennett", "COLOUR": "pink", "VERB=pick": "grab", "VERB=put": "place", "LIGHT_NOUN": "push", "LIGHT_NOUN=tap": "pat", "LIGHT_ADJECTIVE": "gentle",
 }  # fmt: skip

@@ -21,6 +21,7 @@ PARTS = {
     "kept": "[where|so|that|so that] (it|they) (can|could|will|would|does|do|may|might|is|are) not! [be|get|going to] (roll|rolling|fall|tip|slide|slip|drop|escape|lost|break|broken|damaged|dirty|in the way|knocked) [off|away|over|down|out|around|about] [of|from|onto|on] [the (table|desk|edge|floor|counter|bench)]",
     "serves": "(is|would be|will be|looks|seems|sounds) (fine|ok|okay|good|perfect|best|great|ideal|safe|safest)|(will|would|should) do|works",
     "near_me": "(closer|closest|nearer|nearest|next!) to (me|us) (,|.|;)",
+    "except": "(except [for]|but [for]|apart from|aside from|other than|excluding|excepting|with the exception of|barring|bar|save for)",
     "room": "(table|desk|tabletop|counter|bench|worktop|workbench|surface)",
     "lone": "(that|it|this) is (the one|what|the {_NOUN})",
 }
@@ -129,6 +130,15 @@ TOLD = {
     # What the clauses after it tell in full.
     "(<verb>|<edge> let us|<edge> (i|we) (want|need|have|would like) to) (sort|organise|organize|arrange|sort out) (this|these|those|them|everything|things|the things|this lot|all this|all of (this|these)|(this|the|my|our|your|that) [whole] <room>) [by (colour|color|kind|shape|size|type)] [out|up] [for (me|us)] (:|.|;) {thing} [(goes|go|belongs|belong|should go)] {place}": "{thing} goes {place}",
     "(,|.|;|, and|and) {drawer} (has to|must|should|needs to|is to|ought to) [then] be (shut|closed) (at the [very] end|in the end|afterwards|after! that|at last!|when! [you are] done) <end>": ", then close {drawer}",
+    # What must not be somewhere, told before what may.
+    "<start> no! {bare} {place} (,|but|, but) {thing} <end>": "do not put {bare} {place} . put {thing} {place}",
+    "<start> no! {bare} [(go|goes|belong|belongs|may go|should go|are to go|must go|are allowed)] {place} [today|now|this time|please] <edge>": "do not put {bare} {place}",
+    "{mark:.|;|!|:} no! {bare} [(go|goes|belong|belongs|may go|should go|are to go|must go|are allowed)] {place} [today|now|this time|please] <edge>": "{mark} do not put {bare} {place}",
+    # What is left out, told before what it is left out of.
+    "<start> <except> {thing} , [please] {VERB=put} {many} {place} <edge>": "{VERB=put} {many} except {thing} {place}",
+    "<start> <except> {thing} , [please] {VERB=put} (every|each) {thing2} {place} <edge>": "{VERB=put} every {thing2} except {thing} {place}",
+    "<start> <except> {thing} , {many} [(go|goes|belong|belongs|should go|can go|must go)] {place} <edge>": "put {many} except {thing} {place}",
+    "<start> <except> {thing} , {many} (should|must|have to|need to|can|has to) be (put|placed|set|laid) {place} <edge>": "put {many} except {thing} {place}",
     # An order that is told before what it is the order of.
     "<start> {UP_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {UP_ORDER}",
     "<start> {DOWN_ORDER} (:|,) {thing} (.|;|,) [now|so|then|please] (stack|pile|stack up|pile up|build a tower of|make a tower of|build a tower with) {many} [up] <end>": "stack {many} : {thing} , {DOWN_ORDER}",

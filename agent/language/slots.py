@@ -152,6 +152,12 @@ def _nouns(said: Said, i: int) -> list[int]:
     return _longest([end for end, (_, _, plural) in said.grammar.tag(i, "NOUN") if plural])
 
 
+def _bare(said: Said, i: int) -> list[int]:
+    """As in "no vials", "no red cubes": several things of a kind, and where they are is no part of it."""
+    refs = [(end, ref) for end, ref in said.grammar.np(i) if ref.determiner == "bare" and ref.plural]
+    return _longest([end for end, ref in refs if _known((ref,)) and not ref.relations])
+
+
 def _person(said: Said, i: int) -> list[int]:
     return [i + 1] if said.texts[i] in PEOPLE else []
 
@@ -217,6 +223,7 @@ KINDS: dict[str, Callable[[Said, int], list[int]]] = {
     "holder": _holders,
     "adjective": _adjectives,
     "nouns": _nouns,
+    "bare": _bare,
     "place": _places,
     "distance": _distances,
     "way": _ways,
