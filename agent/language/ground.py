@@ -492,4 +492,6 @@ class Grounder(Vicinity):
 def bare_name(text: str) -> str:
     """Return what was said of a thing without its article."""
     first, _, rest = text.partition(" ")
+    if first in ("all", "both", "each", "every") and rest:
+        return bare_name(rest)
     return rest if first in ("the", "a", "an") and rest else text

@@ -130,7 +130,11 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         return 0
     if kind in shapes:
         # "cube" for a plank, "bin" for what its id calls a tray.
-        return LOOSE if noun_class == "cube" and not cubic else SHAPE
+        if noun_class == "cube" and not cubic:
+            # A stapler is no cube, nor are sticky notes; a brick is hardly one.
+            head = _head(parts)
+            return LOOSE if not head or NOUN_CLASS.get(head) in ("block", "box", "thing") else 0
+        return SHAPE
     if noun_class == "box" and kind == "bin":
         return LOOSE
     if noun_class == "bin" and noun in ("container", "receptacle", "basin") and kind in CONTAINERS:
