@@ -404,6 +404,15 @@ def test_mutated_sentences_give_a_plan_or_a_refusal(one: str, other: str, random
         timed_plan(prompt)
 
 
+def test_a_sentence_broken_off_anywhere_gives_a_plan_or_a_refusal() -> None:
+    timed_plan("hello swap the ball and the can so they")
+    for k, sentence in enumerate(CORPUS[::9]):
+        words = sentence.split()
+        cut = k % max(len(words), 1)
+        for prompt in (" ".join(words[:cut]), " ".join(words[cut:])):
+            timed_plan(prompt)
+
+
 # Dialogue.
 
 

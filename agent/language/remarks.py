@@ -96,7 +96,7 @@ def tells_where(outcome: Sequence[str]) -> bool:
 
 def of_people(outcome: Sequence[str]) -> bool:
     """Say whether "they" do something themselves, as in "so they can reach it", "so they find it"."""
-    return outcome[1] in (*_ABLE, "do") or not {"it", "them"}.isdisjoint(outcome)
+    return bool({*outcome[1:2]} & {*_ABLE, "do"}) or not {"it", "them"}.isdisjoint(outcome)
 
 
 def without_remarks(said: Said) -> Said:
