@@ -30,17 +30,17 @@ _BAGS = frozenset({"bag", "tub", "net", "compost", "outbound", "bucket"})
 
 def where_it_goes(said: Said) -> Said:
     """Return a sentence with "put ... in the paper_bag" for "bag ...", where one container alone is called so."""
-    tokens = list(said.tokens)
+    tokens, count = list(said.tokens), len(said.texts)
     if not _PURPOSES.keys() & {*said.texts}:
         return said
-    for i in range(len(tokens) - 2, -1, -1):
+    for i in range(count - 2, -1, -1):
         holder = _holder(said, i) if i == 0 or said.texts[i - 1] in OPENERS or said.texts[i - 1] == "not" else None
         if holder is None:
             continue
         start = i + 2 if said.texts[i + 1] == "up" else i + 1
         for end in said.ends("thing", start):
-            after = said.texts[end] if end < len(tokens) else ","
-            then = said.texts[end + 1] if after in MARKS and end + 1 < len(tokens) else ""
+            after = said.texts[end] if end < count else ","
+            then = said.texts[end + 1] if after in MARKS and end + 1 < count else ""
             if (after in MARKS or after in ("and", "then", "up")) and then not in _PLACES:
                 place = Token("in", "in", "word"), Token(holder, holder, "id")
                 put = Token("put", said.tokens[i].raw, "word")
