@@ -335,6 +335,9 @@ class _Builder(Deciding):
         opens = command.negated in ("open", "close")
         drawers = {name for name, item in self.world.objects.items() if not opens or item.kind == "drawer"}
         names = self._objects(command, fits=drawers.__contains__)[0] if command.objects else ()
+        if [ref.text for ref in command.objects] == ["anything"]:
+            # "don't open anything": no drawer either, although it is none of the things on the table.
+            names = ()
         targets: tuple[str, ...] = ()
         if isinstance(command.place, Relation) and command.place.refs:
             targets = self.ground.many(command.place.refs[0], lambda name: True, names).ids

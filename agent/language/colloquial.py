@@ -101,7 +101,7 @@ FILLERS = {
     "(,|.|;|and) (it|that|{_drawer}) (stays|can stay|should stay|may stay|must stay|remains|can remain|may remain|should remain|must remain|is to stay|is to remain) open [then|now|for now|please|afterwards|after! that] <edge>": "",
 }
 CLAUSES = {
-    "<verb> do not! (pour|spill|push|tap|open) anything [,] [but|rather|instead!] {VERB=put} {thing} {place} <end>": "{VERB=put} {thing} {place}",
+    "<verb> do not! (pour|spill) anything [,] [but|rather|instead!] {VERB=put} {thing} {place} <end>": "{VERB=put} {thing} {place}",
     "<verb> do not {VERB} {thing} [,] [but|rather|instead!] {VERB2} {thing2} {place} <end>": "do not {VERB} {thing} . {VERB2} {thing2} {place}",
     "<verb> (swap|exchange|switch) {one} (with|and|for) {one2} (and|, and|,|;|then|, then|and then|, and then) [also] {one3} (with|and|for) {one4} <end>": "swap {one} and {one2} , then swap {one3} and {one4}",
     "{times:twice|thrice|two times|three times|four times} [,] [by] {distance} (each time|every time|each|at a time|each go)": "{distance} {times}",

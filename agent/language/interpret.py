@@ -144,9 +144,10 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
         place = f"beside {place}" if call.skill == "place_beside" else place
         again = places.get(held, "") == place and call.skill == "place_beside"
         if places.get(held, place) != place or again or (at_home and held in places):
+            which = f"twice {place}" if again else f"to {places[held]} or to {place}"
             return Refusal(
                 code=RefusalCode.AMBIGUOUS,
-                message=f"Should {held} go to {places[held]} or to {place}? Say “then” if to one after the other.",
+                message=f"Should {held} go {which}? Say “then” if one after the other.",
                 candidates=(places[held], place),
             )
         if call.skill != "place_at":

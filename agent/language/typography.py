@@ -54,7 +54,9 @@ _CONTRACTIONS = [
         (r"\bontop\b", "on top"),
         (r"\binbetween\b", "in between"),
         (r"\bnextto\b", "next to"),
-        (r"\b(\w+)'s (?=(?:on|in|inside|under|behind|beside|next to|gone|not|out of) )", r"\1 is "),
+        (r"\b(\w+)'s (?=(?:on|in|inside|under|behind|beside|next to|gone|not|out of)\b)", r"\1 is "),
+        # A "but" that begins a sentence says nothing, unless it leaves something out.
+        (r"^\W*but (?:for )?((?:the|my) [a-z_ ]{2,30}?), (?=(?:all|every|each|everything)\b)", r"except for \1, "),
         (
             r"\b(\w+)'s (?=(?!thing|ring|string|wing|earring|sling|spring|ceiling|clothing|washing|racing)(?:\w{2,}ing|been|had|made|got|come|become|lost|just|so|too|really|very|completely|totally|always|already|about|a bit|a little|kind of|sort of|all|ours|on (?:his|her|my|their|holiday|leave|break|it)|wet|hot|cold|ready|sticky|heavy|filthy|gross|poorly)\b)",
             r"\1 is ",
