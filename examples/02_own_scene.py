@@ -6,7 +6,7 @@ The robot is the bundled Panda; `robot_urdf=Path("my_arm.xml")` in the scene, wi
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.grasp.analytic import AnalyticGrasps
+from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -35,7 +35,7 @@ def main() -> int:
         ctx = AgentContext(
             sim=sim,
             perception=GroundTruthPerception(),
-            grasp=AnalyticGrasps(),
+            grasp=AnalyticTopDown(),
             motion=DLSMotionPlanner(n_waypoints=160, dt=0.005),
         )
         skills = [Pick(), Home()]

@@ -14,7 +14,7 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, UnreachableError
-from robosandbox.grasp.analytic import AnalyticGrasps
+from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.relations import centre
 from robosandbox.perception.setup import Setup, make_perception
@@ -233,7 +233,7 @@ def open_session(
     ctx = AgentContext(
         sim=eyes.view(sim),
         perception=eyes,
-        grasp=AnalyticGrasps(),
+        grasp=AnalyticTopDown(),
         motion=DLSMotionPlanner(),
         what_if=what_if,
         limits=chosen.limits,

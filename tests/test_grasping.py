@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import CollisionError, GraspError
-from robosandbox.grasp.analytic import AnalyticGrasps
+from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.perception.relations import inside, on_top
 from robosandbox.skills.carrying import MOST_TILT
 from robosandbox.skills.gripping import needed_force
@@ -119,9 +119,9 @@ def test_what_has_no_room_is_refused_with_the_neighbour_named() -> None:
 def test_candidates_come_lazily_and_the_plain_ones_first() -> None:
     with world(thing("it", "box", (0.02, 0.03, 0.02), (0.15, 0.0, 0.061))) as session:
         scene, robot = session.observe(), session.sim.robot
-        first = list(islice(AnalyticGrasps().candidates(seen(session, "it"), scene, robot), 4))
+        first = list(islice(AnalyticTopDown().candidates(seen(session, "it"), scene, robot), 4))
         assert {grasp.how for grasp in first} == {"top-down"}
-        every = {grasp.how for grasp in AnalyticGrasps().candidates(seen(session, "it"), scene, robot)}
+        every = {grasp.how for grasp in AnalyticTopDown().candidates(seen(session, "it"), scene, robot)}
         assert {"top-down", "angled", "side"} <= every
 
 

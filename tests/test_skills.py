@@ -15,7 +15,7 @@ from robosandbox.errors import (
     SkillError,
     UnreachableError,
 )
-from robosandbox.grasp.analytic import AnalyticGrasps
+from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.relations import beside, inside, on_top
@@ -43,7 +43,7 @@ def ctx():
     with MuJoCoBackend() as sim:
         sim.load(Scene(objects=OBJECTS))
         yield AgentContext(
-            sim=sim, perception=GroundTruthPerception(), grasp=AnalyticGrasps(), motion=DLSMotionPlanner()
+            sim=sim, perception=GroundTruthPerception(), grasp=AnalyticTopDown(), motion=DLSMotionPlanner()
         )
 
 

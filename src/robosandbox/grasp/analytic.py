@@ -16,7 +16,7 @@ from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
 
-class AnalyticGrasps:
+class AnalyticTopDown:
     """Candidates for boxes, cylinders, balls, capsules, meshes (by their convex hull), and open containers.
 
     Closing lines join parallel faces, or opposite points of what is round, so that friction holds; the hand comes from
