@@ -1,9 +1,10 @@
 """Joint moves in clutter: how many are found, how fast, and whether an independent walk along them touches anything.
 
-    python benchmarks/planning.py [--problems 500] [--seed 0] [--json]
+    python benchmarks/planning.py [--problems 500] [--seed 0] [--without-ompl] [--json]
 
 A problem is a random scene of boxes, cans and tall pillars with two free configurations whose straight way is blocked.
-Only problems that a reference search of ten times the effort can solve are kept.
+Only problems that a reference search of ten times the effort can solve are kept. `--without-ompl` plans as on a system for which
+OMPL has no wheel; the reference search uses it all the same.
 """
 
 from __future__ import annotations
@@ -11,7 +12,10 @@ from __future__ import annotations
 import argparse
 import itertools
 import json
+import sys
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 import numpy as np
@@ -74,7 +78,20 @@ def walk_touches(checker: CollisionChecker, session: Session, path: Array) -> in
     return touching
 
 
-def measure(problems: int, seed: int) -> dict[str, Any]:
+@contextmanager
+def without_ompl() -> Iterator[None]:
+    """Make OMPL impossible to import."""
+    kept = {name: sys.modules.pop(name) for name in list(sys.modules) if name.partition(".")[0] == "ompl"}
+    hidden: Any = None
+    sys.modules["ompl"] = hidden
+    try:
+        yield
+    finally:
+        del sys.modules["ompl"]
+        sys.modules.update(kept)
+
+
+def measure(problems: int, seed: int, *, ompl: bool) -> dict[str, Any]:
     rng = np.random.default_rng(seed)
     times: list[float] = []
     solved = asked = touching = unsolvable = 0
@@ -102,7 +119,8 @@ def measure(problems: int, seed: int) -> dict[str, Any]:
                     continue
                 begin = time.perf_counter()
                 try:
-                    trajectory = motion.plan_joints(start, goal)
+                    with nullcontext() if ompl else without_ompl():
+                        trajectory = motion.plan_joints(start, goal)
                 except CollisionError:
                     trajectory = None
                 took = 1000.0 * (time.perf_counter() - begin)
@@ -140,9 +158,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--problems", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--without-ompl", action="store_true")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    result = measure(arguments.problems, arguments.seed)
+    result = measure(arguments.problems, arguments.seed, ompl=not arguments.without_ompl)
     print(json.dumps(result, indent=2) if arguments.json else "\n".join(f"{k:24} {v}" for k, v in result.items()))
 
 

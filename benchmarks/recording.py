@@ -17,7 +17,8 @@ import time
 from pathlib import Path
 from typing import Any
 
-from robosandbox.recording.episode import RecordedEpisode, find_episodes
+from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.recording.files import find_episodes
 from robosandbox.recording.settings import RecordSettings, open_recorder
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.tasks.replay import Replay

@@ -8,6 +8,7 @@ from importlib import resources
 from pathlib import Path
 
 from robosandbox.errors import InputError
+from robosandbox.extras import install_command
 from robosandbox.robots.files import is_file
 from robosandbox.robots.imported import ImportedModel
 from robosandbox.robots.sidecar import Sidecar
@@ -59,8 +60,8 @@ def _from_menagerie(name: str) -> Path:
         import mujoco_menagerie  # pyright: ignore[reportMissingImports]
     except ImportError:
         raise InputError(
-            f"robot_urdf: 'menagerie:{name}' needs the package mujoco-menagerie; pip install 'robosandbox[menagerie]', or "
-            "set MENAGERIE_ROOT to a copy of MuJoCo Menagerie"
+            f"robot_urdf: 'menagerie:{name}' needs the package 'mujoco_menagerie'; install it with "
+            f"`{install_command('menagerie')}`, or set MENAGERIE_ROOT to a copy of MuJoCo Menagerie"
         ) from None
     there = list(mujoco_menagerie.names())
     if robot not in there:

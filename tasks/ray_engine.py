@@ -7,7 +7,8 @@ import socket
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from robosandbox.errors import InputError, ServiceUnavailableError
+from robosandbox.errors import ServiceUnavailableError
+from robosandbox.extras import missing_extra
 from robosandbox.tasks.episodes import Chunk, run_chunk
 from robosandbox.tasks.rows import Row
 
@@ -38,8 +39,8 @@ class RayEngine:
             os.environ.setdefault("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")
         try:
             import ray  # pyright: ignore[reportMissingImports]
-        except ImportError:
-            raise InputError("--engine: ray is not installed; pip install 'robosandbox[scale]'") from None
+        except ImportError as error:
+            raise missing_extra(error, "--engine ray", "scale") from None
         self._ray = ray
         self._jobs = jobs
         self._address = address

@@ -16,7 +16,7 @@ LAYERS = (
     {"types"},
     {"evidence"},
     {"errors", "shapes"},
-    {"wire", "validation", "versions"},
+    {"wire", "validation", "versions", "extras"},
     {"transport"},
     {"protocols", "plugins"},
     {"robots"},
@@ -55,7 +55,8 @@ def _imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
     for node in ast.walk(tree):
         match node:
             case ast.ImportFrom(module="robosandbox", level=0):
-                yield from ((node.lineno, alias.name) for alias in node.names)
+                # The version is in __init__.py, below every layer.
+                yield from ((node.lineno, alias.name) for alias in node.names if alias.name != "__version__")
             case ast.ImportFrom(module=str(module), level=0) if module.startswith("robosandbox."):
                 yield node.lineno, module.split(".")[1]
             case ast.ImportFrom(level=level) if level:

@@ -18,7 +18,8 @@ from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, SkillError
 from robosandbox.recording.columns import COLUMNS
 from robosandbox.recording.drawing import contact_force, plot
-from robosandbox.recording.episode import RecordedEpisode, find_episodes
+from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.recording.files import find_episodes
 from robosandbox.recording.recorder import Recorder
 from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
 from robosandbox.recording.skill import RecordedSkill

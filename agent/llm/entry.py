@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
 from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
 from robosandbox.perception.setup import Setup
 from robosandbox.protocols import Planner, Skill
 
@@ -48,7 +49,7 @@ def with_model(
     try:
         from robosandbox.agent.llm.planner import LLMPlanner
     except ModuleNotFoundError as error:
-        raise _uninstalled("--planner", error) from None
+        raise missing_extra(error, "--planner", "llm") from None
     return LLMPlanner(skills, settings)
 
 
@@ -120,12 +121,5 @@ def vlm(
     try:
         from robosandbox.agent.llm.pointing import PointingPerception
     except ModuleNotFoundError as error:
-        raise _uninstalled("--perception", error) from None
+        raise missing_extra(error, "--perception vlm", "llm") from None
     return PointingPerception(settings, setup=setup, calibration=calibration, camera=camera)
-
-
-def _uninstalled(option: str, error: ModuleNotFoundError) -> Exception:
-    """Return what to say where the llm extra is missing; any other module's absence is a fault of ours."""
-    if error.name is None or error.name.startswith("robosandbox"):
-        return error
-    return InputError(f"{option}: a language model needs the package {error.name!r}; install robosandbox[llm]")

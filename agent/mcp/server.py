@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import json
-from importlib.metadata import version
 from typing import Any
 from urllib.parse import quote, unquote
 
@@ -14,6 +13,7 @@ from mcp.server import Server
 from mcp.server.context import ServerRequestContext
 from mcp.shared.exceptions import MCPError
 
+from robosandbox import __version__
 from robosandbox.agent.mcp import tools
 from robosandbox.agent.mcp.robot import Robot
 from robosandbox.errors import InputError, PlannerError, PlannerUnavailableError, RenderingError, SkillError
@@ -79,7 +79,7 @@ def build_server(robot: Robot) -> Server[Any]:
 
     return Server(
         "robosandbox",
-        version=version("robosandbox"),
+        version=__version__,
         instructions=INSTRUCTIONS,
         on_list_tools=list_tools,
         on_call_tool=call_tool,

@@ -6,11 +6,18 @@ import importlib.metadata
 import platform
 from functools import cache
 
+from robosandbox import __version__
+
 
 @cache
 def _found() -> tuple[tuple[str, str], ...]:
-    found = [(name, importlib.metadata.version(name)) for name in ("robosandbox", "mujoco", "numpy")]
-    return (*found, ("python", platform.python_version()), ("machine", platform.machine()))
+    found = [(name, importlib.metadata.version(name)) for name in ("mujoco", "numpy")]
+    return (
+        ("robosandbox", __version__),
+        *found,
+        ("python", platform.python_version()),
+        ("machine", platform.machine()),
+    )
 
 
 def versions() -> dict[str, str]:

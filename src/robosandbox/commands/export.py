@@ -10,7 +10,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.errors import InputError
-from robosandbox.recording.settings import missing
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
@@ -40,7 +40,7 @@ def to_lerobot(
     try:
         from robosandbox.export.lerobot import export_lerobot
     except ModuleNotFoundError as error:
-        raise missing(error, "export lerobot", "export") from None
+        raise missing_extra(error, "export lerobot", "export") from None
     chosen, pixels = _pictures(episodes, cameras, size)
     export_lerobot(
         episodes,
@@ -67,7 +67,7 @@ def to_mcap(
     try:
         from robosandbox.export.foxglove import export_mcap
     except ModuleNotFoundError as error:
-        raise missing(error, "export mcap", "export") from None
+        raise missing_extra(error, "export mcap", "export") from None
     chosen, pixels = _pictures(episodes, cameras, size)
     one = target.suffix == ".mcap"
     if one and len(episodes) > 1:
@@ -105,7 +105,7 @@ def _load(paths: list[Path], only_success: bool) -> tuple[list[RecordedEpisode],
 
 def _inside(folder: Path) -> list[RecordedEpisode]:
     from robosandbox.commands.runs import load
-    from robosandbox.recording.episode import find_episodes
+    from robosandbox.recording.files import find_episodes
 
     return [load(path) for path in find_episodes(folder)]
 

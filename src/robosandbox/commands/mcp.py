@@ -11,6 +11,7 @@ from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remot
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.tasks.remote import RemoteSession
@@ -46,9 +47,7 @@ def mcp(
     try:
         from robosandbox.agent.mcp.serve import serve
     except ModuleNotFoundError as error:
-        if error.name is None or error.name.startswith("robosandbox"):
-            raise
-        raise InputError(f"mcp: needs the package {error.name!r}; install robosandbox[mcp]") from None
+        raise missing_extra(error, "mcp", "mcp") from None
     planner_options = {"base_url": base_url, "model": model, "cassette": cassette}
 
     if connect or robot_id or zenoh_config:

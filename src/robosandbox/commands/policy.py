@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
-from robosandbox.recording.settings import missing
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
@@ -22,7 +22,7 @@ def run_policy(
         from robosandbox.envs import policy as policies
         from robosandbox.envs.env import ManipulationEnv
     except ModuleNotFoundError as error:
-        raise missing(error, "--policy", "gym") from None
+        raise missing_extra(error, "--policy", "gym") from None
     if max_steps < 1:
         raise InputError(f"--max-steps: {max_steps}; give 1 or more")
     if observation not in ("state", "pixels") or action not in ("ee", "joint"):

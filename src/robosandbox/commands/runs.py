@@ -10,6 +10,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
@@ -73,7 +74,7 @@ def list_runs(
     folder: Annotated[Path, typer.Argument(help="A folder with episodes in it.")] = Path("."), json: Json = False
 ) -> int:
     """List the episodes in a folder."""
-    from robosandbox.recording.episode import find_episodes
+    from robosandbox.recording.files import find_episodes
 
     if not folder.is_dir():
         raise InputError(f"{str(folder)!r} is no folder")
@@ -136,9 +137,7 @@ def plot_run(
         target = out or found.folder / "plot.png"
         plot(found, target, kinds or PLOTS)
     except ModuleNotFoundError as error:
-        from robosandbox.recording.settings import missing
-
-        raise missing(error, "plot", "record") from None
+        raise missing_extra(error, "plot", "record") from None
     print(target)
     return EXIT_DONE
 
@@ -184,9 +183,7 @@ def load(folder: Path) -> RecordedEpisode:
     try:
         from robosandbox.recording.episode import RecordedEpisode
     except ModuleNotFoundError as error:
-        from robosandbox.recording.settings import missing
-
-        raise missing(error, "recordings", "record") from None
+        raise missing_extra(error, "recordings", "record") from None
     return RecordedEpisode.load(folder)
 
 

@@ -30,6 +30,7 @@ from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.commands.runs import load as load_episode
 from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
@@ -87,8 +88,8 @@ def viewer(
     episode = load_episode(replay) if replay is not None else None
     try:
         from robosandbox.viewer.app import Viewer
-    except ModuleNotFoundError as missing:
-        raise InputError(f"viewer: needs {missing.name}; pip install 'robosandbox[viewer]'") from None
+    except ModuleNotFoundError as error:
+        raise missing_extra(error, "viewer", "viewer") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
     minds = {
         "planner": planner,

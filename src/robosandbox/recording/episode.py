@@ -15,7 +15,7 @@ import pyarrow as pa
 
 from robosandbox.errors import InputError
 from robosandbox.recording.columns import to_numpy, to_ragged
-from robosandbox.recording.files import EVENTS, META, RESULT, VIDEOS, Meta, Result
+from robosandbox.recording.files import EVENTS, META, RESULT, VIDEOS, Meta, Result, find_episodes
 from robosandbox.recording.writer import read_steps
 from robosandbox.sim.steplog import Ragged
 from robosandbox.types import Array
@@ -138,16 +138,6 @@ class RecordedEpisode:
         edges = [0, *changes.tolist(), len(skills)]
         for begin, end in itertools.pairwise(edges):
             yield str(skills[begin]), str(phases[begin]), begin, end
-
-
-def find_episodes(folder: Path) -> Iterator[Path]:
-    """Yield the episodes' folders in a folder, sorted by name, at most two levels down; the folder itself if it is one."""
-    if (folder / META).is_file():
-        yield folder
-        return
-    for level in ("*", "*/*"):
-        for path in sorted(folder.glob(f"{level}/{META}")):
-            yield path.parent
 
 
 def _json(path: Path) -> Any:

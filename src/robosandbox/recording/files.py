@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
@@ -151,3 +152,13 @@ def write_whole(path: Path, text: str) -> None:
     new = path.with_name(f".{path.name}.new")
     new.write_text(text, encoding="utf-8")
     os.replace(new, path)
+
+
+def find_episodes(folder: Path) -> Iterator[Path]:
+    """Yield the episodes' folders in a folder, sorted by name, at most two levels down; the folder itself if it is one."""
+    if (folder / META).is_file():
+        yield folder
+        return
+    for level in ("*", "*/*"):
+        for path in sorted(folder.glob(f"{level}/{META}")):
+            yield path.parent

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from robosandbox.errors import InputError
+from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
@@ -53,7 +54,7 @@ def open_recorder(settings: RecordSettings, host: Host) -> Recorder:
     try:
         from robosandbox.recording.recorder import Recorder
     except ModuleNotFoundError as error:
-        raise missing(error, "--record", "record") from None
+        raise missing_extra(error, "--record", "record") from None
     if settings.video is not None:
         rows_per_frame(settings.video.fps, host.sim.control_timestep, "--video-fps")
         for camera in settings.video.cameras:
@@ -75,14 +76,3 @@ def rows_per_frame(fps: float, control_timestep: float, option: str) -> int:
             f"{option}: {fps:g} does not divide the control rate of {rate:g} Hz; give {', '.join(choices)}"
         )
     return every
-
-
-def missing(error: ModuleNotFoundError, what: str, extra: str) -> InputError:
-    """Return what to say of a package that is not installed.
-
-    Raises:
-        ModuleNotFoundError: It is one of our own modules.
-    """
-    if error.name is None or error.name.startswith("robosandbox"):
-        raise error
-    return InputError(f"{what}: needs the package {error.name!r}; install robosandbox[{extra}]")
