@@ -1,5 +1,6 @@
 """The viewer, driven as a person drives it: in headless Chromium, on real physics."""
 
+import http.client
 import io
 import shutil
 import socket
@@ -36,7 +37,7 @@ from robosandbox.viewer.connected import ConnectedCell
 from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedCell
 from robosandbox.viewer.layers.grasps import glyph
-from robosandbox.viewer.operator import Doing, Finished, Went
+from robosandbox.viewer.operator import Began, Doing, Finished, Went
 from robosandbox.viewer.server import open_server
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
 
@@ -178,12 +179,132 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
         assert np.allclose(session.sim.observe().q, home)
 
 
+# Milliseconds a key, and how the sentence is sent off: at 0 and 30 viser's own queue of 50 ms drops the last letters.
+TYPED = [(pause, sent) for pause in (0, 30, 80) for sent in ("Enter", "Run")]
+
+
+def send_off(page: Page, sent: str) -> None:
+    if sent == "Enter":
+        page.keyboard.press("Enter")
+    else:
+        button(page, sent).click()
+
+
 @needs_chromium
-def test_a_page_of_another_site_is_not_let_in(browser: Browser) -> None:
+def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(browser: Browser) -> None:
+    # Sentences that are refused at once: what is tested is how they arrive.
+    things = iter(
+        f"pick up the {colour} teapot"
+        for colour in ("purple", "brown", "white", "black", "pink", "grey", "gold", "tan")
+    )
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
+        began: list[str] = []
+        viewer.control.listeners.append(lambda news: began.append(news.what) if isinstance(news, Began) else None)
+        box = field(page, "Prompt")
+
+        def ran_as_shown(said: str) -> None:
+            wait_until(lambda: len(began) == 1 and viewer.control.doing is Doing.NOTHING, "it was run once")
+            assert began.pop() == said == box.input_value()
+            page.get_by_text(f"“{said}”", exact=True).wait_for(timeout=1000 * PATIENCE)
+
+        for pause, sent in TYPED:
+            said = next(things)
+            box.fill("")
+            box.press_sequentially(said, delay=pause)
+            send_off(page, sent)
+            ran_as_shown(said)
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        for sent in ("Enter", "Run"):
+            said = next(things)
+            page.evaluate("text => navigator.clipboard.writeText(text)", said)
+            box.fill("")
+            box.press("Control+v")
+            send_off(page, sent)
+            ran_as_shown(said)
+
+
+@needs_chromium
+def test_an_order_that_cannot_be_carried_out_is_answered_beside_the_box(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
+        field(page, "Prompt").fill(" ")
+        button(page, "Run").click()
+        page.get_by_text("the prompt is empty").wait_for(timeout=1000 * PATIENCE)
+        page.evaluate("document.querySelector('.order').setAttribute('novalidate', '')")
+        field(page, "Seed").fill("-1")
+        button(page, "Reset").click()
+        page.get_by_text("seed: Input should be greater than or equal to 0").wait_for(timeout=1000 * PATIENCE)
+        assert viewer.control.doing is Doing.NOTHING
+
+
+def asked(viewer: Viewer, path: str, headers: dict[str, str]) -> int:
+    """Return the status of the answer to a request whose headers are given, a missing Host included."""
+    connection = http.client.HTTPConnection(viewer.server.get_host(), viewer.server.get_port(), timeout=PATIENCE)
+    connection.putrequest("GET", path, skip_host=True)
+    for name, value in headers.items():
+        connection.putheader(name, value)
+    connection.endheaders()
+    status = connection.getresponse().status
+    connection.close()
+    return status
+
+
+HANDSHAKE = {
+    "Connection": "Upgrade",
+    "Upgrade": "websocket",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+}
+STRANGERS: list[dict[str, str]] = [
+    {},
+    {"Host": "rebound.example:{port}"},
+    {"Host": "127.0.0.1.rebound.example:{port}"},
+    {"Host": "localhost@rebound.example"},
+    {"Host": "0.0.0.0:{port}"},
+]
+OTHER_PAGES = [
+    "http://elsewhere.example",
+    "http://127.0.0.1:1",
+    "http://localhost:{port}",
+    "https://127.0.0.1:{port}",
+    "null",
+]
+
+
+@pytest.fixture(scope="module")
+def open_viewer() -> Iterator[Viewer]:
+    with serving("pick_cube_franka") as viewer:
+        yield viewer
+
+
+@pytest.mark.parametrize("path", ["/", "/order", "/no-such-page"])
+@pytest.mark.parametrize("upgrade", [False, True], ids=["http", "websocket"])
+def test_only_requests_to_a_name_of_this_machine_are_answered(open_viewer: Viewer, path: str, upgrade: bool) -> None:
+    port = str(open_viewer.server.get_port())
+    more = HANDSHAKE if upgrade else {}
+    for stranger in STRANGERS:
+        headers = {name: value.format(port=port) for name, value in stranger.items()}
+        assert asked(open_viewer, path, {**headers, **more}) == 403, headers
+    for host in (f"127.0.0.1:{port}", f"localhost:{port}", "LOCALHOST", "localhost:9000"):
+        answered = 101 if upgrade else 200 if path == "/" else 404
+        assert asked(open_viewer, path, {"Host": host, **more}) == answered, host
+
+
+@pytest.mark.parametrize("path", ["/", "/order"])
+def test_only_the_viewers_own_pages_get_a_websocket(open_viewer: Viewer, path: str) -> None:
+    port = str(open_viewer.server.get_port())
+    own = {"Host": f"127.0.0.1:{port}", **HANDSHAKE}
+    for origin in OTHER_PAGES:
+        assert asked(open_viewer, path, {**own, "Origin": origin.format(port=port)}) == 403, origin
+    assert asked(open_viewer, path, {**own, "Origin": f"http://127.0.0.1:{port}"}) == 101
+
+
+@needs_chromium
+@pytest.mark.parametrize("path", ["", "/order"])
+def test_a_page_of_another_site_is_not_let_in(browser: Browser, path: str) -> None:
     with serving("pick_cube_franka") as viewer:
         page = browser.new_page()
         page.goto("data:text/html,<p>elsewhere</p>")
-        address = viewer.url.replace("http", "ws")
+        address = viewer.url.replace("http", "ws") + path
         opened = page.evaluate(
             "address => new Promise(done => { const s = new WebSocket(address, 'viser-v1.1.1');"
             "s.onopen = () => done(true); s.onerror = () => done(false); })",
@@ -193,10 +314,9 @@ def test_a_page_of_another_site_is_not_let_in(browser: Browser) -> None:
         assert opened is False
 
 
-def test_the_viewer_can_be_reached_from_this_machine_alone() -> None:
-    with serving("pick_cube_franka") as viewer:
-        assert viewer.server.get_host() == "127.0.0.1"
-        assert viewer.server.request_share_url() is None
+def test_the_viewer_can_be_reached_from_this_machine_alone(open_viewer: Viewer) -> None:
+    assert open_viewer.server.get_host() == "127.0.0.1"
+    assert open_viewer.server.request_share_url() is None
 
 
 FAR = """
@@ -491,7 +611,7 @@ def test_a_taken_port_is_refused() -> None:
         other.bind(("127.0.0.1", 0))
         other.listen()
         with pytest.raises(InputError, match="cannot be had"):
-            open_server(other.getsockname()[1])
+            open_server(other.getsockname()[1], lambda order: "")
 
 
 def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:

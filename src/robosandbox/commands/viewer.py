@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from robosandbox.tasks.task import Task
     from robosandbox.viewer.cell import Cell
     from robosandbox.viewer.film import Film
+    from robosandbox.viewer.operator import News
 
 _DEFAULT_PORT = 8080
 _PICTURE_SIZE = (360, 480)
@@ -104,6 +105,7 @@ def viewer(
     )
     with opened as (cell, film):
         shown = Viewer(cell, port, film)
+        shown.control.listeners.append(_log)
         shown.start()
         stopped = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
@@ -116,6 +118,22 @@ def viewer(
         finally:
             shown.stop()
     return EXIT_DONE
+
+
+def _log(news: News) -> None:
+    """Write what was ordered in the browser, word for word, and what came of it to stderr."""
+    from robosandbox.viewer import operator
+
+    match news:
+        case operator.Began(doing, what):
+            line = f"{doing}: {what}"
+        case operator.Finished(episode, _):
+            line = f"{episode.final_reason}: {episode.final_detail}"
+        case operator.Complaint(message):
+            line = f"refused: {message}"
+        case _:
+            return
+    print(line, file=sys.stderr, flush=True)
 
 
 @contextmanager

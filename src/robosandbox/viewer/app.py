@@ -22,6 +22,7 @@ from robosandbox.viewer.layers.shapes import CollisionShapes
 from robosandbox.viewer.layers.tool import BaseAndReach, HomeGhost, TcpFrame
 from robosandbox.viewer.layers.trail import TcpTrail
 from robosandbox.viewer.operator import News, Operator
+from robosandbox.viewer.orders import taker
 from robosandbox.viewer.panels.cameras import CamerasPanel
 from robosandbox.viewer.panels.jog import JogPanel
 from robosandbox.viewer.panels.layers import LayersPanel
@@ -69,8 +70,8 @@ class Viewer:
 
     def __init__(self, cell: Cell, port: int, film: Film | None = None) -> None:
         self.cell = cell
-        self.server = open_server(port)
         self.control = Operator(cell)
+        self.server = open_server(port, taker(self.control))
         self._lock = threading.RLock()
         self._layers = [layer(self.server) for layer in _LAYERS]
         self._dragging = Dragging(cell, self.control)

@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-_GREY, _GREEN, _BLUE, _RED, _AMBER = "#8a929c", "#1f8a4c", "#205c9e", "#c62323", "#b26a00"
-COLOURS = {"grey": _GREY, "green": _GREEN, "blue": _BLUE, "red": _RED, "amber": _AMBER}
+# Each has a contrast of at least 4.5 on white (WCAG 2.2, 1.4.3).
+_INK, _GREY, _GREEN, _BLUE, _RED, _AMBER = "#1b1f24", "#646d78", "#1b7a43", "#205c9e", "#c62323", "#9a5b00"
+COLOURS = {"ink": _INK, "grey": _GREY, "green": _GREEN, "blue": _BLUE, "red": _RED, "amber": _AMBER}
+
+
+def number(value: float, digits: int) -> str:
+    """Return a value with so many decimals; what rounds to nothing has no sign."""
+    # Adding zero turns the negative zero that rounding leaves into the positive one.
+    return f"{round(value, digits) + 0.0:.{digits}f}"
 
 
 def block(*lines: str) -> str:

@@ -2,23 +2,28 @@
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import io
-import re
 import socket
-from collections.abc import Iterator
+from collections.abc import Awaitable, Callable, Iterator
+from http import HTTPStatus
 from typing import Any
 
 import numpy as np
 import viser
 import viser.transforms
 import websockets.asyncio.server
+from websockets.asyncio.server import ServerConnection
+from websockets.http11 import Request, Response
 
 from robosandbox.errors import InputError
+from robosandbox.viewer.access import refusal
+from robosandbox.viewer.orders import PATH, TakeOrder
 
 HOST = "127.0.0.1"
-# A page from elsewhere that the same browser shows may not steer the robot, nor may a name that resolves to this machine.
-_OWN_PAGES = re.compile(r"http://(127\.0\.0\.1|localhost|\[::1\])(:\d+)?")
+_Handler = Callable[[ServerConnection], Awaitable[None]]
+_Process = Callable[[ServerConnection, Request], Response | None]
 _SUN = np.array([0.45, -0.55, 0.9])
 
 
@@ -36,18 +41,19 @@ class LocalServer(viser.ViserServer):
             super().stop()
 
 
-def open_server(port: int) -> LocalServer:
+def open_server(port: int, take_order: TakeOrder) -> LocalServer:
     """Return a server on 127.0.0.1.
 
     Args:
         port: 0 takes any free one.
+        take_order: Called with each order from a page, in a thread of its own; returns what is wrong with it, or nothing.
 
     Raises:
         InputError: The port is taken.
     """
     _check_free(port)
     # Viser announces itself on stdout; the command says where the viewer is.
-    with _own_pages_only(), contextlib.redirect_stdout(io.StringIO()):
+    with _own_pages_only(take_order), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="RoboSandbox", verbose=False)
     server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(32, 92, 158))
     server.gui.main_panel.dock_right()
@@ -86,12 +92,28 @@ def _check_free(port: int) -> None:
 
 
 @contextlib.contextmanager
-def _own_pages_only() -> Iterator[None]:
-    """Have servers that start meanwhile refuse websockets that other sites' pages open (viser itself takes them all)."""
+def _own_pages_only(take_order: TakeOrder) -> Iterator[None]:
+    """Have servers that start meanwhile answer their own pages only, and take orders (viser itself answers everybody)."""
     serve = websockets.asyncio.server.serve
 
-    def guarded(*args: Any, **kwargs: Any) -> Any:
-        return serve(*args, **kwargs, origins=[_OWN_PAGES, None])
+    def guarded(handler: _Handler, *args: Any, process_request: _Process, **kwargs: Any) -> Any:
+        async def handle(connection: ServerConnection) -> None:
+            if connection.request is not None and connection.request.path == PATH:
+                await connection.send(await asyncio.to_thread(take_order, await connection.recv()))
+            else:
+                await handler(connection)
+
+        def admit(connection: ServerConnection, request: Request) -> Response | None:
+            why = refusal(request.headers)
+            if why is not None:
+                return connection.respond(HTTPStatus.FORBIDDEN, why)
+            response = process_request(connection, request)
+            if response is not None:
+                # A page of another site may not lay the viewer under its own buttons.
+                response.headers["Content-Security-Policy"] = "frame-ancestors 'none'"
+            return response
+
+        return serve(handle, *args, process_request=admit, **kwargs)
 
     websockets.asyncio.server.serve = guarded  # type: ignore[assignment,misc]
     try:

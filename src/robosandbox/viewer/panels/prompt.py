@@ -1,4 +1,4 @@
-"""The prompt box: what to do, the plan for it, what is under way, and Run, Stop, Reset and Step back."""
+"""What the robot is told, the sentence that is carried out, the plan for it, and what came of it."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import viser
 from robosandbox.agent import episode as events
 from robosandbox.types import Plan, Refusal, SkillCall
 from robosandbox.viewer import html, operator
-from robosandbox.viewer.handles import assign
 from robosandbox.viewer.operator import Doing, News, Operator
+from robosandbox.viewer.panels.order_form import mood, order_form
 
 _SIGNS = {"waiting": ("·", "grey"), "running": ("▶", "blue"), "done": ("✓", "green"), "failed": ("✗", "red")}
 
@@ -24,24 +24,13 @@ class PromptPanel:
     def __init__(self, server: viser.ViserServer, control: Operator) -> None:
         self._control = control
         gui = server.gui
-        with gui.add_form(None) as form:
-            self._prompt = gui.add_text("Prompt", control.cell.workcell.task.prompt, hint="What the robot should do")
-            self._run = gui.add_button("Run", color="green", icon=viser.Icon.PLAYER_PLAY, hint="Enter does the same")
-        self._stop = gui.add_button("Stop", color="red", icon=viser.Icon.PLAYER_STOP, hint="The arm holds where it is")
-        self._more = gui.add_button_group("", ("Plan", "Reset", "Step back"))
-        self._seed = gui.add_number(
-            "Seed", 0, min=0, step=1, hint="The layout that Reset makes; 0 is the task as written"
-        )
+        self._form = gui.add_html(order_form(control.cell.workcell.task.prompt))
+        self._mood = gui.add_html(mood(False))
         self._board = gui.add_html("")
         self._steps: list[tuple[str, str]] = []
         self._head = ""
         self._phase = ""
         self._said: tuple[str, str] | None = None
-        form.on_submit(lambda _: self._clicked_run())
-        self._run.on_click(lambda _: form.submit())
-        self._stop.on_click(lambda _: control.stop())
-        self._more.on_click(lambda _: self._clicked_more())
-        self._enable()
         self._draw()
 
     def hear(self, news: News) -> None:
@@ -75,28 +64,13 @@ class PromptPanel:
                 self._steps, self._head, self._said = [], "", (how, "grey")
             case operator.Loaded():
                 task = self._control.cell.workcell.task
-                assign(self._prompt, task.prompt)
+                self._form.content = order_form(task.prompt)
                 self._steps, self._head, self._said = [], "", (f"loaded {task.name}", "grey")
             case operator.Complaint(message):
                 self._said = (message, "red")
             case _:
                 return
-        self._enable()
         self._draw()
-
-    def _clicked_run(self) -> None:
-        if prompt := self._prompt.value.strip():
-            self._control.run(prompt)
-
-    def _clicked_more(self) -> None:
-        match self._more.value:
-            case "Plan":
-                if prompt := self._prompt.value.strip():
-                    self._control.plan(prompt)
-            case "Reset":
-                self._control.reset(int(self._seed.value))
-            case _:
-                self._control.back()
 
     def _answer(self, answer: Plan | Refusal) -> None:
         if isinstance(answer, Refusal):
@@ -110,17 +84,18 @@ class PromptPanel:
                 self._steps[index] = (what, state)
                 return
 
-    def _enable(self) -> None:
-        # Stop can be clicked at any time: nobody should have to wait for it to be enabled.
-        self._run.disabled = self._control.doing is not Doing.NOTHING
-
     def _draw(self) -> None:
         doing = self._control.doing
+        style = mood(doing in (Doing.RUNNING, Doing.MOVING))
+        if self._mood.content != style:
+            self._mood.content = style
         lines = []
         if doing is Doing.NOTHING:
             lines.append(html.line("ready", "grey", mark="●"))
         else:
             lines.append(html.line(f"{doing}{': ' + self._phase if self._phase else ''}", "blue", bold=True, mark="●"))
+        if self._head:
+            lines.append(html.line(f"“{self._head}”", bold=True))
         if self._steps:
             lines.append(html.heading("Plan"))
             for what, state in self._steps:
