@@ -25,10 +25,10 @@ import cv2
 import numpy as np
 
 from robosandbox.perception.colour import COLOURS, colour_name
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.frame import Frame, Table, make_frame
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
-from robosandbox.perception.setup import Setup
 from robosandbox.perception.tags import find_tags
-from robosandbox.perception.view import Table, View, make_view
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, find_sensor
@@ -102,24 +102,26 @@ def _reads(sim: MuJoCoBackend, eyes: RgbdPerception, scene: Scene) -> list[tuple
     renderer, found = OffscreenRenderer(sim.model, FRAME_SIZE), []
     table = Table(scene.table_height)
     for camera in CAMERAS:
-        look = eyes.scenery.looks[camera]
-        frame = look.view.frame
-        view = make_view(frame, table, look.robot)
-        numbers = {tag.number for tag in find_tags(view, table, look.robot, [item.tag_edge for item in scene.objects])}
+        segmented = eyes.frames.by_camera[camera]
+        rgbd = segmented.frame.rgbd
+        frame = make_frame(rgbd, table, segmented.robot)
+        numbers = {
+            tag.number for tag in find_tags(frame, table, segmented.robot, [item.tag_edge for item in scene.objects])
+        }
         bodies = renderer.bodies(sim._live, sim.camera_in_model(camera))
         for item in scene.objects:
-            pixels = _shown(view, bodies == sim.object_bodies[item.id], item, sim.truth().objects[item.id].pose)
+            pixels = _shown(frame, bodies == sim.object_bodies[item.id], item, sim.truth().objects[item.id].pose)
             if pixels is not None:
                 found.append((camera, pixels, item.tag in numbers))
     renderer.close()
     return found
 
 
-def _shown(view: View, own: Array, item: SceneObject, pose: Pose) -> float | None:
+def _shown(frame: Frame, own: Array, item: SceneObject, pose: Pose) -> float | None:
     """Return how many pixels the shorter side of a tag has, None where its border is not all in sight."""
     along = np.linspace(-1.0, 1.0, 7) * item.tag_edge / 2.0
     places = np.array([[x * BORDERED, y * BORDERED, item.size[2]] for x in along for y in along])
-    pixels, _ = view.project(pose.position + places @ pose.rotation.T)
+    pixels, _ = frame.project(pose.position + places @ pose.rotation.T)
     columns, rows = np.rint(pixels).astype(int).T
     height, width = own.shape
     if min(columns.min(), rows.min()) < 0 or columns.max() >= width or rows.max() >= height:
@@ -131,7 +133,7 @@ def _shown(view: View, own: Array, item: SceneObject, pose: Pose) -> float | Non
         item.tag_edge / 2.0,
         1.0,
     ]
-    corners, _ = view.project(pose.position + ends @ pose.rotation.T)
+    corners, _ = frame.project(pose.position + ends @ pose.rotation.T)
     area = float(cv2.contourArea(corners.astype(np.float32)))
     longest = float(np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).max())
     return area / longest

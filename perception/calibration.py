@@ -13,7 +13,7 @@ import yaml
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.perception.view import Table, make_view
+from robosandbox.perception.frame import Table, make_frame
 from robosandbox.sim.board import Board
 from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
 from robosandbox.validation import load_yaml_model
@@ -101,22 +101,22 @@ def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], ND
     return [corner.reshape(4, 2) for corner in found], np.asarray(numbers, dtype=np.int32).reshape(-1)
 
 
-def find_camera(frame: RgbdFrame, board: Board, table_height: float) -> Finding:
+def find_camera(rgbd: RgbdFrame, board: Board, table_height: float) -> Finding:
     """Return where the camera of a frame is, from the table and the board that it sees.
 
     A flat board alone tells tilt and distance badly. Those come from the depth of the table, height and two tilts; what is
     left, two shifts and a turn in the plane, from where rays through the tags' corners meet the board (Umeyama, 1991).
     """
-    corners, numbers = find_tags(frame.rgb, board)
+    corners, numbers = find_tags(rgbd.rgb, board)
     if len(numbers) < _LEAST_TAGS:
-        return Finding(camera=frame.camera, tags=len(numbers))
+        return Finding(camera=rgbd.camera, tags=len(numbers))
     flat, pixels = board.grid.matchImagePoints([corner[None] for corner in corners], numbers[:, None])
     known = board.in_world(flat.reshape(-1, 3).astype(np.float64), table_height)
-    lens, taken = frame.intrinsics, frame.pose_camera_in_world
-    view = make_view(frame, Table(table_height), np.zeros(frame.depth.shape, dtype=bool))
-    straight = cv2.undistortPoints(pixels.reshape(-1, 1, 2), view.matrix, np.array(lens.distortion)).reshape(-1, 2)
-    rays = np.column_stack([straight, np.ones(len(straight))]) @ view.rotation.T
-    met = view.position + rays * ((known[:, 2] - view.position[2]) / rays[:, 2])[:, None]
+    lens, taken = rgbd.intrinsics, rgbd.pose_camera_in_world
+    frame = make_frame(rgbd, Table(table_height), np.zeros(rgbd.depth.shape, dtype=bool))
+    straight = cv2.undistortPoints(pixels.reshape(-1, 1, 2), frame.matrix, np.array(lens.distortion)).reshape(-1, 2)
+    rays = np.column_stack([straight, np.ones(len(straight))]) @ frame.rotation.T
+    met = frame.position + rays * ((known[:, 2] - frame.position[2]) / rays[:, 2])[:, None]
     a, b = met[:, :2] - met[:, :2].mean(axis=0), known[:, :2] - known[:, :2].mean(axis=0)
     turn = float(np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum()))
     c, s = np.cos(turn), np.sin(turn)
@@ -124,7 +124,7 @@ def find_camera(frame: RgbdFrame, board: Board, table_height: float) -> Finding:
     shift = np.append(known[:, :2].mean(axis=0) - about_z[:2, :2] @ met[:, :2].mean(axis=0), 0.0)
     left = known[:, :2] - (met @ about_z.T + shift)[:, :2]
     spread = float(np.sqrt((left**2).sum(axis=1).mean()))
-    pose = Pose.from_matrix(about_z @ view.position + shift, about_z @ view.rotation)
+    pose = Pose.from_matrix(about_z @ frame.position + shift, about_z @ frame.rotation)
     correction = taken.inverse() @ pose
     cosine = (float(np.trace(correction.rotation)) - 1.0) / 2.0
     return Finding(

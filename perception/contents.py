@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 
 from robosandbox.perception.fit import Fit
-from robosandbox.perception.scenery import Look, Scenery
+from robosandbox.perception.frame import Mask
+from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.segments import Segment, jumps, segment_of
-from robosandbox.perception.view import Mask
 from robosandbox.types import CONTAINER_WALL, Array
 
 _LEAST_PIXELS = 40
@@ -22,30 +22,32 @@ _LEAST_GAP = 0.006
 _CLEAR_OF_WALLS = 0.022
 
 
-def take_out(hull: Fit, own: Sequence[Segment], scenery: Scenery) -> tuple[list[Segment], list[Segment], Scenery]:
+def split_contents(
+    hull: Fit, own: Sequence[Segment], frames: FrameSet
+) -> tuple[list[Segment], list[Segment], FrameSet]:
     """Return a container's pieces without what lies in it, the pieces of that, and the scenery with them.
 
     Args:
         hull: The container's outer one.
         own: Its pieces.
-        scenery: Where they are seen.
+        frames: Where they are seen.
     """
     left: list[Segment] = []
     inside: list[Segment] = []
-    looks = dict(scenery.looks)
-    for camera, look in scenery.looks.items():
-        mine = [segment for segment in own if segment.view is look.view]
-        parts = {id(segment): _parts(hull, segment, look) for segment in mine}
+    by_camera = dict(frames.by_camera)
+    for camera, segmented in frames.by_camera.items():
+        mine = [segment for segment in own if segment.frame is segmented.frame]
+        parts = {id(segment): _parts(hull, segment, segmented) for segment in mine}
         for segment in mine:
             rest: Segment | None = segment
             for part in parts[id(segment)]:
                 inside.append(part)
                 if rest is not None:
-                    look, rest = look.divided(rest, part)
+                    segmented, rest = segmented.divided(rest, part)
             if rest is not None:
                 left.append(rest)
-        looks[camera] = look
-    return left, inside, Scenery(looks, scenery.table)
+        by_camera[camera] = segmented
+    return left, inside, FrameSet(by_camera, frames.table)
 
 
 def _corner(segment: Segment) -> tuple[slice, slice]:
@@ -53,19 +55,19 @@ def _corner(segment: Segment) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
-def _parts(hull: Fit, segment: Segment, look: Look) -> list[Segment]:
+def _parts(hull: Fit, segment: Segment, segmented: SegmentedFrame) -> list[Segment]:
     """Return the parts of a container's piece that are things in it."""
     crop = _corner(segment)
-    view = look.view
-    sure = segment.mask & view.valid[crop]
+    frame = segmented.frame
+    sure = segment.mask & frame.valid[crop]
     if sure.sum() < _LEAST_PIXELS:
         return []
-    points = view.xyz[:, crop[0], crop[1]][:, sure].T
+    points = frame.xyz[:, crop[0], crop[1]][:, sure].T
     within = np.zeros_like(sure)
-    within[sure] = in_room(points.astype(np.float64), hull, _ERRORS * view.noise)
+    within[sure] = in_room(points.astype(np.float64), hull, _ERRORS * frame.noise)
     if within.sum() < _LEAST_PIXELS:
         return []
-    cut = cv2.morphologyEx((within & ~jumps(view, crop)).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    cut = cv2.morphologyEx((within & ~jumps(frame, crop)).astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(cut, connectivity=4)
     found = []
     for number in range(1, count):
@@ -74,7 +76,7 @@ def _parts(hull: Fit, segment: Segment, look: Look) -> list[Segment]:
         core = labels == number
         # What jumps and noise took off its edge comes back.
         mask: Mask = (cv2.dilate(core.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & segment.mask
-        part = segment_of(view, mask, core, segment.box)
+        part = segment_of(frame, mask, core, segment.box)
         if part is not None and float(np.percentile(_from_walls(part.points, hull), 80)) > _CLEAR_OF_WALLS:
             found.append(part)
     return found

@@ -9,10 +9,10 @@ import numpy as np
 
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, fit
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
-from robosandbox.perception.outline import Rows, tangents
 from robosandbox.perception.quantiles import percentiles
-from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.support import Shape
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import Array, Pose
@@ -66,15 +66,15 @@ class Drawer:
         return Pose.from_matrix(self.hull.centre - [0.0, 0.0, self.hull.sizes[2]], self.hull.axes)
 
 
-def find_drawers(families: Sequence[list[Group]], scenery: Scenery) -> tuple[list[Drawer], list[Group]]:
+def find_drawers(families: Sequence[list[Group]], frames: FrameSet) -> tuple[list[Drawer], list[Group]]:
     """Return the drawers among families of like-coloured groups, and the groups that are none of theirs."""
     left = [list(family) for family in families]
     found = []
-    for grip in [item for family in families for item in family if _may_be_grip(item, scenery.table.height)]:
+    for grip in [item for family in families for item in family if _may_be_grip(item, frames.table.height)]:
         for family in left:
             if any(item is grip for item in family) or not _near(family, grip):
                 continue
-            drawer = _as_drawer(family, grip, scenery)
+            drawer = _as_drawer(family, grip, frames)
             if drawer is not None:
                 # What is cut off of the grip, or of the arm that it sits on, is of it too.
                 others = [each for each in left if each is not family]
@@ -110,31 +110,31 @@ def _near(family: Sequence[Group], grip: Group) -> bool:
     return bool(large and (first - _STAND_OFF[1] < high).all() and (low < last + _STAND_OFF[1]).all())
 
 
-def _as_drawer(family: Sequence[Group], grip: Group, scenery: Scenery) -> Drawer | None:
+def _as_drawer(family: Sequence[Group], grip: Group, frames: FrameSet) -> Drawer | None:
     members = Group(tuple(segment for item in family for segment in item.segments))
     top = float(np.percentile(members.points[:, 2], 98))
     rows, surfaces = [], []
-    for camera, look in scenery.looks.items():
-        own = [segment for segment in members.segments if segment.view.camera == camera]
+    for camera, segmented in frames.by_camera.items():
+        own = [segment for segment in members.segments if segment.frame.camera == camera]
         if own:
-            rows.append(tangents(own, look, grip.segments))
+            rows.append(tangents(own, segmented, grip.segments))
             points = np.vstack([segment.points for segment in own])
             points = points[points[:, 2] > top - _TOP]
-            surfaces.append(Surface(points, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
+            surfaces.append(Surface(points, segmented.frame.position, 0.1 / max(segmented.frame.noise, 0.0015)))
     seen = Evidence(Rows.stack(rows), Surface.stack(surfaces))
-    whole = fit("box", seen, scenery.table.height) if len(seen.surface.points) else None
+    whole = fit("box", seen, frames.table.height) if len(seen.surface.points) else None
     if whole is None or whole.cost > _POOREST or 2.0 * whole.sizes[2] < _LEAST_HEIGHT:
         return None
     facing = _facing(whole, grip)
     if facing is None:
         return None
     for shape in _ROUND:
-        rounded = fit(shape, seen, scenery.table.height)
+        rounded = fit(shape, seen, frames.table.height)
         if rounded is not None and rounded.cost < whole.cost:
             return None
     whole = facing
     length = 2.0 * float(whole.sizes[0])
-    depth = _cabinet(members, whole, scenery)
+    depth = _cabinet(members, whole, frames)
     opening = length - depth if length - depth > _SHUT else 0.0
     depth = length - opening
     along = whole.axes[:, 0]
@@ -166,16 +166,16 @@ def _facing(whole: Fit, grip: Group) -> Fit | None:
     return None
 
 
-def _cabinet(members: Group, whole: Fit, scenery: Scenery) -> float:
+def _cabinet(members: Group, whole: Fit, frames: FrameSet) -> float:
     """Return how deep the cabinet is: from the back to where the top ends, metres."""
     heights: list[Array] = []
-    for look in scenery.looks.values():
+    for segmented in frames.by_camera.values():
         for segment in members.segments:
-            if segment.view is not look.view:
+            if segment.frame is not segmented.frame:
                 continue
             left, top, right, bottom = segment.box
-            sure = segment.mask & look.view.valid[top:bottom, left:right]
-            points = look.view.xyz[:, top:bottom, left:right][:, sure].T
+            sure = segment.mask & segmented.frame.valid[top:bottom, left:right]
+            points = segmented.frame.xyz[:, top:bottom, left:right][:, sure].T
             local = (points - whole.centre) @ whole.axes
             within = (np.abs(local[:, 1]) < whole.sizes[1] - _FROM_SIDES) & (local[:, 2] > whole.sizes[2] - _TOP)
             heights.append(whole.sizes[0] - local[within, 0])

@@ -8,7 +8,7 @@ from functools import cached_property
 
 import numpy as np
 
-from robosandbox.perception.outline import Rows
+from robosandbox.perception.silhouette import Rows
 from robosandbox.types import Array
 
 _ROUGH = 0.008

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.leaning import lean_of
-from robosandbox.perception.outline import Rows
+from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import percentiles
+from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, TURNS, Shape, axes_of, support_terms, turn_terms
 from robosandbox.types import Array
 
@@ -202,7 +202,7 @@ def fit_leaning(seen: Evidence) -> Fit | None:
 
     Its plane is found by `lean_of`.
     """
-    lean = lean_of(seen.surface.points)
+    lean = plane_tilt(seen.surface.points)
     if lean is None:
         return None
     there = seen.turned(lean)

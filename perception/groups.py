@@ -64,7 +64,7 @@ def group(segments: list[Segment]) -> list[Group]:
     boxes = [(segment.points.min(axis=0) - _SAME_PLACE, segment.points.max(axis=0)) for segment in segments]
     for first, second in combinations(range(len(segments)), 2):
         a, b = segments[first], segments[second]
-        if a.view is b.view or root(first) == root(second):
+        if a.frame is b.frame or root(first) == root(second):
             continue
         (low_a, high_a), (low_b, high_b) = boxes[first], boxes[second]
         if (low_a > high_b).any() or (low_b > high_a).any() or not alike(a, b):

@@ -8,20 +8,20 @@ from typing import get_args
 
 import numpy as np
 
-from robosandbox.perception.doubles import explains, may_be_one, same_colour, seen_through
+from robosandbox.perception.albedo import albedo_of
+from robosandbox.perception.containers import Hull, families, find_containers, outer
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.familiar import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
 from robosandbox.perception.fit import Fit, best_fit, fit_leaning
+from robosandbox.perception.frame import Mask
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
-from robosandbox.perception.hollow import Hull, families, find_containers, outer
-from robosandbox.perception.outline import Rows, tangents
-from robosandbox.perception.paint import paint_of
+from robosandbox.perception.merge import explains, may_be_one, same_colour, seen_through
 from robosandbox.perception.quantiles import percentiles
-from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.shape_prior import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
+from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Shape
-from robosandbox.perception.view import Mask
 from robosandbox.shapes import DrawerShape
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
@@ -89,35 +89,35 @@ class Thing:
 
 
 def recognize(
-    groups: Sequence[Group], scenery: Scenery, hulls: Sequence[Hull] = (), known: Sequence[Known] = ()
+    groups: Sequence[Group], frames: FrameSet, hulls: Sequence[Hull] = (), known: Sequence[Known] = ()
 ) -> list[Thing]:
     """Return what the groups are, the lowest first.
 
     Args:
         groups: The pieces of each thing.
-        scenery: Where they are seen.
+        frames: Where they are seen.
         hulls: Of containers that were seen before.
         known: Solid things that were clearly seen before.
     """
-    drawers, groups = find_drawers(families(groups), scenery)
-    containers, rest, scenery = find_containers(groups, scenery, hulls)
+    drawers, groups = find_drawers(families(groups), frames)
+    containers, rest, frames = find_containers(groups, frames, hulls)
     things = [
-        _thing(kind, hull, members, outer(members, (), hull.top, scenery), scenery.table.height, scenery)
+        _thing(kind, hull, members, outer(members, (), hull.top, frames), frames.table.height, frames)
         for kind, hull, members in containers
     ]
-    things += [_as_thing(drawer, scenery) for drawer in drawers]
+    things += [_as_thing(drawer, frames) for drawer in drawers]
     waiting = list(rest)
     while waiting:
         waiting.sort(key=_level)
         members = waiting.pop(0)
-        thing = _solid(members, things, scenery, known)
+        thing = _solid(members, things, frames, known)
         if thing is None or thing.fit.cost > _SEVERAL:
-            parts, scenery = _in_parts(members, things, scenery, thing, known)
+            parts, frames = _in_parts(members, things, frames, thing, known)
             if parts:
                 waiting += parts
                 continue
         if thing is not None:
-            things = _joined(things, thing, scenery, known)
+            things = _joined(things, thing, frames, known)
     return things
 
 
@@ -126,13 +126,13 @@ def _level(members: Group) -> float:
 
 
 def _in_parts(
-    members: Group, things: Sequence[Thing], scenery: Scenery, whole: Thing | None, known: Sequence[Known]
-) -> tuple[list[Group], Scenery]:
+    members: Group, things: Sequence[Thing], frames: FrameSet, whole: Thing | None, known: Sequence[Known]
+) -> tuple[list[Group], FrameSet]:
     """Return the two groups, the lower one first, that explain a group better than one shape does; none where none do."""
     least = _UNEXPLAINED if whole is None else whole.fit.cost
     found: list[Group] = []
-    divided = scenery
-    for (lower, upper), there in _cuts(members, scenery, known):
+    divided = frames
+    for (lower, upper), there in _cuts(members, frames, known):
         if lower is None or upper is None:
             continue
         below = _solid(lower, things, there, known)
@@ -146,95 +146,95 @@ def _in_parts(
     return found, divided
 
 
-def _cuts(members: Group, scenery: Scenery, known: Sequence[Known]) -> Iterator[tuple[Parts, Scenery]]:
+def _cuts(members: Group, frames: FrameSet, known: Sequence[Known]) -> Iterator[tuple[Parts, FrameSet]]:
     """Yield a group cut in two: between known things that lie side by side in it, and at heights."""
     for lower, upper in pairs(candidates(members, known)):
 
         def nearer(points: Array, lower: Fit = lower, upper: Fit = upper) -> Mask:
             return np.asarray(upper.distances(points) < lower.distances(points))
 
-        yield cut(members, nearer, scenery)
+        yield cut(members, nearer, frames)
     for height in ledges(members):
-        yield cut_at(members, height, scenery)
+        yield cut_at(members, height, frames)
 
 
-def _joined(things: Sequence[Thing], new: Thing, scenery: Scenery, known: Sequence[Known]) -> list[Thing]:
+def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequence[Known]) -> list[Thing]:
     """Return the things with a new one, made one with those that turn out to be the same."""
     for other in things:
         if other.kind in CONTAINER_KINDS or not same_colour(other.group, new.group):
             continue
         same = explains(other.fit, new.group) or explains(new.fit, other.group)
-        if not (same or may_be_one(other.group, new.group, scenery)):
+        if not (same or may_be_one(other.group, new.group, frames)):
             continue
         rest = [thing for thing in things if thing is not other]
-        both = _solid(Group((*other.group.segments, *new.group.segments)), rest, scenery, known)
+        both = _solid(Group((*other.group.segments, *new.group.segments)), rest, frames, known)
         if same:
             better = max(other, new, key=lambda thing: len(thing.group.points) * thing.confidence)
             if both is None or both.fit.cost > max(better.fit.cost, _WELL) + _WORSE:
                 both = better
-        elif both is None or both.fit.cost > _TOLERABLY or seen_through(both.fit, scenery):
+        elif both is None or both.fit.cost > _TOLERABLY or seen_through(both.fit, frames):
             continue
-        return _joined(rest, both, scenery, known)
+        return _joined(rest, both, frames, known)
     return [*things, new]
 
 
-def _as_thing(drawer: Drawer, scenery: Scenery) -> Thing:
+def _as_thing(drawer: Drawer, frames: FrameSet) -> Thing:
     hull, seen = drawer.hull, drawer.seen
     return Thing(
         kind="drawer",
         size=drawer.size,
         pose=drawer.pose,
-        rgb=paint_of(drawer.members.segments, hull, scenery),
+        rgb=albedo_of(drawer.members.segments, hull, frames),
         confidence=_confidence(hull, seen.rows),
         sigma=_sigma(hull),
         group=drawer.members,
         fit=hull,
         seen=seen,
-        resting=scenery.table.height,
+        resting=frames.table.height,
         opening=drawer.opening,
     )
 
 
-def measurements(members: Group, scenery: Scenery, *, wary: bool = False) -> Evidence:
+def measurements(members: Group, frames: FrameSet, *, wary: bool = False) -> Evidence:
     """Return the tangent planes and the surface points of a group; wary as for `tangents`."""
     rows, surfaces = [], []
-    for camera, look in scenery.looks.items():
-        own = [segment for segment in members.segments if segment.view.camera == camera]
+    for camera, segmented in frames.by_camera.items():
+        own = [segment for segment in members.segments if segment.frame.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look, wary=wary))
+        rows.append(tangents(own, segmented, wary=wary))
         for segment in own:
             # Neighbouring pixels err together, so that many points say less than their number.
-            sigma = max(look.view.noise, _LEAST_SIGMA)
+            sigma = max(segmented.frame.noise, _LEAST_SIGMA)
             pixels = float(segment.mask.sum())
             share = min(1.0, pixels / _CORRELATED / len(segment.points))
-            surfaces.append(Surface(segment.points, look.view.position, np.sqrt(share) / sigma))
+            surfaces.append(Surface(segment.points, segmented.frame.position, np.sqrt(share) / sigma))
     return Evidence(Rows.stack(rows), Surface.stack(surfaces))
 
 
-def _solid(members: Group, things: Sequence[Thing], scenery: Scenery, known: Sequence[Known]) -> Thing | None:
-    under = _support(members, things, scenery)
-    familiar = _as_known(members, under, scenery, known)
+def _solid(members: Group, things: Sequence[Thing], frames: FrameSet, known: Sequence[Known]) -> Thing | None:
+    under = _support(members, things, frames)
+    familiar = _as_known(members, under, frames, known)
     if familiar is not None and familiar.fit.cost < _WELL:
         return familiar
-    seen = measurements(members, scenery)
+    seen = measurements(members, frames)
     found, resting = _as_any(members, seen, under)
     if familiar is not None and (found is None or familiar.fit.cost < found.cost + GAIN):
         return familiar
     if found is None or found.sizes.min() < _LEAST_EXTENT:
         return None
-    return _thing(named(found.shape), found, members, seen, resting, scenery)
+    return _thing(named(found.shape), found, members, seen, resting, frames)
 
 
-def _as_known(members: Group, under: float, scenery: Scenery, known: Sequence[Known]) -> Thing | None:
+def _as_known(members: Group, under: float, frames: FrameSet, known: Sequence[Known]) -> Thing | None:
     """Return a group as the known thing of its colour that explains it, with the size that it has; None where none does."""
     near = candidates(members, known)
-    astray = [] if near else [each for each in known if same_colour(each.group, members) and is_gone(each, scenery)]
+    astray = [] if near else [each for each in known if same_colour(each.group, members) and is_gone(each, frames)]
     if not near and not astray:
         return None
-    seen = measurements(members, scenery, wary=True)
+    seen = measurements(members, frames, wary=True)
     found = as_one_of(near or astray, seen, under, WORST if near else _WELL)
-    return None if found is None else _thing(named(found.shape), found, members, seen, under, scenery)
+    return None if found is None else _thing(named(found.shape), found, members, seen, under, frames)
 
 
 def _as_any(members: Group, seen: Evidence, under: float) -> tuple[Fit | None, float | None]:
@@ -263,14 +263,14 @@ def _thing(
     members: Group,
     seen: Evidence,
     resting: float | None,
-    scenery: Scenery,
+    frames: FrameSet,
 ) -> Thing:
     size, pose = described(kind, found)
     return Thing(
         kind=kind,
         size=size,
         pose=pose,
-        rgb=paint_of(members.segments, found, scenery, hollow=kind in CONTAINER_KINDS),
+        rgb=albedo_of(members.segments, found, frames, hollow=kind in CONTAINER_KINDS),
         confidence=_confidence(found, seen.rows),
         sigma=_sigma(found),
         group=members,
@@ -301,11 +301,11 @@ def aligned(found: Fit, known: Fit) -> Fit:
     return replace(found, yaw=found.yaw + quarters * np.pi / 2.0, sizes=sizes)
 
 
-def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float:
+def _support(members: Group, things: Sequence[Thing], frames: FrameSet) -> float:
     """Return the height of what the group stands on: the highest thing under its middle, or the table."""
     low, _ = members.bounds
     middle = _foot(members)
-    height = scenery.table.height
+    height = frames.table.height
     for thing in things:
         top = _stands_on(thing, middle)
         if top is not None and height < top < float(low[2]) + _UNDER:
@@ -315,7 +315,7 @@ def _support(members: Group, things: Sequence[Thing], scenery: Scenery) -> float
 
 def _foot(members: Group) -> Array:
     """Return about where the middle (2,) of a group's thing is in the plan, taken to be as deep as it is wide."""
-    sight = np.sum([(each.points - each.view.position).sum(axis=0) for each in members.segments], axis=0)
+    sight = np.sum([(each.points - each.frame.position).sum(axis=0) for each in members.segments], axis=0)
     level = float(np.hypot(sight[0], sight[1]))
     ahead = sight[:2] / max(level, 1e-9)
     axes = np.column_stack([ahead, [-ahead[1], ahead[0]]])

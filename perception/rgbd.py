@@ -6,18 +6,18 @@ import logging
 from pathlib import Path
 
 from robosandbox.perception.calibration import Calibration
-from robosandbox.perception.covering import covered
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame, make_frame
+from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
 from robosandbox.perception.recognize import Thing, recognize
-from robosandbox.perception.scenery import Scenery, take_look
+from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.sensed import SensedSim
-from robosandbox.perception.setup import Setup
-from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.track import Track
-from robosandbox.perception.tracks import Tracker
-from robosandbox.perception.view import Image, Mask, Table, View, check_frame, make_view
+from robosandbox.perception.tracker import Tracker
 from robosandbox.protocols import Sim
 from robosandbox.types import ObservedScene, RgbdFrame
 
@@ -40,7 +40,7 @@ class RgbdPerception:
         calibration: A file that `robo-sandbox calibrate` wrote.
 
     Attributes:
-        scenery: The last look's views.
+        frames: The last look's views.
         things: What the last look showed, before it was put together with what is remembered.
         tags: What tags the last look showed; they are looked for where the setup describes an object with one.
         notes: Why the last look may have missed something.
@@ -56,14 +56,14 @@ class RgbdPerception:
         self._setup = setup
         self._cameras = cameras
         self._calibration = Calibration.load(calibration) if calibration else None
-        self._silhouette: tuple[object, RobotSilhouette] | None = None
+        self._silhouette: tuple[object, RobotMask] | None = None
         self._tracker = Tracker(setup.declared)
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._hands = Hands(None, 0.0)
         self._episode = -1
         self._last: ObservedScene | None = None
         self._sensed: SensedSim | None = None
-        self.scenery = Scenery({}, Table(setup.scene.table_height))
+        self.frames = FrameSet({}, Table(setup.scene.table_height))
         self.things: list[Thing] = []
         self.tags: list[Tag] = []
         self.notes: tuple[str, ...] = ()
@@ -99,21 +99,21 @@ class RgbdPerception:
             self._sensed.believe(scene)
         return scene
 
-    def look(self, frames: list[RgbdFrame], sim: Sim) -> list[Thing]:
+    def look(self, captures: list[RgbdFrame], sim: Sim) -> list[Thing]:
         """Return what these frames show, by themselves.
 
         Args:
-            frames: One of each camera.
+            captures: One of each camera.
             sim: Gives the robot's model.
         """
-        self.scenery = self._scenery(frames, sim)
-        segments = [segment for look in self.scenery.looks.values() for segment in look.segments]
+        self.frames = self._frames(captures, sim)
+        segments = [segment for segmented in self.frames.by_camera.values() for segment in segmented.segments]
         held = self._hands.hold.id if self._hands.hold else None
-        things = recognize(group(segments), self.scenery, self._tracker.hulls(held), self._tracker.solids(held))
+        things = recognize(group(segments), self.frames, self._tracker.hulls(held), self._tracker.solids(held))
         self.things = labelled(things, self.tags)
         return self.things
 
-    def christen(self) -> None:
+    def assign_ids(self) -> None:
         """Give what is remembered other names, with `rename`; here things keep those that they have."""
 
     def rename(self, old: str, new: str) -> None:
@@ -122,36 +122,36 @@ class RgbdPerception:
         if self._hands.hold is not None and self._hands.hold.id == old:
             self._hands.hold.id = new
 
-    def _scenery(self, frames: list[RgbdFrame], sim: Sim) -> Scenery:
+    def _frames(self, captures: list[RgbdFrame], sim: Sim) -> FrameSet:
         table = Table(self._setup.scene.table_height)
         silhouette = self._robot(sim)
         notes = []
-        views: dict[str, View] = {}
+        sound: dict[str, Frame] = {}
         masks: dict[str, tuple[Mask, Image]] = {}
         hold = self._hands.hold
         carried = self._tracker.tracks[hold.id].thing.fit.corners(_AROUND_HELD) if hold else None
         if self._calibration is not None:
-            frames = [self._calibration.apply(frame) for frame in frames]
-        for frame in frames:
-            problem = check_frame(frame)
+            captures = [self._calibration.apply(rgbd) for rgbd in captures]
+        for rgbd in captures:
+            problem = check_frame(rgbd)
             if problem is not None:
                 notes.append(problem)
                 continue
-            silhouette.place(frame.q, frame.gripper_q)
-            robot, near = silhouette.masks(frame, carried)
-            views[frame.camera], masks[frame.camera] = make_view(frame, table, robot), (robot, near)
+            silhouette.place(rgbd.q, rgbd.gripper_q)
+            robot, near = silhouette.masks(rgbd, carried)
+            sound[rgbd.camera], masks[rgbd.camera] = make_frame(rgbd, table, robot), (robot, near)
         self.tags = []
         if self._tag_sizes:
             found = [
                 tag
-                for camera, view in views.items()
-                for tag in find_tags(view, table, masks[camera][0], self._tag_sizes)
+                for camera, frame in sound.items()
+                for tag in find_tags(frame, table, masks[camera][0], self._tag_sizes)
             ]
             self.tags = merged(found)
-            views = covered(views, self.tags, found, table)
-        looks = {camera: take_look(view, table, *masks[camera]) for camera, view in views.items()}
+            sound = tags_removed(sound, self.tags, found, table)
+        by_camera = {camera: segment_frame(frame, table, *masks[camera]) for camera, frame in sound.items()}
         self.notes = tuple(notes)
-        return Scenery(looks, table)
+        return FrameSet(by_camera, table)
 
     def _feel(self, sim: Sim) -> None:
         """Find out from the gripper's readings what it holds, and move that along with it."""
@@ -167,13 +167,13 @@ class RgbdPerception:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None
-        self._tracker.update(self._loose(held), self.scenery, held, seen.tcp_pose.position)
+        self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)
         if self._hands.hold is not None and in_hand is not None:
             # A tag elsewhere may tell that it is not what it was taken for.
             self._hands.hold.id = in_hand.id
         # Of a drawer in the hand the hand tells more than a look that it is in the way of.
         self._hands.move_drawers(seen, self.tracks)
-        self.christen()
+        self.assign_ids()
         held = self._hands.hold.id if self._hands.hold else None
         base = robot.base_position
         clear = [track for track in self.tracks if track.confidence >= _CLEAR or track.id == held]
@@ -196,9 +196,9 @@ class RgbdPerception:
         middle, size = known.fit.centre, float(max(known.fit.sizes)) + 0.02
         return [thing for thing in self.things if float(abs(thing.fit.centre - middle).max()) > size]
 
-    def _robot(self, sim: Sim) -> RobotSilhouette:
+    def _robot(self, sim: Sim) -> RobotMask:
         if self._silhouette is None or self._silhouette[0] is not sim.robot:
-            self._silhouette = (sim.robot, RobotSilhouette(sim.model, sim.robot))
+            self._silhouette = (sim.robot, RobotMask(sim.model, sim.robot))
         return self._silhouette[1]
 
 

@@ -11,8 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.frame import Frame, Image, Mask, Table
 from robosandbox.perception.quantiles import median
-from robosandbox.perception.view import Image, Mask, Table, View
 from robosandbox.types import Array
 
 Labels = NDArray[np.int32]
@@ -48,7 +48,7 @@ class Segment:
     """What one view shows of one thing.
 
     Attributes:
-        view: Where it is seen.
+        frame: Where it is seen.
         mask: Its pixels by colour and depth, within `box`.
         box: Left, top, right, bottom in the picture, pixels; right and bottom are outside.
         points: Some of its surface points in the world, (n, 3).
@@ -57,7 +57,7 @@ class Segment:
         chroma: Its colour without brightness: shares of red and green, (2,).
     """
 
-    view: View
+    frame: Frame
     mask: Mask
     box: tuple[int, int, int, int]
     points: Array
@@ -73,20 +73,20 @@ class Segment:
         return np.asarray(pixels + self.box[:2], dtype=np.float64)
 
 
-def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> list[Segment]:
+def find_segments(frame: Frame, table: Table, robot: Mask, robot_near: Image) -> list[Segment]:
     """Return the pieces that stand on or over the table and are not the robot.
 
     Args:
-        view: A view.
+        frame: A view.
         table: Where things can be.
         robot: Where the robot covers the picture.
         robot_near: How near its nearest part is there; what is nearer stands before it.
     """
-    free = view.valid & (~robot | (view.depth < robot_near))
-    height = view.xyz[2] - np.float32(table.height)
-    low = max(_LEAST_HEIGHT, 3.0 * view.noise)
+    free = frame.valid & (~robot | (frame.depth < robot_near))
+    height = frame.xyz[2] - np.float32(table.height)
+    low = max(_LEAST_HEIGHT, 3.0 * frame.noise)
     limit = np.float32(table.half_extent + _EDGE)
-    free &= (np.abs(view.xyz[0]) < limit) & (np.abs(view.xyz[1]) < limit) & (height > -low) & (height < _HEADROOM)
+    free &= (np.abs(frame.xyz[0]) < limit) & (np.abs(frame.xyz[1]) < limit) & (height > -low) & (height < _HEADROOM)
     raised = free & (height > low)
     box = _box_around(raised, 4 * _BAND)
     if box is None:
@@ -95,25 +95,25 @@ def find_segments(view: View, table: Table, robot: Mask, robot_near: Image) -> l
     crop = np.s_[top:bottom, left:right]
     # What is low is still no table where it has another colour, as the floor of a bin.
     # Where depth is missing colour alone decides, but not beside the robot or what lies beyond the table.
-    beyond = cv2.dilate((view.valid[crop] & (height[crop] < -low)).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
-    blind = ~view.valid[crop] & ~beyond & ~robot[crop]
-    painted = _painted(view, free & ~raised, crop) & (free[crop] | blind)
+    beyond = cv2.dilate((frame.valid[crop] & (height[crop] < -low)).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
+    blind = ~frame.valid[crop] & ~beyond & ~robot[crop]
+    painted = _painted(frame, free & ~raised, crop) & (free[crop] | blind)
     standing = raised[crop] | (free[crop] & painted)
     segments = []
     for part in _parts(standing):
         inside = _within(crop, part)
         if np.count_nonzero(standing[part]) < _WIDE and np.count_nonzero(raised[inside]) < _LEAST_PIXELS:
             continue
-        segments += _cut(view, standing[part], painted[part], raised[inside], height[inside], inside)
+        segments += _cut(frame, standing[part], painted[part], raised[inside], height[inside], inside)
     return segments
 
 
 def _cut(
-    view: View, standing: Mask, painted: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
+    frame: Frame, standing: Mask, painted: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, found, stats, _ = cv2.connectedComponentsWithStats(
-        (standing & ~jumps(view, crop)).view(np.uint8), connectivity=4
+        (standing & ~jumps(frame, crop)).view(np.uint8), connectivity=4
     )
     labels: Labels = found.astype(np.int32, copy=False)
     area = stats[:, cv2.CC_STAT_AREA]
@@ -129,9 +129,9 @@ def _cut(
     if small[1:].all():
         return []
     labels = np.where(small, 0, np.arange(count)).astype(np.int32).take(labels)
-    masks = _grown(labels, standing, painted, view, crop)
+    masks = _grown(labels, standing, painted, frame, crop)
     corner = (crop[1].start, crop[0].start)
-    pieces = (_segment(view, labels, masks, n, stats[n], corner) for n in range(1, count) if not small[n])
+    pieces = (_segment(frame, labels, masks, n, stats[n], corner) for n in range(1, count) if not small[n])
     return [piece for piece in pieces if piece is not None]
 
 
@@ -171,7 +171,7 @@ def _within(crop: tuple[slice, slice], part: tuple[slice, slice]) -> tuple[slice
     return rows, columns
 
 
-def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
+def _painted(frame: Frame, bare: Mask, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels whose colour is clearly not the table's.
 
     The table's picture is taken to vary slowly: a quadratic in the pixel's place for each channel.
@@ -180,7 +180,7 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
     coarse = bare[::_COARSE, ::_COARSE]
     if np.count_nonzero(coarse) < _LEAST_TABLE:
         return np.zeros_like(bare[crop])
-    seen = view.rgb[::_COARSE, ::_COARSE][coarse].astype(np.float64)
+    seen = frame.rgb[::_COARSE, ::_COARSE][coarse].astype(np.float64)
     grid = _quadratic(height, width)
     design = grid[coarse.reshape(-1)]
     keep: Any = slice(None)
@@ -193,7 +193,7 @@ def _painted(view: View, bare: Mask, crop: tuple[slice, slice]) -> Mask:
     plain = np.clip(grid @ shade, 0.0, 255.0).reshape(*coarse.shape, 3).astype(np.uint8)
     whole = cv2.resize(plain, (width, height), interpolation=cv2.INTER_LINEAR)
     noise = float(median(off))
-    off_table = cv2.transform(cv2.absdiff(view.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
+    off_table = cv2.transform(cv2.absdiff(frame.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
     # An edge lies where half of its contrast is reached.
     half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
     return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * noise)))
@@ -207,19 +207,19 @@ def _quadratic(height: int, width: int) -> Array:
     return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
 
 
-def jumps(view: View, crop: tuple[slice, slice]) -> Mask:
+def jumps(frame: Frame, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels beside a step in depth or in colour; shading is no colour."""
-    depth = view.depth[crop]
+    depth = frame.depth[crop]
     kernel = np.ones((3, 3), np.uint8)
     far = cv2.dilate(depth, kernel)
     near = cv2.erode(np.where(depth > 0.0, depth, np.float32(9.0)), kernel)
     steps = (far - near) > _DEPTH_JUMP
-    rgb = cv2.blur(view.rgb[crop], (3, 3)).astype(np.float32)
+    rgb = cv2.blur(frame.rgb[crop], (3, 3)).astype(np.float32)
     ones = np.ones((1, 3), np.float32)
     total = np.maximum(cv2.transform(rgb, ones), 1.0)
     # The darker, the less a share says.
     step = np.float32(_CHROMA_JUMP) + np.float32(_SHARE_NOISE) / cv2.erode(total, kernel)
-    sharp = cv2.transform(view.rgb[crop].astype(np.float32), ones)
+    sharp = cv2.transform(frame.rgb[crop].astype(np.float32), ones)
     dark, light = np.maximum(cv2.erode(sharp, kernel), 12.0), cv2.dilate(sharp, kernel)
     # Black has no colour to tell from others; no shade makes a face of another thing so dark.
     steps |= (light > _BLACK_STEP * dark) & (dark < _BLACK)
@@ -229,7 +229,7 @@ def jumps(view: View, crop: tuple[slice, slice]) -> Mask:
     return np.asarray(steps)
 
 
-def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tuple[slice, slice]) -> Labels:
+def _grown(labels: Labels, standing: Mask, painted: Mask, frame: Frame, crop: tuple[slice, slice]) -> Labels:
     """Return the labels grown to the things' outlines in the colour picture.
 
     Depth ends ragged at edges. Each pixel near a piece goes to it if its colour is nearer to that of the piece's nearest
@@ -245,7 +245,7 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, view: View, crop: tupl
     source = _nearest(sure, pixels)
     piece = labels.reshape(-1)[source]
     if other.any():
-        channels = cv2.split(view.rgb[crop])
+        channels = cv2.split(frame.rgb[crop])
         here, nearest, away = (
             np.array([channel.take(chosen) for channel in channels], dtype=np.float32)
             for chosen in (pixels, source, _nearest(other, pixels))
@@ -287,35 +287,35 @@ def _nearest(mask: Mask, pixels: NDArray[np.int64]) -> NDArray[np.int64]:
 
 
 def _segment(
-    view: View, labels: Labels, grown: Labels, number: int, stats: NDArray[np.int32], corner: tuple[int, int]
+    frame: Frame, labels: Labels, grown: Labels, number: int, stats: NDArray[np.int32], corner: tuple[int, int]
 ) -> Segment | None:
     left, top = max(int(stats[0]) - _REACH, 0), max(int(stats[1]) - _REACH, 0)
     right = min(int(stats[0] + stats[2]) + _REACH, labels.shape[1])
     bottom = min(int(stats[1] + stats[3]) + _REACH, labels.shape[0])
     inside = np.s_[top:bottom, left:right]
     box = (left + corner[0], top + corner[1], right + corner[0], bottom + corner[1])
-    return segment_of(view, _largest(grown[inside] == number), labels[inside] == number, box)
+    return segment_of(frame, _largest(grown[inside] == number), labels[inside] == number, box)
 
 
-def segment_of(view: View, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
+def segment_of(frame: Frame, mask: Mask, core: Mask, box: tuple[int, int, int, int]) -> Segment | None:
     """Return a piece of a picture; None where too little of it is sure.
 
     Args:
-        view: Where it is seen.
+        frame: Where it is seen.
         mask: Its pixels within `box`.
         core: Those of which depth and colour are sure.
         box: Left, top, right, bottom in the picture; right and bottom are outside.
     """
     picture = np.s_[box[1] : box[3], box[0] : box[2]]
-    core = core & view.valid[picture]
-    points = view.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
+    core = core & frame.valid[picture]
+    points = frame.xyz[:, picture[0], picture[1]][:, core].T.astype(np.float64)
     if len(points) < _LEAST_PIXELS:
         return None
-    colours = view.rgb[picture][core].astype(np.float64)
+    colours = frame.rgb[picture][core].astype(np.float64)
     rgb = median(colours)
     step = max(1, len(points) // _POINTS)
     return Segment(
-        view=view,
+        frame=frame,
         mask=mask,
         box=box,
         points=points[::step],

@@ -1,167 +1,209 @@
-"""Where the robot is in a picture: its own shapes, placed by its joints and projected, without drawing the scene again."""
+"""What silhouettes say of a shape: each tangent of a mask is a plane through the camera that the shape just touches."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
-import cv2
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import ConvexHull, QhullError
 
-from robosandbox.perception.view import Mask
-from robosandbox.robots.robot import Robot
-from robosandbox.types import Array, RgbdFrame
+from robosandbox.perception.frame import Mask
+from robosandbox.perception.frames import SegmentedFrame
+from robosandbox.perception.quantiles import median, percentiles
+from robosandbox.perception.segments import Segment
+from robosandbox.types import Array
 
-_DRAWN_GROUPS = 3
-_MARGIN_PIXELS = 3
-_NEAR = 0.02
-_IN_FRONT = 0.012
-_ROUND = 14
-_MOST_VERTICES = 150
+_DIRECTIONS = 32
+_OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])
+_OCCLUDES = 0.012
+_BESIDE = 3.0
+_ASIDE = 0.6
+_BESIDE_REACH = 0.85
+_WARY_REACH = 0.5
+_UNDER = 0.006
+_EDGE = 0.75
+_FEW = 6
+_LONG_CUT = 4
+_AT_CUT = 4.0
+_OUTER = 0.3
+_AWAY = -0.2
+_SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+# A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
+_PIXEL_BIAS = 0.32
+_PIXEL_SIGMA = 0.45
+_CALIBRATION = 0.0007
+
+_ANGLES = np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS
+_NORMALS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES)])
+_AGREE = _NORMALS @ _NORMALS.T
+# Steps from an extreme pixel: inwards, straight outwards, (steps, k, 2), and all around, (ways, 2).
+_INWARDS = -2.0 * _NORMALS
+_OUTWARDS = _OUTSIDE[:, None, None] * _NORMALS
+_CLOSE = (_OUTSIDE <= _BESIDE)[:, None]
+_AROUND = _AT_CUT * _NORMALS[::2]
+_OUTER_SIDE = _NORMALS @ _AROUND.T > _OUTER * _AT_CUT
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    body: int
-    vertices: Array
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Values of a shape's support function: max over its points of normal . x equals value.
 
-
-class RobotSilhouette:
-    """Projects the robot's drawn shapes, each as its convex hull, into cameras.
-
-    It reads the robot's part of a model and keeps data of its own; objects are none of its business.
-
-    Args:
-        model: A model with the robot in it.
-        robot: The robot bound to it.
+    Attributes:
+        normals: Unit vectors in the world, (n, 3).
+        values: Metres, (n,).
+        weights: 1 / standard deviation, 1/m, (n,).
     """
 
-    def __init__(self, model: mujoco.MjModel, robot: Robot) -> None:
-        self._model = model
-        self._robot = robot
-        self._data = mujoco.MjData(model)
-        parts = [
-            _Part(int(model.geom_bodyid[geom]), vertices)
-            for geom in range(model.ngeom)
-            if int(model.geom_bodyid[geom]) in robot.bodies
-            and model.geom_group[geom] < _DRAWN_GROUPS
-            and model.geom_rgba[geom, 3] > 0.0
-            and (vertices := _vertices(model, geom)) is not None
-        ]
-        self._bodies = np.array([part.body for part in parts], dtype=int)
-        self._vertices = np.vstack([np.zeros((0, 3)), *(part.vertices for part in parts)])
-        counts = np.array([len(part.vertices) for part in parts], dtype=int)
-        self._part_of = np.repeat(np.arange(len(parts)), counts)
-        self._ends = np.concatenate([[0], np.cumsum(counts)])
+    normals: Array
+    values: Array
+    weights: Array
 
-    def place(self, q: Array, gripper_q: Array) -> None:
-        """Put the robot as its encoders say it stood."""
-        self._data.qpos[self._robot.qpos_indices] = q
-        if self._robot.gripper is not None and len(gripper_q):
-            self._data.qpos[self._robot.gripper.joint_indices] = gripper_q
-        mujoco.mj_kinematics(self._model, self._data)
-
-    def masks(self, frame: RgbdFrame, carried: Array | None = None) -> tuple[Mask, NDArray[np.float32]]:
-        """Return where the robot is, and how near its nearest part there may be; call `place` first.
-
-        Args:
-            frame: Gives the camera; a distorted picture is taken as straightened.
-            carried: Points of the world (n, 3) whose hull is what the hand holds: it counts as part of the robot.
-
-        Returns:
-            The mask (height, width), a few pixels wider than the robot, and depths (height, width), metres: what is
-            nearer than these stands before the robot.
-        """
-        lens, pose = frame.intrinsics, frame.pose_camera_in_world
-        nearest = np.full((lens.height, lens.width), np.inf, dtype=np.float32)
-        rotation, position = pose.rotation, pose.position
-        # All vertices at once: body to world to camera is one rotation and one shift for each part.
-        turns = rotation.T @ self._data.xmat[self._bodies].reshape(-1, 3, 3)
-        shifts = (self._data.xpos[self._bodies] - position) @ rotation
-        every = np.einsum("nij,nj->ni", turns[self._part_of], self._vertices) + shifts[self._part_of]
-        ends = list(self._ends)
-        if carried is not None:
-            every = np.vstack([every, (carried - position) @ rotation])
-            ends.append(len(every))
-        depths = np.maximum(every[:, 2], _NEAR)
-        flat = every[:, :2] / depths[:, None] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
-        first = np.array(ends[:-1], dtype=int)
-        near = np.minimum.reduceat(depths, first)
-        ahead = np.maximum.reduceat(every[:, 2], first) >= _NEAR
-        inside = (np.maximum.reduceat(flat, first) >= 0).all(axis=1)
-        inside &= (np.minimum.reduceat(flat, first) <= [lens.width, lens.height]).all(axis=1)
-        seen = np.flatnonzero(ahead & inside)
-        corners = np.clip(flat, -4000, 4000).astype(np.float32)
-        # Near parts last, so that the nearest depth stays.
-        for part in seen[np.argsort(-near[seen], kind="stable")]:
-            outline = cv2.convexHull(corners[ends[part] : ends[part + 1]]).astype(np.int32)
-            depth = float(near[part]) - _IN_FRONT
-            cv2.fillConvexPoly(nearest, outline, depth)
-            cv2.polylines(nearest, [outline], True, depth, 2 * _MARGIN_PIXELS)
-        return np.isfinite(nearest), nearest
+    @staticmethod
+    def stack(parts: list[Rows]) -> Rows:
+        """Return all rows as one."""
+        if not parts:
+            return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+        return Rows(
+            np.concatenate([part.normals for part in parts]),
+            np.concatenate([part.values for part in parts]),
+            np.concatenate([part.weights for part in parts]),
+        )
 
 
-def _vertices(model: mujoco.MjModel, geom: int) -> Array | None:
-    """Return points whose hull is the geom, in its body's frame, (n, 3)."""
-    size = model.geom_size[geom]
-    match mujoco.mjtGeom(int(model.geom_type[geom])):
-        case mujoco.mjtGeom.mjGEOM_BOX:
-            local = _corners() * size
-        case mujoco.mjtGeom.mjGEOM_SPHERE:
-            local = _ball() * size[0]
-        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-            local = _ball() * size
-        case mujoco.mjtGeom.mjGEOM_CAPSULE:
-            ball = _ball() * size[0]
-            local = np.vstack([ball + [0.0, 0.0, size[1]], ball - [0.0, 0.0, size[1]]])
-        case mujoco.mjtGeom.mjGEOM_CYLINDER:
-            ring = _ring() * size[0]
-            local = np.vstack([ring + [0.0, 0.0, size[1]], ring - [0.0, 0.0, size[1]]])
-        case mujoco.mjtGeom.mjGEOM_MESH:
-            mesh = int(model.geom_dataid[geom])
-            first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
-            local = _thinned(model.mesh_vert[first : first + count].astype(np.float64))
-        case _:
-            return None
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
-    points: Array = local @ rotation.reshape(3, 3).T + model.geom_pos[geom]
-    return points
+def tangents(
+    segments: Sequence[Segment], segmented: SegmentedFrame, kin: Sequence[Segment] = (), *, wary: bool = False
+) -> Rows:
+    """Return the tangent planes of one view's segments together, without those where something nearer cuts them off.
+
+    Args:
+        segments: One thing's pieces in this view.
+        segmented: The frame.
+        kin: Pieces that may be of the same thing, and so do not cut it off.
+        wary: Leave out more of those near a place where something else begins; what is left still tells where a thing
+            of known size is.
+
+    For a pinhole with matrix K a line l in the picture is the plane K' l through the camera (Hartley and Zisserman,
+    Multiple View Geometry, 8.1).
+    """
+    own = {id(segment) for segment in (*segments, *kin)}
+    others = np.array([False, *(id(segment) not in own for segment in segmented.segments)])
+    key = (tuple(segments), others.tobytes(), wary)
+    if key not in segmented.made:
+        segmented.made[key] = _tangents(segments, segmented, others, wary=wary)
+    rows: Rows = segmented.made[key]
+    return rows
 
 
-def _thinned(vertices: Array) -> Array:
-    """Return the extreme ones of a mesh's vertices: those of its hull, of many the ones that reach farthest some way."""
-    try:
-        hull = np.array(vertices[ConvexHull(vertices).vertices])
-    except QhullError:
-        # A flat mesh has no volume; all its vertices are extreme.
-        hull = vertices
-    if len(hull) <= _MOST_VERTICES:
-        return hull
-    # Spread evenly over the sphere (Fibonacci's lattice).
-    heights = 1.0 - (2.0 * np.arange(_MOST_VERTICES) + 1.0) / _MOST_VERTICES
-    angles = np.arange(_MOST_VERTICES) * np.pi * (3.0 - np.sqrt(5.0))
-    across = np.sqrt(1.0 - heights**2)
-    directions = np.column_stack([across * np.cos(angles), across * np.sin(angles), heights])
-    return np.array(hull[np.unique((hull @ directions.T).argmax(axis=0))])
+def _tangents(segments: Sequence[Segment], segmented: SegmentedFrame, others: Mask, *, wary: bool) -> Rows:
+    frame = segmented.frame
+    outline = np.concatenate([segment.outline for segment in segments])
+    if not len(outline):
+        return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    points = np.concatenate([segment.points for segment in segments])
+    reach = outline @ _NORMALS.T
+    farthest = reach.max(axis=0)
+    # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
+    last = (reach > farthest - _EDGE).astype(np.float64)
+    extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
+    free = _free_ends(segmented, others, extreme, points, wary=wary)
+    if not free.any():
+        return Rows(np.zeros((0, 3)), np.zeros(0), np.zeros(0))
+    normals, ends = _NORMALS[free], farthest[free] + _PIXEL_BIAS
+    planes = np.column_stack([normals, -ends]) @ frame.matrix
+    planes /= np.linalg.norm(planes, axis=1, keepdims=True)
+    world = planes @ frame.rotation.T
+    distance = float(median(np.linalg.norm(points - frame.position, axis=1)))
+    sigma = np.hypot(_PIXEL_SIGMA * distance / frame.focal, _CALIBRATION)
+    return Rows(world, world @ frame.position, np.full(len(world), 1.0 / sigma))
 
 
-def _corners() -> Array:
-    return np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+def _free_ends(segmented: SegmentedFrame, others: Mask, extreme: Array, points: Array, *, wary: bool) -> Mask:
+    """Return which extreme pixels (k, 2) end against the table or something clearly farther away.
+
+    Args:
+        segmented: The frame.
+        others: Which pieces are of something else, by their number in `segmented.pieces`.
+        extreme: The pixels.
+        points: Surface points of the thing in the world, (n, 3).
+        wary: As for `tangents`.
+    """
+    frame = segmented.frame
+    height, width = frame.depth.shape
+    here = frame.depth.take(_places(extreme + _INWARDS, width, height)[0]).astype(np.float64)
+    usual = float(median((points - frame.position) @ frame.rotation[:, 2]))
+    here = np.where(np.abs(here - usual) < 0.15, here, usual)
+    low = float(percentiles(points[:, 2], [3.0])[0])
+    # All steps outwards at once: (steps, k).
+    places, out = _places(extreme + _OUTWARDS, width, height)
+    depth, valid = frame.depth.take(places), frame.valid.take(places)
+    strange = others.take(segmented.pieces.take(places))
+    lower = frame.xyz[2].take(places) < low + _UNDER
+    hidden = (out & _CLOSE) | (segmented.robot.take(places) & (segmented.robot_near.take(places) < here + 0.02))
+    # The table before a thing is nearer than it is, and covers nothing.
+    hidden |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
+    tags_removed: Mask = np.any(hidden, axis=0)
+    # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
+    # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
+    level = valid & ~((depth > here + _OCCLUDES) | lower)
+    beside = np.zeros(len(extreme), dtype=bool)
+    unknown = np.zeros(len(extreme), dtype=bool)
+    for step in range(len(_OUTSIDE)):
+        asked = strange[step] & (unknown | _CLOSE[step])
+        beside |= asked & level[step]
+        unknown = (unknown | asked) & ~(asked & valid[step])
+    beside |= unknown
+    around, _ = _places(extreme[:, None] + _AROUND, width, height)
+    if wary:
+        beside |= _next_to_others(segmented, others, around, here, low)
+    # A corner where a cut begins is no end of the thing either, whichever way it points.
+    tags_removed |= np.any(
+        segmented.robot.take(around) & (segmented.robot_near.take(around) < here[:, None] + 0.02), axis=1
+    )
+    # What is cut off may reach farther than what is left, and not only straight across the cut.
+    free = sure = ~tags_removed & ~beside
+    for cut, reach in (
+        (tags_removed, 0.0 if tags_removed.sum() >= _LONG_CUT else _ASIDE),
+        (beside, _WARY_REACH if wary else _BESIDE_REACH),
+    ):
+        if cut.any():
+            free = free & (_AGREE[:, cut].max(axis=1) < reach)
+    if free.sum() < _FEW:
+        free = sure
+    for side, at_border in zip(_SIDES, _borders(extreme, width, height), strict=True):
+        if at_border:
+            free &= _NORMALS @ side < _AWAY
+    return free
 
 
-def _ring() -> Array:
-    angles = np.arange(_ROUND) * 2.0 * np.pi / _ROUND
-    # On the circle that has the same area on average as the ring has between its corners.
-    wide = 1.0 / float(np.sqrt(np.cos(np.pi / _ROUND)))
-    return wide * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(_ROUND)])
+def _next_to_others(segmented: SegmentedFrame, others: Mask, around: NDArray[np.intp], here: Array, low: float) -> Mask:
+    """Return which extreme pixels have something else as near close to them, on the outer side: depth ends before edges do.
+
+    Args:
+        segmented: The frame.
+        others: As for `_free_ends`.
+        around: The flat pixels around each extreme one, (k, ways).
+        here: How far away the thing is at each, (k,), metres.
+        low: How low it reaches, metres.
+    """
+    frame = segmented.frame
+    valid, strange = frame.valid.take(around), others.take(segmented.pieces.take(around))
+    behind = valid & (
+        (frame.depth.take(around) > here[:, None] + _OCCLUDES) | (frame.xyz[2].take(around) < low + _UNDER)
+    )
+    return np.asarray((_OUTER_SIDE & strange & ~behind).any(axis=1))
 
 
-def _ball() -> Array:
-    rings = [
-        np.column_stack([_ring()[:, :2] * np.cos(tilt), np.full(_ROUND, np.sin(tilt))])
-        for tilt in np.radians([-60.0, -30.0, 0.0, 30.0, 60.0])
-    ]
-    return np.vstack([*rings, [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]])
+def _places(pixels: Array, width: int, height: int) -> tuple[NDArray[np.intp], Mask]:
+    """Return the flat pixels (...) of a picture that are nearest to places (..., 2), and which of these are outside of it."""
+    nearest = np.rint(pixels).astype(np.intp)
+    x, y = nearest[..., 0], nearest[..., 1]
+    columns, rows = np.minimum(np.maximum(x, 0), width - 1), np.minimum(np.maximum(y, 0), height - 1)
+    return rows * width + columns, (columns != x) | (rows != y)
+
+
+def _borders(extreme: Array, width: int, height: int) -> tuple[bool, ...]:
+    """Return whether the left, right, upper and lower border of the picture cuts the mask."""
+    left, upper = extreme.min(axis=0)
+    right, lower = extreme.max(axis=0)
+    return left <= 2, right >= width - 3, upper <= 2, lower >= height - 3

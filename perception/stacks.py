@@ -7,10 +7,10 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
+from robosandbox.perception.frame import Mask
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
-from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.segments import Segment, segment_of
-from robosandbox.perception.view import Mask
 from robosandbox.types import Array
 
 Parts = tuple[Group | None, Group | None]
@@ -48,45 +48,45 @@ def _change(members: Group, heights: Array) -> float:
     return float(heights[int(np.argmax(spread))])
 
 
-def cut_at(members: Group, height: float, scenery: Scenery) -> tuple[Parts, Scenery]:
+def cut_at(members: Group, height: float, frames: FrameSet) -> tuple[Parts, FrameSet]:
     """Return what of a group lies lower and higher than a height, and the scenery with the pieces cut."""
-    return cut(members, lambda points: points[:, 2] > height, scenery)
+    return cut(members, lambda points: points[:, 2] > height, frames)
 
 
-def cut(members: Group, chosen: Callable[[Array], Mask], scenery: Scenery) -> tuple[Parts, Scenery]:
+def cut(members: Group, chosen: Callable[[Array], Mask], frames: FrameSet) -> tuple[Parts, FrameSet]:
     """Return what of a group is not of a part and what is, None for nothing, and the scenery with the pieces cut.
 
     Args:
         members: The group.
         chosen: Tells which points (n, 3) of the world are of the part, (n,).
-        scenery: Where it is seen.
+        frames: Where it is seen.
     """
-    looks = dict(scenery.looks)
+    by_camera = dict(frames.by_camera)
     others: list[Segment] = []
     part: list[Segment] = []
     for segment in members.segments:
-        look = looks[segment.view.camera]
+        segmented = by_camera[segment.frame.camera]
         mask = _of_part(segment, chosen)
-        piece = segment_of(segment.view, mask, mask, segment.box)
+        piece = segment_of(segment.frame, mask, mask, segment.box)
         if piece is None:
             others.append(segment)
         elif (mask == segment.mask).all():
             part.append(segment)
         else:
-            looks[segment.view.camera], rest = look.divided(segment, piece)
+            by_camera[segment.frame.camera], rest = segmented.divided(segment, piece)
             part.append(piece)
             if rest is not None:
                 others.append(rest)
     found = (Group(tuple(others)) if others else None, Group(tuple(part)) if part else None)
-    return found, Scenery(looks, scenery.table)
+    return found, FrameSet(by_camera, frames.table)
 
 
 def _of_part(segment: Segment, chosen: Callable[[Array], Mask]) -> Mask:
     """Return a piece's pixels of a part; where depth is missing the nearest pixels with depth decide."""
     left, top, right, bottom = segment.box
-    sure = segment.mask & segment.view.valid[top:bottom, left:right]
+    sure = segment.mask & segment.frame.valid[top:bottom, left:right]
     part = np.zeros_like(sure)
-    part[sure] = chosen(segment.view.xyz[:, top:bottom, left:right][:, sure].T.astype(np.float64))
+    part[sure] = chosen(segment.frame.xyz[:, top:bottom, left:right][:, sure].T.astype(np.float64))
     to_part, to_rest = (
         cv2.distanceTransform((~pixels).astype(np.uint8), cv2.DIST_L2, 3) for pixels in (part, sure & ~part)
     )

@@ -14,9 +14,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.frame import Frame, Image, Mask, Table, as_picture
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.recognize import Thing
-from robosandbox.perception.view import Image, Mask, Table, View, as_picture
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
 from robosandbox.types import Array
 
@@ -74,22 +74,22 @@ class Tag:
         return np.asarray(self.centre + factor * (self.corners - self.centre))
 
 
-def find_tags(view: View, table: Table, robot: Mask, sizes: Iterable[float]) -> list[Tag]:
+def find_tags(frame: Frame, table: Table, robot: Mask, sizes: Iterable[float]) -> list[Tag]:
     """Return the tags that a view shows on what stands on the table.
 
     Args:
-        view: The picture.
+        frame: The picture.
         table: Over which they are.
         robot: Where the robot covers the picture.
         sizes: Edges that tags may have, metres.
     """
     edges = _distinct(sizes)
     found: list[Tag] = []
-    for box, height in _raised(view, table, robot):
-        above = _FromAbove(view, box, height, edges[0])
+    for box, height in _raised(frame, table, robot):
+        above = _FromAbove(frame, box, height, edges[0])
         for edge in edges:
             for number, pixels in above.squares(edge):
-                tag = _placed(number, pixels, view)
+                tag = _placed(number, pixels, frame)
                 if tag is not None:
                     found.append(tag)
     return found
@@ -128,14 +128,14 @@ def _distinct(sizes: Iterable[float]) -> list[float]:
     return kept
 
 
-def _raised(view: View, table: Table, robot: Mask) -> Iterator[tuple[tuple[int, int, int, int], float]]:
+def _raised(frame: Frame, table: Table, robot: Mask) -> Iterator[tuple[tuple[int, int, int, int], float]]:
     """Yield the parts of a picture, left, top, right, bottom, that show something on the table, and how high it is."""
-    height: Image = view.xyz[2]
+    height: Image = frame.xyz[2]
     limit = float(table.half_extent)
-    over = cv2.inRange(height, table.height + max(_LEAST_HEIGHT, 3.0 * view.noise), 1e3)
-    over &= cv2.inRange(view.xyz[0], -limit, limit)
-    over &= cv2.inRange(view.xyz[1], -limit, limit)
-    free: Mask = (over > 0) & view.valid & ~robot
+    over = cv2.inRange(height, table.height + max(_LEAST_HEIGHT, 3.0 * frame.noise), 1e3)
+    over &= cv2.inRange(frame.xyz[0], -limit, limit)
+    over &= cv2.inRange(frame.xyz[1], -limit, limit)
+    free: Mask = (over > 0) & frame.valid & ~robot
     wide = cv2.dilate(free.view(np.uint8), np.ones((3, 3), np.uint8))
     count, labels, stats, _ = cv2.connectedComponentsWithStats(wide, connectivity=8)
     rows, columns = free.shape
@@ -152,16 +152,16 @@ class _FromAbove:
     """A part of a picture drawn as it would be seen from straight above, true to scale at one height.
 
     Args:
-        view: The picture.
+        frame: The picture.
         box: Left, top, right, bottom, pixels.
         height: In the world, metres.
         edge: Of the smallest tag, metres.
     """
 
-    def __init__(self, view: View, box: tuple[int, int, int, int], height: float, edge: float) -> None:
+    def __init__(self, frame: Frame, box: tuple[int, int, int, int], height: float, edge: float) -> None:
         left, top, right, bottom = box
-        offset = np.array([0.0, 0.0, height]) - view.position
-        plan_to_pixel = view.matrix @ view.rotation.T @ np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], offset])
+        offset = np.array([0.0, 0.0, height]) - frame.position
+        plan_to_pixel = frame.matrix @ frame.rotation.T @ np.column_stack([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], offset])
         ends = np.array([[left, top], [right, top], [right, bottom], [left, bottom]], dtype=float)
         plan = _through(np.asarray(np.linalg.inv(plan_to_pixel), dtype=np.float64), ends)
         low, high = plan.min(axis=0), plan.max(axis=0)
@@ -172,7 +172,7 @@ class _FromAbove:
         )
         size = int((high[1] - low[1]) / self._step) + 1, int((high[0] - low[0]) / self._step) + 1
         corner = np.array([[1.0, 0.0, left], [0.0, 1.0, top], [0.0, 0.0, 1.0]])
-        grey = cv2.cvtColor(np.ascontiguousarray(view.rgb[top:bottom, left:right]), cv2.COLOR_RGB2GRAY)
+        grey = cv2.cvtColor(np.ascontiguousarray(frame.rgb[top:bottom, left:right]), cv2.COLOR_RGB2GRAY)
         self._drawn = as_picture(
             cv2.warpPerspective(
                 grey,
@@ -314,25 +314,25 @@ def _through(matrix: Array, points: Array) -> Array:
     return np.asarray(taken[:, :2] / taken[:, 2:])
 
 
-def _placed(number: int | None, pixels: Array, view: View) -> Tag | None:
+def _placed(number: int | None, pixels: Array, frame: Frame) -> Tag | None:
     """Return the tag with these corner pixels (4, 2) at the height that depth shows; None where what it shows is not level."""
     low = np.maximum(np.floor(pixels.min(axis=0)).astype(int), 0)
     size = np.ceil(pixels.max(axis=0)).astype(int) + 1 - low
     rows, columns = np.nonzero(filled(pixels - low, (max(int(size[1]), 1), max(int(size[0]), 1))))
     rows, columns = rows + low[1], columns + low[0]
-    inside = (rows < view.depth.shape[0]) & (columns < view.depth.shape[1])
+    inside = (rows < frame.depth.shape[0]) & (columns < frame.depth.shape[1])
     rows, columns = rows[inside], columns[inside]
-    known = view.valid[rows, columns]
+    known = frame.valid[rows, columns]
     if np.count_nonzero(known) < 0.5 * max(len(rows), 1):
         return None
-    heights = view.xyz[2, rows[known], columns[known]].astype(np.float64)
+    heights = frame.xyz[2, rows[known], columns[known]].astype(np.float64)
     height = float(median(heights))
-    if float(median(np.abs(heights - height))) > max(_LEVEL_WITHIN, 3.0 * view.noise):
+    if float(median(np.abs(heights - height))) > max(_LEVEL_WITHIN, 3.0 * frame.noise):
         return None
-    rays = np.column_stack([(pixels - view.matrix[:2, 2]) / np.diag(view.matrix)[:2], np.ones(4)]) @ view.rotation.T
-    lengths = (height - view.position[2]) / rays[:, 2]
+    rays = np.column_stack([(pixels - frame.matrix[:2, 2]) / np.diag(frame.matrix)[:2], np.ones(4)]) @ frame.rotation.T
+    lengths = (height - frame.position[2]) / rays[:, 2]
     edges = np.linalg.norm(pixels - np.roll(pixels, 1, axis=0), axis=1)
-    return Tag(number, view.position + rays * lengths[:, None], view.camera, float(edges.min()))
+    return Tag(number, frame.position + rays * lengths[:, None], frame.camera, float(edges.min()))
 
 
 def filled(pixels: Array, shape: tuple[int, ...]) -> NDArray[np.uint8]:

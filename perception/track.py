@@ -8,10 +8,10 @@ import numpy as np
 
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
-from robosandbox.perception.familiar import AS_MUCH
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
 from robosandbox.perception.naming import extents
 from robosandbox.perception.recognize import Thing, aligned, described
+from robosandbox.perception.shape_prior import AS_MUCH
 from robosandbox.types import CONTAINER_KINDS, DetectedObject, Pose
 
 _STILL = 0.004
@@ -48,7 +48,7 @@ class Track:
 
     id: str
     thing: Thing
-    looks: int = 1
+    by_camera: int = 1
     hidden: bool = False
     confidence: float = 1.0
     tag: int | None = None
@@ -81,7 +81,7 @@ def carry(track: Track, pose: Pose) -> None:
     track.thing = replace(track.thing, pose=pose, fit=moved)
 
 
-def renew(track: Track, thing: Thing) -> None:
+def update_from(track: Track, thing: Thing) -> None:
     """Take a new look at a known thing: averaged with the last ones while it lies still."""
     old = track.thing
     track.hidden = False
@@ -109,19 +109,19 @@ def renew(track: Track, thing: Thing) -> None:
             # Things do not grow or shrink; with no better a view this is a wrong one.
             track.confidence *= FADING
             return
-        if _is_glimpse(track, thing):
+        if _is_partial_view(track, thing):
             # A corner of it that shows among others tells that it is there, and less well than was known where.
             track.confidence *= FADING
             return
         found = aligned(thing.fit, old.fit)
         size, pose = described(thing.kind, found)
         track.thing = replace(thing, fit=found, size=size, pose=pose)
-        track.looks, track.confidence = 1, thing.confidence
+        track.by_camera, track.confidence = 1, thing.confidence
         if not _same_size(old, found):
             track.tangents = _tangents(thing)
         return
-    share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, 0.05))
-    track.looks += 1
+    share = thing.confidence / (thing.confidence + min(track.by_camera, _MOST_LOOKS) * max(old.confidence, 0.05))
+    track.by_camera += 1
     seen = aligned(thing.fit, old.fit)
     better = seen if thing.confidence > old.confidence else old.fit
     # Half hidden it tells where it is; how large it is has been seen better.
@@ -161,7 +161,7 @@ def _changed(track: Track, thing: Thing) -> bool:
     return old.confidence > SURELY and ratio > _ANOTHER_SIZE
 
 
-def _is_glimpse(track: Track, thing: Thing) -> bool:
+def _is_partial_view(track: Track, thing: Thing) -> bool:
     """Tell whether a look shows a thing where it is known to be, but far less surely."""
     off = float(np.linalg.norm(track.thing.fit.centre - thing.fit.centre))
     return thing.confidence < _GLIMPSE * track.confidence and off < 0.5 * float(

@@ -16,8 +16,8 @@ from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.perception.relations import centre
-from robosandbox.perception.setup import Setup, make_perception
 from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend

@@ -10,17 +10,17 @@ from robosandbox.errors import InputError, RenderingError, SensorError
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
 from robosandbox.perception.drawers import find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.factory import Setup
 from robosandbox.perception.fit import fit
+from robosandbox.perception.frame import check_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
-from robosandbox.perception.outline import Rows
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.relations import inside
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.perception.setup import Setup
-from robosandbox.perception.silhouette import RobotSilhouette
+from robosandbox.perception.robot_mask import RobotMask
+from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, support_terms, turn_terms
-from robosandbox.perception.view import check_frame
 from robosandbox.protocols import ForkableSim
 from robosandbox.sim.board import Board
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -253,10 +253,10 @@ def test_two_drawers_are_told_apart():
     with open_session(scene, perception="rgbd", sensor="realsense") as session:
         drawers = [item for item in session.observe().objects if item.kind == "drawer"]
         true = [session.sim.truth().objects[name].pose.xyz for name in places]
-        scenery = session.ctx.perception.scenery
-        pieces = group([segment for look in scenery.looks.values() for segment in look.segments])
+        frames = session.ctx.perception.frames
+        pieces = group([segment for look in frames.by_camera.values() for segment in look.segments])
         orders = itertools.permutations([piece] for piece in pieces)
-        assert all(len(find_drawers(order, scenery)[0]) == 2 for order in orders)
+        assert all(len(find_drawers(order, frames)[0]) == 2 for order in orders)
     assert len(drawers) == 2
     for position in true:
         assert min(np.linalg.norm(item.pose.position - position) for item in drawers) < 0.01
@@ -384,7 +384,7 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 def test_the_robot_is_masked_without_drawing_it(session):
     sim = session.sim
     seen = sim.capture("scene")
-    silhouette = RobotSilhouette(sim.model, sim.robot)
+    silhouette = RobotMask(sim.model, sim.robot)
     silhouette.place(seen.q, seen.gripper_q)
     sim.sensor = SENSORS["ideal"]
     mask, _ = silhouette.masks(sim.capture("scene"))

@@ -5,18 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from robosandbox.perception.abiding import stands_in_its_contents
 from robosandbox.perception.evidence import Evidence, Surface
-from robosandbox.perception.familiar import Known, candidates
 from robosandbox.perception.fit import fit
+from robosandbox.perception.frame import Table
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
-from robosandbox.perception.outline import Rows
+from robosandbox.perception.occlusion import is_its_contents
 from robosandbox.perception.recognize import Thing, described
-from robosandbox.perception.scenery import Scenery
 from robosandbox.perception.sensed import SensedSim
-from robosandbox.perception.track import Track, renew
-from robosandbox.perception.tracks import Tracker
-from robosandbox.perception.view import Table
+from robosandbox.perception.shape_prior import Known, candidates
+from robosandbox.perception.silhouette import Rows
+from robosandbox.perception.track import Track, update_from
+from robosandbox.perception.tracker import Tracker
 from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, Pose
 
@@ -77,7 +77,7 @@ def test_a_poorer_look_does_not_change_a_bin_s_size():
     track = Track("bin", look_at_bin((0.1, 0.3), BIN))
     known, tangents = track.thing.size, track.tangents
     # A can that stands out of it makes it look higher.
-    renew(track, look_at_bin((0.1, 0.3), BIN + [0.0, 0.0, 0.004], cameras=CAMERAS[:1], confidence=0.6))
+    update_from(track, look_at_bin((0.1, 0.3), BIN + [0.0, 0.0, 0.004], cameras=CAMERAS[:1], confidence=0.6))
     assert np.allclose(track.thing.size, known, atol=0.0005)
     assert track.tangents == tangents
     assert track.confidence > 0.9
@@ -86,7 +86,7 @@ def test_a_poorer_look_does_not_change_a_bin_s_size():
 def test_a_poorer_look_tells_where_a_bin_has_been_pushed():
     track = Track("bin", look_at_bin((0.1, 0.3), BIN))
     known, tangents = track.thing.size, track.tangents
-    renew(track, look_at_bin((0.13, 0.28), BIN, cameras=CAMERAS[:1], confidence=0.7))
+    update_from(track, look_at_bin((0.13, 0.28), BIN, cameras=CAMERAS[:1], confidence=0.7))
     assert np.allclose(track.thing.fit.centre[:2], (0.13, 0.28), atol=0.002)
     assert np.allclose(track.thing.size, known, atol=0.0005)
     assert track.tangents == tangents
@@ -95,7 +95,7 @@ def test_a_poorer_look_tells_where_a_bin_has_been_pushed():
 def test_a_look_that_is_as_clear_tells_a_bin_s_size_anew():
     track = Track("bin", look_at_bin((0.1, 0.3), BIN + [0.008, 0.0, 0.0]))
     for _ in range(8):
-        renew(track, look_at_bin((0.1, 0.3), BIN))
+        update_from(track, look_at_bin((0.1, 0.3), BIN))
     assert np.allclose(track.thing.fit.sizes, BIN, atol=0.003)
 
 
@@ -103,7 +103,7 @@ def test_a_corner_of_it_is_no_reason_to_doubt_what_was_clearly_seen():
     block = np.array([0.02, 0.02, 0.02])
     track = Track("block", replace(look_at_bin((0.1, 0.3), block), kind="box", size=tuple(block)))
     glimpse = look_at_bin((0.106, 0.3), block, cameras=CAMERAS[:1], tangents=6, confidence=0.05)
-    renew(track, replace(glimpse, kind="box", size=tuple(block)))
+    update_from(track, replace(glimpse, kind="box", size=tuple(block)))
     assert track.confidence > 0.9
     assert np.allclose(track.thing.fit.centre[:2], (0.1, 0.3), atol=0.001)
 
@@ -112,7 +112,7 @@ def test_a_poor_look_elsewhere_is_reason_to_doubt():
     block = np.array([0.02, 0.02, 0.02])
     track = Track("block", replace(look_at_bin((0.1, 0.3), block), kind="box", size=tuple(block)))
     glimpse = look_at_bin((0.13, 0.3), block, cameras=CAMERAS[:1], tangents=6, confidence=0.05)
-    renew(track, replace(glimpse, kind="box", size=tuple(block)))
+    update_from(track, replace(glimpse, kind="box", size=tuple(block)))
     assert track.confidence < 0.6
 
 
@@ -151,7 +151,7 @@ def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
     tracker.lost["red_bin"] = Track("red_bin", thing)
     tracker.tracks["red_bin_2"] = Track("red_bin_2", look_at_bin((0.2, 0.1), BIN))
     tracker.strangers["red_bin_2"] = {"red_bin"} if beside else set()
-    tracker.update([look_at_bin((0.2, 0.1), BIN)], Scenery(looks={}, table=Table(TABLE)), None, np.ones(3))
+    tracker.update([look_at_bin((0.2, 0.1), BIN)], FrameSet(by_camera={}, table=Table(TABLE)), None, np.ones(3))
     assert [*tracker.tracks] == (["red_bin_2"] if beside else ["red_bin"])
 
 
@@ -218,4 +218,4 @@ def test_a_bin_does_not_move_away_over_what_lies_in_it(shift, cube_shift, stays)
     corner = Track("cube", cube_at(0.152, 0.352))
     looked = look_at_bin((0.1 + shift[0], 0.3 + shift[1]), BIN, confidence=0.62)
     again = cube_at(0.152 + cube_shift[0], 0.352 + cube_shift[1])
-    assert stands_in_its_contents(track, looked, [(track, looked), (corner, again)]) is stays
+    assert is_its_contents(track, looked, [(track, looked), (corner, again)]) is stays

@@ -9,11 +9,11 @@ from pydantic import ValidationError
 
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
+from robosandbox.perception.factory import Setup
 from robosandbox.perception.naming import Declared, names_for
-from robosandbox.perception.picture import draw
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
-from robosandbox.perception.setup import Setup
 from robosandbox.perception.tags import Tag, _read, _square, merged
+from robosandbox.perception.visualize import draw
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.objects import PREFIX
 from robosandbox.sim.sensors import find_sensor
@@ -290,6 +290,6 @@ def test_tags_are_drawn_into_the_picture():
     with Looking(three_cubes()) as looking:
         looking.seen()
         eyes = looking.eyes
-        drawn, without = (draw(eyes.scenery, eyes.things, eyes.tracks, tags) for tags in (eyes.tags, ()))
+        drawn, without = (draw(eyes.frames, eyes.things, eyes.tracks, tags) for tags in (eyes.tags, ()))
     assert len(eyes.tags) == 3
     assert (drawn != without).any(axis=2).sum() > 100

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
-from robosandbox.perception.setup import Setup
+from robosandbox.perception.factory import Setup
 from robosandbox.protocols import Planner, Skill
 
 if TYPE_CHECKING:

@@ -17,10 +17,10 @@ from robosandbox.agent.llm.converse import converse
 from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.frame import Frame
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.perception.setup import Setup
 from robosandbox.perception.track import Track
-from robosandbox.perception.view import View
 from robosandbox.types import Array, StrictModel
 
 _POINT = "point"
@@ -77,7 +77,7 @@ class PointingPerception(RgbdPerception):
         self._player = open_cassette(settings)
         self._named: set[str] = set()
 
-    def christen(self) -> None:
+    def assign_ids(self) -> None:
         """Ask for names where something new is seen.
 
         Raises:
@@ -86,18 +86,18 @@ class PointingPerception(RgbdPerception):
         known = {track.id for track in self.tracks}
         self._named &= known
         new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
-        look = self.scenery.looks.get(self._camera)
-        if not new or look is None:
+        segmented = self.frames.by_camera.get(self._camera)
+        if not new or segmented is None:
             return
         try:
-            pointed = self._ask(look.view)
+            pointed = self._ask(segmented.frame)
         except PlannerError as error:
             if not self._named:
                 raise
             self.notes = (*self.notes, f"new things keep plain names: {error}")
             return
         for item in pointed:
-            place = point_at(look.view, item.x, item.y)
+            place = point_at(segmented.frame, item.x, item.y)
             track = None if place is None else _nearest(self.tracks, place)
             if track is None:
                 self.notes = (
@@ -111,14 +111,14 @@ class PointingPerception(RgbdPerception):
                 self._named.add(name)
         self._named |= {track.id for track in new}
 
-    def _ask(self, view: View) -> Sequence[Pointed]:
-        height, width = view.depth.shape
+    def _ask(self, frame: Frame) -> Sequence[Pointed]:
+        height, width = frame.depth.shape
         text = f"The picture is {width} pixels wide and {height} pixels high. Point at every loose object."
         return converse(
             self._settings,
             self._player,
             instructions=_INSTRUCTIONS,
-            content=[text, BinaryContent(data=png(view.rgb), media_type="image/png")],
+            content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
             tools=[_TOOL],
             read=lambda response: _read(response, width, height),
         )
@@ -131,14 +131,14 @@ _TOOL = ToolDefinition(
 )
 
 
-def point_at(view: View, x: float, y: float) -> Array | None:
+def point_at(frame: Frame, x: float, y: float) -> Array | None:
     """Return the point of the world (3,) at a pixel: of the nearest surface around it; None where depth is missing."""
-    height, width = view.depth.shape
+    height, width = frame.depth.shape
     column, row = round(x), round(y)
     crop = np.s_[max(row - _AROUND, 0) : row + _AROUND + 1, max(column - _AROUND, 0) : column + _AROUND + 1]
-    if not (0 <= column < width and 0 <= row < height) or view.valid[crop].sum() < _LEAST_DEPTHS:
+    if not (0 <= column < width and 0 <= row < height) or frame.valid[crop].sum() < _LEAST_DEPTHS:
         return None
-    return np.asarray(np.median(view.xyz[:, crop[0], crop[1]][:, view.valid[crop]], axis=1), dtype=np.float64)
+    return np.asarray(np.median(frame.xyz[:, crop[0], crop[1]][:, frame.valid[crop]], axis=1), dtype=np.float64)
 
 
 def _nearest(tracks: Sequence[Track], place: Array) -> Track | None:

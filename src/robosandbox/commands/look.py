@@ -99,9 +99,9 @@ def _draw(eyes: Perception, name: str, path: Path) -> None:
         raise InputError(f"--picture: {name} looks through no camera; give --perception rgbd")
     import cv2
 
-    from robosandbox.perception.picture import draw
+    from robosandbox.perception.visualize import draw
 
-    written, content = cv2.imencode(".png", draw(eyes.scenery, eyes.things, eyes.tracks, eyes.tags)[..., ::-1])
+    written, content = cv2.imencode(".png", draw(eyes.frames, eyes.things, eyes.tracks, eyes.tags)[..., ::-1])
     try:
         if written:
             path.write_bytes(content.tobytes())

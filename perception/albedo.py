@@ -1,4 +1,4 @@
-"""What colour a thing is, whatever light falls on it: read against the table beside it."""
+"""Albedo: the colour of an object under any light, read against the table beside it."""
 
 from __future__ import annotations
 
@@ -6,10 +6,10 @@ import numpy as np
 
 from robosandbox.perception.evidence import Surface
 from robosandbox.perception.fit import Fit, normals_on
+from robosandbox.perception.frame import Table
+from robosandbox.perception.frames import BARE_STRIDE, FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import median
-from robosandbox.perception.scenery import BARE_STRIDE, Look, Scenery
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.view import Table
 from robosandbox.types import CONTAINER_WALL, Array
 
 # Light is read off the table so many pixels around, or farther where there is none, as within a bin.
@@ -22,7 +22,7 @@ _LEAST = 8
 SIDE_LIGHT = 0.62
 
 
-def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hollow: bool = False) -> Array:
+def albedo_of(segments: tuple[Segment, ...], found: Fit, frames: FrameSet, *, hollow: bool = False) -> Array:
     """Return the colour (3,), channels 0..1, that a thing would have in plain light.
 
     The table's colour is known, so that pixels of the table near the thing tell the light; only surfaces that face up as
@@ -30,10 +30,10 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
     """
     readings, weights = [], []
     for segment in segments:
-        light = _light(segment, scenery.table, scenery.looks[segment.view.camera])
+        light = _light(segment, frames.table, frames.by_camera[segment.frame.camera])
         if light is None:
             continue
-        normals = normals_on(found, Surface(segment.points, segment.view.position, 1.0))
+        normals = normals_on(found, Surface(segment.points, segment.frame.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
             # Of a container rim and floor face up; what lies between them are walls.
@@ -50,14 +50,14 @@ def paint_of(segments: tuple[Segment, ...], found: Fit, scenery: Scenery, *, hol
     return np.clip(np.average(readings, axis=0, weights=weights), 0.0, 1.0)
 
 
-def _light(segment: Segment, table: Table, look: Look) -> Array | None:
+def _light(segment: Segment, table: Table, segmented: SegmentedFrame) -> Array | None:
     """Return what a white table would send here, 0..255 per channel, (3,)."""
-    rgb = segment.view.rgb[::BARE_STRIDE, ::BARE_STRIDE]
+    rgb = segment.frame.rgb[::BARE_STRIDE, ::BARE_STRIDE]
     left, top, right, bottom = segment.box
     for around in _AROUND:
         rows = slice(max(top - around, 0) // BARE_STRIDE, (bottom + around) // BARE_STRIDE)
         columns = slice(max(left - around, 0) // BARE_STRIDE, (right + around) // BARE_STRIDE)
-        seen = rgb[rows, columns][look.bare[rows, columns]]
+        seen = rgb[rows, columns][segmented.bare[rows, columns]]
         if len(seen) >= _LEAST_TABLE:
             return np.asarray(median(seen.astype(np.float64)) / np.array(table.rgb))
     return None

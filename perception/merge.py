@@ -1,4 +1,4 @@
-"""Groups that turn out to be of one thing: two solid things are never in the same place."""
+"""Merging of groups that turn out to be one object: two solid objects are never in the same place."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from itertools import product
 import numpy as np
 
 from robosandbox.perception.fit import Fit
+from robosandbox.perception.frame import Image
+from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.groups import Group, alike
-from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.segments import Segment
-from robosandbox.perception.view import Image
 from robosandbox.types import Array
 
 _AT_IT = 0.006
@@ -34,30 +34,30 @@ def explains(known: Fit, members: Group, within: float = _AT_IT) -> bool:
     return float((known.distances(members.points) < within).mean()) > _MOST_OF_IT
 
 
-def may_be_one(a: Group, b: Group, scenery: Scenery) -> bool:
+def may_be_one(a: Group, b: Group, frames: FrameSet) -> bool:
     """Tell whether two groups near one another may be of one thing: no view shows both without something before the gap."""
     (low_a, high_a), (low_b, high_b) = a.bounds, b.bounds
     if (low_a - _APART > high_b).any() or (low_b - _APART > high_a).any():
         return False
     return all(
-        any(_hidden_between(one, other, look) for one, other in product(first, second))
-        for look in scenery.looks.values()
-        if (first := [each for each in a.segments if each.view is look.view])
-        and (second := [each for each in b.segments if each.view is look.view])
+        any(_hidden_between(one, other, segmented) for one, other in product(first, second))
+        for segmented in frames.by_camera.values()
+        if (first := [each for each in a.segments if each.frame is segmented.frame])
+        and (second := [each for each in b.segments if each.frame is segmented.frame])
     )
 
 
-def _hidden_between(a: Segment, b: Segment, look: Look) -> bool:
+def _hidden_between(a: Segment, b: Segment, segmented: SegmentedFrame) -> bool:
     """Tell whether all that lies between two pieces in the picture is something nearer than they are."""
     start, end = _middle(a), _middle(b)
     columns, rows = np.rint(start + np.linspace(0.0, 1.0, _STEPS)[:, None] * (end - start)).astype(int).T
-    own = [k for k, one in enumerate(look.segments, start=1) if one is a or one is b]
-    between = ~np.isin(look.pieces[rows, columns], own)
+    own = [k for k, one in enumerate(segmented.segments, start=1) if one is a or one is b]
+    between = ~np.isin(segmented.pieces[rows, columns], own)
     if not between.any():
         return False
-    depth = look.view.depth
+    depth = segmented.frame.depth
     near = min(_median_depth(one, depth) for one in (a, b)) - _NEARER
-    hidden = (look.pieces[rows, columns] > 0) & (depth[rows, columns] < near) | look.robot[rows, columns]
+    hidden = (segmented.pieces[rows, columns] > 0) & (depth[rows, columns] < near) | segmented.robot[rows, columns]
     return bool(hidden[between].mean() > _MOST_OF_IT)
 
 
@@ -72,25 +72,25 @@ def _median_depth(segment: Segment, depth: Image) -> float:
     return float(np.median(values[values > 0.0])) if (values > 0.0).any() else 0.0
 
 
-def seen_through(hull: Fit, scenery: Scenery, places: Array = _GRID, most: float = _SEEN_THROUGH) -> bool:
+def seen_through(hull: Fit, frames: FrameSet, places: Array = _GRID, most: float = _SEEN_THROUGH) -> bool:
     """Tell whether a view shows what lies behind places that a shape would fill.
 
     Args:
         hull: The shape.
-        scenery: The views.
+        frames: The views.
         places: Where in it to look, as shares of its half-extents along its own axes, (n, 3).
         most: Share of the places behind which a view may well show something.
     """
     local = hull.half * places
     points = hull.centre + local @ hull.axes.T
     points = points[hull.distances(points) < 0.0]
-    for look in scenery.looks.values():
-        pixels, expected = look.view.project(points)
-        height, width = look.view.depth.shape
+    for segmented in frames.by_camera.values():
+        pixels, expected = segmented.frame.project(points)
+        height, width = segmented.frame.depth.shape
         inside = (expected > 0.0) & (pixels >= 0.0).all(axis=1) & (pixels < [width - 0.5, height - 0.5]).all(axis=1)
         columns, rows = np.rint(pixels[inside]).astype(int).T
-        clear = look.view.valid[rows, columns] & ~look.robot[rows, columns]
-        behind = look.view.depth[rows, columns] - expected[inside] > _BEHIND
+        clear = segmented.frame.valid[rows, columns] & ~segmented.robot[rows, columns]
+        behind = segmented.frame.depth[rows, columns] - expected[inside] > _BEHIND
         if float((behind & clear).sum()) > most * len(points):
             return True
     return False

@@ -1,4 +1,4 @@
-"""Whose number a tag is: a number that was read settles which thing it is, whatever it looks like and wherever it lies."""
+"""Data association by tags: a number that was read settles which object it is, whatever it looks like and wherever it lies."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robosandbox.perception.track import Track
 
 
 @dataclass(frozen=True, slots=True)
-class Numbers:
+class TagNumbers:
     """The numbers that the task describes.
 
     Attributes:
@@ -25,7 +25,7 @@ class Numbers:
     owners: Mapping[int, str] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, declared: Iterable[Declared]) -> Numbers:
+    def of(cls, declared: Iterable[Declared]) -> TagNumbers:
         """Return what descriptions say."""
         tagged = [(item.id, item.tag) for item in declared if item.tag is not None]
         return cls(dict(tagged), {number: name for name, number in tagged})

@@ -1,4 +1,4 @@
-"""Where a container abides: what is seen to lie in it, where it lay before, tells that it has not moved."""
+"""Occlusion of containers: contents that are seen where they lay before tell that their container has not moved."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def lies_in(place: Array, hull: Fit) -> bool:
     return _reach(place, hull) < 0.0
 
 
-def stands_in_its_contents(track: Track, thing: Thing, pairs: Iterable[tuple[Track, Thing]]) -> bool:
+def is_its_contents(track: Track, thing: Thing, pairs: Iterable[tuple[Track, Thing]]) -> bool:
     """Tell whether a known container, where a look shows it, would have a wall in what lies in it, which has not moved.
 
     Args:

@@ -1,4 +1,4 @@
-"""Tags taken out of pictures: what is black and white gets the colour of the thing that it is on, as if there were no tag."""
+"""Tags removed from pictures: the black and white of a tag gets the colour of the face that it is on."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.perception.paint import SIDE_LIGHT
+from robosandbox.perception.albedo import SIDE_LIGHT
+from robosandbox.perception.frame import Frame, Mask, Table
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.tags import Tag, filled
-from robosandbox.perception.view import Mask, Table, View
 from robosandbox.tags import BORDERED
 from robosandbox.types import Array
 
@@ -25,25 +25,27 @@ _LEAST = 5
 _SAME_HUE = 0.06
 
 
-def covered(views: Mapping[str, View], tags: Iterable[Tag], found: Sequence[Tag], table: Table) -> dict[str, View]:
+def tags_removed(
+    sound: Mapping[str, Frame], tags: Iterable[Tag], found: Sequence[Tag], table: Table
+) -> dict[str, Frame]:
     """Return the views with each tag painted over, wherever it was read.
 
     Args:
-        views: By camera.
+        sound: The frames by camera.
         tags: One for each that there is.
         found: All that the views showed by themselves: where a view shows a tag is not left to how cameras are calibrated.
         table: That they are over.
     """
-    pictures = {camera: view.rgb.copy() for camera, view in views.items()}
+    pictures = {camera: frame.rgb.copy() for camera, frame in sound.items()}
     for tag in tags:
-        shown = {camera: _shown_by(camera, tag, found) for camera in views}
-        parts = {camera: part for camera, view in views.items() if (part := _part(shown[camera], view)) is not None}
-        covers = {camera: _border(shown[camera], views[camera], part) for camera, part in parts.items()}
-        colours = _face_colours(shown, views, parts, covers, table)
+        shown = {camera: _shown_by(camera, tag, found) for camera in sound}
+        parts = {camera: part for camera, frame in sound.items() if (part := _part(shown[camera], frame)) is not None}
+        covers = {camera: _border(shown[camera], sound[camera], part) for camera, part in parts.items()}
+        colours = _face_colours(shown, sound, parts, covers, table)
         for camera, part in parts.items():
             if colours is not None:
                 pictures[camera][part][covers[camera]] = colours.get(camera, next(iter(colours.values())))
-    return {camera: replace(view, rgb=pictures[camera]) for camera, view in views.items()}
+    return {camera: replace(frame, rgb=pictures[camera]) for camera, frame in sound.items()}
 
 
 def _shown_by(camera: str, tag: Tag, found: Sequence[Tag]) -> Tag:
@@ -58,22 +60,22 @@ def _shown_by(camera: str, tag: Tag, found: Sequence[Tag]) -> Tag:
     return min(near, key=lambda other: other.number is None, default=tag)
 
 
-def _border(tag: Tag, view: View, part: tuple[slice, slice]) -> Mask:
+def _border(tag: Tag, frame: Frame, part: tuple[slice, slice]) -> Mask:
     """Return the pixels in a part of a view that show a tag or its white border, and nothing before it."""
-    pixels, _ = view.project(tag.scaled(BORDERED))
+    pixels, _ = frame.project(tag.scaled(BORDERED))
     # A pixel that the border's edge runs through is of both.
     middle = pixels.mean(axis=0)
     out = pixels - middle
     pixels = middle + out * (1.0 + _PIXEL / np.maximum(np.linalg.norm(out, axis=1, keepdims=True), 1.0))
-    valid = view.valid[part]
+    valid = frame.valid[part]
     mask = filled(pixels - [part[1].start, part[0].start], valid.shape) > 0
-    off = np.abs(view.xyz[2, part[0], part[1]] - np.float32(tag.centre[2])) > max(_DEPTH_OFF, 4.0 * view.noise)
+    off = np.abs(frame.xyz[2, part[0], part[1]] - np.float32(tag.centre[2])) > max(_DEPTH_OFF, 4.0 * frame.noise)
     return np.asarray(mask & ~(off & valid))
 
 
 def _face_colours(
     shown: Mapping[str, Tag],
-    views: Mapping[str, View],
+    sound: Mapping[str, Frame],
     parts: Mapping[str, tuple[slice, slice]],
     covers: Mapping[str, Mask],
     table: Table,
@@ -82,12 +84,12 @@ def _face_colours(
     rims: dict[str, NDArray[np.uint8]] = {}
     sides: list[NDArray[np.uint8]] = []
     for camera, crop in parts.items():
-        view, tag = views[camera], shown[camera]
-        x, y, z = view.xyz[:, crop[0], crop[1]]
-        colours = view.rgb[crop]
+        frame, tag = sound[camera], shown[camera]
+        x, y, z = frame.xyz[:, crop[0], crop[1]]
+        colours = frame.rgb[crop]
         far = np.hypot(x - np.float32(tag.centre[0]), y - np.float32(tag.centre[1])) / tag.edge
-        usable = view.valid[crop] & ~covers[camera]
-        level = np.abs(z - np.float32(tag.centre[2])) < max(_LEVEL, 2.0 * view.noise)
+        usable = frame.valid[crop] & ~covers[camera]
+        level = np.abs(z - np.float32(tag.centre[2])) < max(_LEVEL, 2.0 * frame.noise)
         rims[camera] = colours[usable & level & (far < _FACE / np.sqrt(2.0))]
         below = (z < tag.centre[2] - 2.0 * _LEVEL) & (z > table.height + 2.0 * _LEVEL)
         sides.append(colours[usable & below & (far < _SIDES / np.sqrt(2.0))])
@@ -110,10 +112,10 @@ def _brighter_half(colours: Array) -> Array:
     return np.asarray(median(colours[total >= np.median(total)]))
 
 
-def _part(tag: Tag, view: View) -> tuple[slice, slice] | None:
+def _part(tag: Tag, frame: Frame) -> tuple[slice, slice] | None:
     """Return the part of a picture around a tag that shows the thing it is on; None where it is not in the picture."""
-    pixels, depths = view.project(tag.scaled(_SIDES))
-    height, width = view.depth.shape
+    pixels, depths = frame.project(tag.scaled(_SIDES))
+    height, width = frame.depth.shape
     if (depths < 0.02).any():
         return None
     reach = float(np.linalg.norm(pixels - pixels.mean(axis=0), axis=1).max())

@@ -1,11 +1,11 @@
-"""What is seen not to be where it was: a view shows what lies behind its place."""
+"""Free space: a frame that shows what lies behind an object's old place proves that the object has left it."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.recognize import Thing
-from robosandbox.perception.scenery import Scenery
 from robosandbox.types import CONTAINER_KINDS
 
 _SEEN_THROUGH = 0.03
@@ -13,7 +13,7 @@ _SHARE_THROUGH = 0.6
 _ALL_THROUGH = 0.95
 
 
-def seen_through(thing: Thing, scenery: Scenery) -> bool:
+def seen_through(thing: Thing, frames: FrameSet) -> bool:
     """Tell whether some view shows what lies behind the place where a thing was."""
     centre, axes, sizes = thing.fit.centre, thing.fit.axes, thing.fit.sizes
     half = np.array([sizes[0], sizes[min(1, len(sizes) - 1)], sizes[-1]])
@@ -24,14 +24,14 @@ def seen_through(thing: Thing, scenery: Scenery) -> bool:
     across, heights = ((-0.97, 0.0, 0.97), (0.3,)) if walls else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
     corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or not walls])
     points = centre + (corners * half) @ axes.T
-    for look in scenery.looks.values():
-        pixels, expected = look.view.project(points)
+    for segmented in frames.by_camera.values():
+        pixels, expected = segmented.frame.project(points)
         columns, rows = np.rint(pixels).astype(int).T
-        height, width = look.view.depth.shape
+        height, width = segmented.frame.depth.shape
         inside = (columns >= 0) & (rows >= 0) & (columns < width) & (rows < height) & (expected > 0.0)
         columns, rows = columns[inside], rows[inside]
-        measured = look.view.depth[rows, columns]
-        clear = look.view.valid[rows, columns] & ~look.robot[rows, columns]
+        measured = segmented.frame.depth[rows, columns]
+        clear = segmented.frame.valid[rows, columns] & ~segmented.robot[rows, columns]
         if clear.sum() < len(points) // 2:
             continue
         # The table is as far behind as the thing is high, along the ray.

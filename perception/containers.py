@@ -1,4 +1,4 @@
-"""Open containers: walls of one colour all around a hollow."""
+"""Containers: open hollow shapes whose walls have one colour."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from itertools import combinations
 
 import numpy as np
 
-from robosandbox.perception.contents import take_out
-from robosandbox.perception.doubles import same_colour, seen_through
+from robosandbox.perception.contents import split_contents
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, fit
+from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.groups import Group, alike, group
-from robosandbox.perception.leaning import lean_of
-from robosandbox.perception.outline import Rows, tangents
+from robosandbox.perception.merge import same_colour, seen_through
+from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import median, percentiles
-from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.segments import Segment
+from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.support import Shape
 from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
 
@@ -58,28 +58,28 @@ Hull = tuple[ObjectKind, Fit]
 
 
 def find_containers(
-    groups: Sequence[Group], scenery: Scenery, known: Sequence[Hull] = ()
-) -> tuple[list[Container], list[Group], Scenery]:
+    groups: Sequence[Group], frames: FrameSet, known: Sequence[Hull] = ()
+) -> tuple[list[Container], list[Group], FrameSet]:
     """Return the containers, each with its outer hull and all its pieces, and the groups that are none of theirs.
 
     The scenery comes back with what lies in a container of its own colour as pieces of their own.
 
     Args:
         groups: What was seen.
-        scenery: Where.
+        frames: Where.
         known: The containers that were seen before: half covered each is still the one that it was, where it was.
     """
     containers: list[Container] = []
     rest: list[Group] = []
     contents: list[Group] = []
     for family in families(groups):
-        found = _as_known(family, _best_container(family, scenery), known)
+        found = _as_known(family, _best_container(family, frames), known)
         if found is None:
             rest += family
             continue
         kind, hull, members = found
         every = dict.fromkeys((*members.segments, *(s for item in family for s in item.segments)))
-        own, inside, scenery = take_out(hull, [s for s in every if _belongs(s.points, hull)], scenery)
+        own, inside, frames = split_contents(hull, [s for s in every if _belongs(s.points, hull)], frames)
         containers.append((kind, hull, Group(tuple(own)) if own else members))
         taken = {id(segment) for segment in every if _belongs(segment.points, hull)}
         contents += group(inside)
@@ -91,7 +91,7 @@ def find_containers(
         rest = [item for item in rest if not any(item is stray for stray in strays)]
         added = (segment for stray in strays for segment in stray.segments)
         containers[number] = (kind, hull, Group((*members.segments, *added)))
-    return containers, rest + contents, scenery
+    return containers, rest + contents, frames
 
 
 def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[Hull]) -> Container | None:
@@ -111,7 +111,7 @@ def _as_large(a: Fit, b: Fit) -> bool:
     return bool((np.abs(one / other - 1.0) < _SAME_SIZE).all())
 
 
-def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | None:
+def _best_container(family: Sequence[Group], frames: FrameSet) -> Container | None:
     """Return the container that some of the groups make, however many: the one whose hull explains its pieces best."""
     largest = sorted(family, key=lambda item: -len(item.points))[:_MOST_PIECES]
     whole = sum(len(item.points) for item in largest)
@@ -124,13 +124,13 @@ def _best_container(family: Sequence[Group], scenery: Scenery) -> Container | No
     ):
         if -gain >= least:
             break
-        found = _as_container(chosen, family, scenery, min(_POOREST, least + gain))
+        found = _as_container(chosen, family, frames, min(_POOREST, least + gain))
         if found is None:
             continue
         if float(np.sqrt(np.diag(found[1].covariance)[:-1].max())) < _VAGUE:
             best, least = found, found[1].cost - gain
     # Walls stand and floors lie; what is oblique is a board that leans.
-    return None if best is None or lean_of(best[2].points) is not None else best
+    return None if best is None or plane_tilt(best[2].points) is not None else best
 
 
 def _belongs(points: Array, hull: Fit) -> bool:
@@ -176,28 +176,28 @@ def _adjoin(a: Group, b: Group) -> bool:
     return bool(near) and any(alike(one, other) for one in a.segments for other in b.segments)
 
 
-def _as_container(chosen: Sequence[Group], family: Sequence[Group], scenery: Scenery, worst: float) -> Container | None:
+def _as_container(chosen: Sequence[Group], family: Sequence[Group], frames: FrameSet, worst: float) -> Container | None:
     """Return the container that these groups of a family make, None where they make none at a cost below `worst`."""
     members = chosen[0] if len(chosen) == 1 else Group(tuple(segment for item in chosen for segment in item.segments))
     points = members.points
     if len(points) < _LEAST_POINTS:
         return None
     rim = float(percentiles(points[:, 2], [96.0])[0])
-    if rim - scenery.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
+    if rim - frames.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
         return None
     low, high = members.bounds
     if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
         return None
-    seen = outer(members, [segment for item in family for segment in item.segments], rim, scenery)
+    seen = outer(members, [segment for item in family for segment in item.segments], rim, frames)
     fits: list[tuple[ObjectKind, Fit]] = []
     for kind, shape in _HULLS:
-        found = fit(shape, seen, scenery.table.height)
+        found = fit(shape, seen, frames.table.height)
         if found is not None:
             fits.append((kind, found))
     for kind, found in sorted(fits, key=lambda option: option[1].cost):
         if found.cost >= worst:
             return None
-        if _holds_something(found) and not _shows_gaps(found, scenery) and _is_hollow(found, scenery):
+        if _holds_something(found) and not _shows_gaps(found, frames) and _is_hollow(found, frames):
             if kind == "bowl" and 2.0 * found.sizes[1] > _TALL * (found.sizes[0] - CONTAINER_WALL):
                 return "cup", found, members
             return kind, found, members
@@ -217,9 +217,9 @@ def _walled(points: Array, middle: Array) -> bool:
     return len(np.unique(sector)) >= _CLOSED * _SECTORS
 
 
-def _shows_gaps(found: Fit, scenery: Scenery) -> bool:
+def _shows_gaps(found: Fit, frames: FrameSet) -> bool:
     """Tell whether something is seen behind where a hull's walls would be."""
-    return seen_through(found, scenery, _WALLS[found.shape], _GAPS)
+    return seen_through(found, frames, _WALLS[found.shape], _GAPS)
 
 
 def _holds_something(found: Fit) -> bool:
@@ -228,15 +228,15 @@ def _holds_something(found: Fit) -> bool:
     return bool(walls.min() > _LEAST_INNER + CONTAINER_WALL and found.sizes[-1] > _LEAST_INNER)
 
 
-def _is_hollow(found: Fit, scenery: Scenery) -> bool:
+def _is_hollow(found: Fit, frames: FrameSet) -> bool:
     """Tell whether the cameras see into a hull: points deep inside, where a solid thing would show its top."""
     inside = over = 0
-    for look in scenery.looks.values():
-        crop = _around(found, look)
+    for segmented in frames.by_camera.values():
+        crop = _around(found, segmented)
         if crop is None:
             continue
-        xyz = look.view.xyz[:, crop[0], crop[1]]
-        near = look.view.valid[crop] & ~look.robot[crop] & (xyz[2] > found.bottom - _RIM)
+        xyz = segmented.frame.xyz[:, crop[0], crop[1]]
+        near = segmented.frame.valid[crop] & ~segmented.robot[crop] & (xyz[2] > found.bottom - _RIM)
         reach = float(np.hypot(*found.sizes[:2])) if found.shape == "box" else float(found.sizes[0])
         near &= (np.abs(xyz[0] - found.centre[0]) < reach) & (np.abs(xyz[1] - found.centre[1]) < reach)
         local = (xyz[:, near].T - found.centre) @ found.axes
@@ -252,10 +252,10 @@ def _is_hollow(found: Fit, scenery: Scenery) -> bool:
     return inside >= _LEAST_INSIDE and inside > over
 
 
-def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
+def _around(found: Fit, segmented: SegmentedFrame) -> tuple[slice, slice] | None:
     """Return the part of a picture in which a hull lies; None outside of it."""
-    pixels, depth = look.view.project(found.corners(_RIM))
-    height, width = look.view.depth.shape
+    pixels, depth = segmented.frame.project(found.corners(_RIM))
+    height, width = segmented.frame.depth.shape
     if (depth < 0.05).any() or not np.isfinite(pixels).all():
         return None
     left, top = np.clip(pixels.min(axis=0), 0, [width, height]).astype(int)
@@ -263,25 +263,25 @@ def _around(found: Fit, look: Look) -> tuple[slice, slice] | None:
     return (slice(top, bottom), slice(left, right)) if right > left and bottom > top else None
 
 
-def outer(members: Group, kin: Sequence[Segment], rim: float, scenery: Scenery) -> Evidence:
+def outer(members: Group, kin: Sequence[Segment], rim: float, frames: FrameSet) -> Evidence:
     """Return what tells a container's outer hull: tangents, and points on the rim; those inside say nothing of it.
 
     Args:
         members: The container's pieces.
         kin: Others that may be of it.
         rim: How high it ends, metres.
-        scenery: Where they are seen.
+        frames: Where they are seen.
     """
     rows, surfaces = [], []
-    for camera, look in scenery.looks.items():
-        own = [segment for segment in members.segments if segment.view.camera == camera]
+    for camera, segmented in frames.by_camera.items():
+        own = [segment for segment in members.segments if segment.frame.camera == camera]
         if not own:
             continue
-        rows.append(tangents(own, look, kin))
+        rows.append(tangents(own, segmented, kin))
         points = np.vstack([segment.points for segment in own])
         top = points[points[:, 2] > rim - _RIM]
         if len(top) >= 4:
-            surfaces.append(Surface(top, look.view.position, 0.1 / max(look.view.noise, 0.0015)))
+            surfaces.append(Surface(top, segmented.frame.position, 0.1 / max(segmented.frame.noise, 0.0015)))
     return Evidence(
         Rows.stack(rows), Surface.stack(surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)])
     )

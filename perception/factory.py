@@ -1,4 +1,4 @@
-"""What a perception may know before it looks, and perceptions by name with that."""
+"""Perceptions by name, and what a perception may know before its first look."""
 
 from __future__ import annotations
 

@@ -8,18 +8,18 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from robosandbox.perception.abiding import lies_in, stands_in_its_contents
-from robosandbox.perception.absence import seen_through
 from robosandbox.perception.colour import colour_name
+from robosandbox.perception.data_association import TagNumbers, displaced
 from robosandbox.perception.drawers import opened
-from robosandbox.perception.familiar import Known
 from robosandbox.perception.fit import Fit
-from robosandbox.perception.identity import Numbers, displaced
+from robosandbox.perception.frames import FrameSet
+from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
+from robosandbox.perception.occlusion import is_its_contents, lies_in
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import inside
-from robosandbox.perception.scenery import Scenery
-from robosandbox.perception.track import FADING, SURELY, Track, carry, renew
+from robosandbox.perception.shape_prior import Known
+from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
 from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
 
 _GATE = 0.05
@@ -54,10 +54,10 @@ class Tracker:
     tracks: dict[str, Track] = field(default_factory=dict)
     lost: dict[str, Track] = field(default_factory=dict)
     strangers: dict[str, set[str]] = field(default_factory=dict)
-    numbers: Numbers = field(init=False)
+    numbers: TagNumbers = field(init=False)
 
     def __post_init__(self) -> None:
-        self.numbers = Numbers.of(self.declared)
+        self.numbers = TagNumbers.of(self.declared)
 
     def hulls(self, held: str | None) -> list[tuple[ObjectKind, Fit]]:
         """Return the kinds and outer hulls of the containers that stand where they were seen, without the held one."""
@@ -85,12 +85,12 @@ class Tracker:
         track.id = new
         self.tracks[new] = track
 
-    def update(self, things: Sequence[Thing], scenery: Scenery, held: str | None, hand: Array) -> None:
+    def update(self, things: Sequence[Thing], frames: FrameSet, held: str | None, hand: Array) -> None:
         """Take a look's things: known ones are recognized by place, then by appearance, new ones get names.
 
         Args:
             things: What the look shows, without the held one.
-            scenery: The look.
+            frames: The look.
             held: Id of what is in the gripper, which moves with it and is left alone.
             hand: The TCP, (3,); between fingers a thing shows pieces that are no things of their own.
         """
@@ -103,7 +103,7 @@ class Tracker:
             free.remove(track)
         left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
         new = [thing for thing in things if not any(thing is known for _, known in pairs)]
-        gone = [track for track in left if seen_through(track.thing, scenery)]
+        gone = [track for track in left if seen_through(track.thing, frames)]
         moved = self._assign(gone, new, near=False)
         new = [thing for thing in new if not any(thing is known for _, known in moved)]
         named = self._declared(new)
@@ -113,11 +113,11 @@ class Tracker:
         back = self._assign(hidden, new, near=False)
         drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
         for track, thing in (*pairs, *moved, *back):
-            if stands_in_its_contents(track, thing, pairs):
+            if is_its_contents(track, thing, pairs):
                 # Half covered it is seen amiss; what lies in it, and is seen where it lay, tells where it is.
                 track.confidence *= FADING
             else:
-                renew(track, thing)
+                update_from(track, thing)
         seen = {track.id for track, _ in (*moved, *back)}
         for track in left:
             if track.id in seen:

@@ -1,4 +1,4 @@
-"""A frame made ready to be looked at: checked, straightened, its points in the world, the table plane at its height."""
+"""A camera frame prepared for segmentation: checked, undistorted, with its points in the world and the table at its height."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class Frame:
     """A frame with a point of the world for each pixel.
 
     Attributes:
@@ -63,7 +63,7 @@ class View:
         rotation: Camera axes in the world, (3, 3), the table plane taken into account.
         position: The camera's place in the world, (3,).
         noise: Standard deviation of heights on the table, metres.
-        frame: What it was made of.
+        rgbd: The camera frame that it was made from.
     """
 
     camera: str
@@ -75,7 +75,7 @@ class View:
     rotation: Array
     position: Array
     noise: float
-    frame: RgbdFrame
+    rgbd: RgbdFrame
 
     @property
     def focal(self) -> float:
@@ -91,34 +91,34 @@ class View:
         return pixels + self.matrix[:2, 2], depth
 
 
-def check_frame(frame: RgbdFrame) -> str | None:
+def check_frame(rgbd: RgbdFrame) -> str | None:
     """Return why a sound frame shows nothing (too dark, over-exposed, without depth), or None.
 
     Raises:
         SensorError: The frame's arrays do not fit one another or its intrinsics.
     """
-    lens = frame.intrinsics
+    lens = rgbd.intrinsics
     size = (lens.height, lens.width)
     for name, array, shape, kind in (
-        ("rgb", frame.rgb, (*size, 3), np.uint8),
-        ("depth", frame.depth, size, np.float32),
+        ("rgb", rgbd.rgb, (*size, 3), np.uint8),
+        ("depth", rgbd.depth, size, np.float32),
     ):
         if array.shape != shape or array.dtype != kind:
             raise SensorError(
-                f"camera {frame.camera!r}: {name} is {array.shape} {array.dtype}; its intrinsics ask for {shape} "
+                f"camera {rgbd.camera!r}: {name} is {array.shape} {array.dtype}; its intrinsics ask for {shape} "
                 f"{np.dtype(kind)}; fix the camera driver or its calibration"
             )
     if not all(np.isfinite([lens.fx, lens.fy, lens.cx, lens.cy, *lens.distortion])) or min(lens.fx, lens.fy) <= 0.0:
-        raise SensorError(f"camera {frame.camera!r}: its intrinsics hold a focal length or number that is none: {lens}")
-    channels = cv2.split(np.ascontiguousarray(frame.rgb[::8, ::8]))
+        raise SensorError(f"camera {rgbd.camera!r}: its intrinsics hold a focal length or number that is none: {lens}")
+    channels = cv2.split(np.ascontiguousarray(rgbd.rgb[::8, ::8]))
     if np.mean(np.maximum.reduce(channels) <= _DARK) > 0.95:
-        return f"{frame.camera}: too dark to see anything; give it light or a longer exposure"
+        return f"{rgbd.camera}: too dark to see anything; give it light or a longer exposure"
     if np.mean(np.minimum.reduce(channels) >= _BRIGHT) > 0.8:
-        return f"{frame.camera}: over-exposed; give it less light or a shorter exposure"
-    depth = frame.depth[::8, ::8]
+        return f"{rgbd.camera}: over-exposed; give it less light or a shorter exposure"
+    depth = rgbd.depth[::8, ::8]
     usable = np.isfinite(depth) & (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
     if np.mean(usable) < 0.05:
-        return f"{frame.camera}: the depth picture is empty; something covers the camera, or it has failed"
+        return f"{rgbd.camera}: the depth picture is empty; something covers the camera, or it has failed"
     return None
 
 
@@ -132,16 +132,16 @@ def as_picture(array: ArrayLike) -> NDArray[np.uint8]:
     return np.asarray(array, dtype=np.uint8)
 
 
-def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
+def make_frame(rgbd: RgbdFrame, table: Table, robot: Mask) -> Frame:
     """Return the frame with its points in the world.
 
     Args:
-        frame: Sound, as `check_frame` says.
+        rgbd: Sound, as `check_frame` says.
         table: Where the table is known to be; what the camera sees of it corrects its calibrated tilt and height.
         robot: Where the robot is in the straightened picture.
     """
-    lens = frame.intrinsics
-    rgb, depth = frame.rgb, frame.depth
+    lens = rgbd.intrinsics
+    rgb, depth = rgbd.rgb, rgbd.depth
     if any(lens.distortion):
         places, shares, nearest = _straightening(lens)
         # Four channels are straightened in little more than half of the time that three take.
@@ -156,9 +156,9 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
     depth = as_image(cv2.medianBlur(np.ascontiguousarray(depth), 3))
     valid: Mask = (depth > LEAST_DEPTH) & (depth < MOST_DEPTH)
     matrix = np.array([[lens.fx, 0.0, lens.cx], [0.0, lens.fy, lens.cy], [0.0, 0.0, 1.0]])
-    pose = frame.pose_camera_in_world
-    view = View(
-        camera=frame.camera,
+    pose = rgbd.pose_camera_in_world
+    frame = Frame(
+        camera=rgbd.camera,
         rgb=rgb,
         depth=depth,
         xyz=np.empty((3, 0, 0), dtype=np.float32),
@@ -167,11 +167,11 @@ def make_view(frame: RgbdFrame, table: Table, robot: Mask) -> View:
         rotation=pose.rotation,
         position=pose.position,
         noise=0.0,
-        frame=frame,
+        rgbd=rgbd,
     )
-    rotation, position, noise = _on_the_table(view, table, robot)
+    rotation, position, noise = _on_the_table(frame, table, robot)
     return replace(
-        view,
+        frame,
         rotation=rotation,
         position=position,
         noise=noise,
@@ -190,17 +190,17 @@ def _world(depth: Image, x: Image, y: Image, rotation: Array, position: Array) -
     return turned
 
 
-def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, float]:
+def _on_the_table(frame: Frame, table: Table, robot: Mask) -> tuple[Array, Array, float]:
     """Return the camera's rotation and position such that the table that it sees lies at its height, and the noise."""
     step = _PLANE_STRIDE
-    depth = view.depth[::step, ::step]
-    x, y = _rays(view.frame.intrinsics)
-    xyz = _world(depth, x[::step], y[::step], view.rotation, view.position)
-    near = view.valid[::step, ::step] & ~robot[::step, ::step]
+    depth = frame.depth[::step, ::step]
+    x, y = _rays(frame.rgbd.intrinsics)
+    xyz = _world(depth, x[::step], y[::step], frame.rotation, frame.position)
+    near = frame.valid[::step, ::step] & ~robot[::step, ::step]
     near &= np.abs(xyz[2] - np.float32(table.height)) < _PLANE_BAND
     near &= np.maximum(np.abs(xyz[0]), np.abs(xyz[1])) < table.half_extent - 0.02
     if np.count_nonzero(near) < _PLANE_LEAST:
-        return view.rotation, view.position, _USUAL_NOISE
+        return frame.rotation, frame.position, _USUAL_NOISE
     points = xyz[:, near].astype(np.float64)
     off = points[2] - table.height
     middle = points[:2].mean(axis=1)
@@ -213,18 +213,18 @@ def _on_the_table(view: View, table: Table, robot: Mask) -> tuple[Array, Array, 
         keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
         if np.count_nonzero(keep) < _PLANE_LEAST // 2:
             # What is seen near the table's height is no plane.
-            return view.rotation, view.position, _USUAL_NOISE
+            return frame.rotation, frame.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])
         noise = float(1.4826 * median(np.abs(rest[keep])))
     if abs(plane[2]) > _MOST_SHIFT or max(abs(plane[0]), abs(plane[1])) > _MOST_TILT:
-        return view.rotation, view.position, noise
+        return frame.rotation, frame.position, noise
     # The small rotation that takes the seen plane's normal (-a, -b, 1) to the vertical, about the middle of what is seen.
     turn, _ = cv2.Rodrigues(np.array([-plane[1], plane[0], 0.0]))
     turn = turn.T if (turn @ [-plane[0], -plane[1], 1.0])[2] < (turn.T @ [-plane[0], -plane[1], 1.0])[2] else turn
     pivot = np.array([middle[0], middle[1], table.height + plane[2]])
-    position = turn @ (view.position - pivot) + pivot - [0.0, 0.0, plane[2]]
-    return turn @ view.rotation, position, noise
+    position = turn @ (frame.position - pivot) + pivot - [0.0, 0.0, plane[2]]
+    return turn @ frame.rotation, position, noise
 
 
 @lru_cache(maxsize=8)

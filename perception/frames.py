@@ -1,4 +1,4 @@
-"""All that one look gives: the views, where the robot is in each, and the table."""
+"""All frames of one look, each cut into segments, with the robot masked out, and the table."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.frame import Frame, Image, Mask, Table
 from robosandbox.perception.segments import Segment, find_segments, segment_of
-from robosandbox.perception.view import Image, Mask, Table, View
 
 BARE_STRIDE = 4
 _ON_TABLE = 0.006
@@ -20,20 +20,20 @@ _TABLE_HUE = 0.15
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
-    """One camera's view and the robot in it.
+class SegmentedFrame:
+    """One camera's frame, cut into segments, with the robot masked out.
 
     Attributes:
-        view: What it shows.
+        frame: What it shows.
         robot: Where the robot is, (height, width).
         robot_near: How near its nearest part is there, metres.
         pieces: Which of `segments` each pixel belongs to, counted from 1; 0 for none.
         bare: Where nothing but the table is seen, of every `BARE_STRIDE`th row and column.
         segments: What stands out of the table.
-        made: What was made of it, for those who would make the same again; of no other look, a divided one included.
+        made: What was made of it, for those who would make the same again; of no other frame, a divided one included.
     """
 
-    view: View
+    frame: Frame
     robot: Mask
     robot_near: Image
     pieces: NDArray[np.int16]
@@ -41,8 +41,8 @@ class Look:
     segments: tuple[Segment, ...]
     made: dict[Any, Any] = field(default_factory=dict, init=False, repr=False)
 
-    def divided(self, whole: Segment, part: Segment) -> tuple[Look, Segment | None]:
-        """Return the look with a part of a piece as a piece of its own, and what is left of the piece, if that is enough.
+    def divided(self, whole: Segment, part: Segment) -> tuple[SegmentedFrame, Segment | None]:
+        """Return the frame with a part of a segment as a segment of its own, and what is left of the segment, if that is enough.
 
         Args:
             whole: One of `segments`.
@@ -53,7 +53,7 @@ class Look:
         pieces[_crop(part)][part.mask] = len(segments)
         number = next(k for k, one in enumerate(segments) if one is whole)
         rest = whole.mask & (pieces[_crop(whole)] == number + 1)
-        left = segment_of(self.view, rest, rest, whole.box)
+        left = segment_of(self.frame, rest, rest, whole.box)
         if left is not None:
             segments[number] = left
         return replace(self, pieces=pieces, segments=tuple(segments)), left
@@ -64,24 +64,24 @@ def _crop(segment: Segment) -> tuple[slice, slice]:
     return slice(top, bottom), slice(left, right)
 
 
-def take_look(view: View, table: Table, robot: Mask, robot_near: Image) -> Look:
-    """Return a view with what stands out of the table in it."""
-    segments = tuple(find_segments(view, table, robot, robot_near))
-    pieces = np.zeros(view.depth.shape, dtype=np.int16)
+def segment_frame(frame: Frame, table: Table, robot: Mask, robot_near: Image) -> SegmentedFrame:
+    """Return a frame cut into the segments that stand out of the table."""
+    segments = tuple(find_segments(frame, table, robot, robot_near))
+    pieces = np.zeros(frame.depth.shape, dtype=np.int16)
     for number, segment in enumerate(segments, start=1):
         left, top, right, bottom = segment.box
         pieces[top:bottom, left:right][segment.mask] = number
-    return Look(view, robot, robot_near, pieces, _bare(view, table, robot | (pieces > 0)), segments)
+    return SegmentedFrame(frame, robot, robot_near, pieces, _bare(frame, table, robot | (pieces > 0)), segments)
 
 
-def _bare(view: View, table: Table, covered: Mask) -> Mask:
+def _bare(frame: Frame, table: Table, tags_removed: Mask) -> Mask:
     """Return where nothing but the table is seen, by place and hue; a bin's floor lies hardly higher than the table."""
     some = np.s_[::BARE_STRIDE, ::BARE_STRIDE]
-    bare = view.valid[some] & ~covered[some]
-    x, y, z = (plane[some] for plane in view.xyz)
-    bare &= np.abs(z - np.float32(table.height)) < max(_ON_TABLE, 2.0 * view.noise)
+    bare = frame.valid[some] & ~tags_removed[some]
+    x, y, z = (plane[some] for plane in frame.xyz)
+    bare &= np.abs(z - np.float32(table.height)) < max(_ON_TABLE, 2.0 * frame.noise)
     bare &= np.maximum(np.abs(x), np.abs(y)) < table.half_extent - _FROM_EDGE
-    red, green, blue = (channel[some].astype(np.float32) for channel in cv2.split(view.rgb))
+    red, green, blue = (channel[some].astype(np.float32) for channel in cv2.split(frame.rgb))
     total = np.maximum(red + green + blue, 1.0)
     r, g, b = np.array(table.rgb, dtype=np.float32) / np.float32(sum(table.rgb))
     off = np.abs(red - r * total) + np.abs(green - g * total) + np.abs(blue - b * total)
@@ -89,7 +89,7 @@ def _bare(view: View, table: Table, covered: Mask) -> Mask:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Scenery:
+class FrameSet:
     """What all cameras show.
 
     Attributes:
@@ -97,5 +97,5 @@ class Scenery:
         table: What is known of it.
     """
 
-    looks: Mapping[str, Look]
+    by_camera: Mapping[str, SegmentedFrame]
     table: Table

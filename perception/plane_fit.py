@@ -1,4 +1,4 @@
-"""Which way a board leans: the plane of most of its points."""
+"""Planes fitted to points: how far a board's face tilts from the vertical."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LEAST_LEAN = np.radians(8.0)
 _MOST_LEAN = np.radians(65.0)
 
 
-def lean_of(points: Array) -> Array | None:
+def plane_tilt(points: Array) -> Array | None:
     """Return the least rotation (3, 3) that takes the vertical to the normal of the points' plane, if that is oblique.
 
     The plane is the best of many through three points (Fischler and Bolles, Random Sample Consensus, 1981).

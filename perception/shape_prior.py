@@ -1,4 +1,4 @@
-"""Things that were clearly seen before: where they are half hidden their size is known, and their place alone is asked."""
+"""Shape priors: an object that was clearly seen before keeps its size where it is half hidden; only its place is fitted."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 
-from robosandbox.perception.doubles import same_colour, seen_through
 from robosandbox.perception.evidence import Evidence
 from robosandbox.perception.fit import Fit, Prior, fit_near
+from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
-from robosandbox.perception.scenery import Scenery
+from robosandbox.perception.merge import same_colour, seen_through
 
 # A known thing may explain a group so much worse than any other shape, and not worse than this.
 GAIN = 0.7
@@ -50,9 +50,9 @@ def candidates(members: Group, known: Sequence[Known]) -> list[Known]:
     ]
 
 
-def is_gone(known: Known, scenery: Scenery) -> bool:
+def is_gone(known: Known, frames: FrameSet) -> bool:
     """Tell whether a known thing is seen not to be where it was thought to be: pushed, or taken away."""
-    return known.lost or seen_through(known.fit, scenery)
+    return known.lost or seen_through(known.fit, frames)
 
 
 def as_one_of(options: Sequence[Known], seen: Evidence, resting: float | None, worst: float) -> Fit | None:

@@ -1,4 +1,4 @@
-"""What perception saw, drawn: outlines, hulls, axes, names and how sure it is, a panel for each camera."""
+"""A picture of what perception saw: outlines, hulls, axes, names and confidences, a panel for each camera."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import support
-from robosandbox.perception.scenery import Look, Scenery
 from robosandbox.perception.tags import Tag
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
@@ -23,42 +23,46 @@ _AXIS_LENGTH = 0.04
 
 
 def draw(
-    scenery: Scenery, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag] = ()
+    frames: FrameSet, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag] = ()
 ) -> NDArray[np.uint8]:
     """Return the last look, its cameras side by side, (height, width, 3) uint8 RGB.
 
     Args:
-        scenery: The views; without any the picture is grey.
+        frames: The views; without any the picture is grey.
         things: What the look showed; their pieces are tinted.
         tracks: What is known; their hulls, axes and names are drawn, hidden ones dashed.
         tags: Which were seen; they are painted over in the views, and outlined here with their numbers.
     """
-    panels = [_panel(look, things, tracks, tags) for look in scenery.looks.values()]
+    panels = [_panel(segmented, things, tracks, tags) for segmented in frames.by_camera.values()]
     return np.hstack(panels) if panels else np.full((480, 640, 3), 128, dtype=np.uint8)
 
 
-def _panel(look: Look, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag]) -> NDArray[np.uint8]:
-    canvas = look.view.rgb.astype(np.float32)
-    canvas[look.robot] = 0.6 * canvas[look.robot] + 0.4 * _ROBOT
+def _panel(
+    segmented: SegmentedFrame, things: Sequence[Thing], tracks: Sequence[Track], tags: Sequence[Tag]
+) -> NDArray[np.uint8]:
+    canvas = segmented.frame.rgb.astype(np.float32)
+    canvas[segmented.robot] = 0.6 * canvas[segmented.robot] + 0.4 * _ROBOT
     picture = np.ascontiguousarray(canvas.astype(np.uint8))
     for thing in things:
         for segment in thing.group.segments:
-            if segment.view.camera == look.view.camera:
+            if segment.frame.camera == segmented.frame.camera:
                 contours, _ = cv2.findContours(segment.mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
                 cv2.drawContours(picture, contours, -1, (255, 220, 0), 1, offset=segment.box[:2])
     for tag in tags:
-        _draw_tag(picture, look, tag)
+        _draw_tag(picture, segmented, tag)
     for track in tracks:
-        _draw_track(picture, look, track)
-    cv2.putText(picture, look.view.camera, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA)
+        _draw_track(picture, segmented, track)
+    cv2.putText(
+        picture, segmented.frame.camera, (8, 20), cv2.FONT_HERSHEY_SIMPLEX, 0.6, (255, 255, 255), 2, cv2.LINE_AA
+    )
     return picture
 
 
-def _draw_tag(picture: NDArray[np.uint8], look: Look, tag: Tag) -> None:
+def _draw_tag(picture: NDArray[np.uint8], segmented: SegmentedFrame, tag: Tag) -> None:
     """Outline a tag and write its number into it, in the view that showed it best."""
-    if look.view.camera != tag.camera:
+    if segmented.frame.camera != tag.camera:
         return
-    pixels, _ = look.view.project(tag.corners)
+    pixels, _ = segmented.frame.project(tag.corners)
     cv2.polylines(picture, [np.rint(pixels * 8).astype(np.int32)], True, _TAG, 1, cv2.LINE_AA, 3)
     text = "?" if tag.number is None else str(tag.number)
     x, y = pixels.mean(axis=0)
@@ -67,9 +71,9 @@ def _draw_tag(picture: NDArray[np.uint8], look: Look, tag: Tag) -> None:
     cv2.putText(picture, text, at, cv2.FONT_HERSHEY_SIMPLEX, 0.4, _TAG, 1, cv2.LINE_AA)
 
 
-def _draw_track(picture: NDArray[np.uint8], look: Look, track: Track) -> None:
+def _draw_track(picture: NDArray[np.uint8], segmented: SegmentedFrame, track: Track) -> None:
     item = track.detected()
-    hull, depth = look.view.project(_hull(item))
+    hull, depth = segmented.frame.project(_hull(item))
     height, width = picture.shape[:2]
     if (depth < 0.03).any() or (hull.max(axis=0) < 0).any() or (hull.min(axis=0) > [width, height]).any():
         return
@@ -80,7 +84,7 @@ def _draw_track(picture: NDArray[np.uint8], look: Look, track: Track) -> None:
     else:
         cv2.polylines(picture, [np.rint(outline * 8).astype(np.int32)], True, _HULL, 1, cv2.LINE_AA, 3)
     origin = item.pose.position
-    ends, _ = look.view.project(np.vstack([origin, origin + _AXIS_LENGTH * item.pose.rotation.T]))
+    ends, _ = segmented.frame.project(np.vstack([origin, origin + _AXIS_LENGTH * item.pose.rotation.T]))
     start = (int(ends[0][0]), int(ends[0][1]))
     for end, colour in zip(ends[1:], _AXES, strict=True):
         cv2.line(picture, start, (int(end[0]), int(end[1])), colour, 1, cv2.LINE_AA)
