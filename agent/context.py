@@ -11,12 +11,23 @@ from dataclasses import dataclass, field
 from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
-from robosandbox.errors import CancelledError, GoalTimeoutError, Phase, Repair, SkillError
-from robosandbox.evidence import TimeoutEvidence
+from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
+from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
+# Failures that a sidecar with a wrong joint list, home, tool centre point, gripper or base brings about.
+_SHAPED_BY_SIDECAR = frozenset(
+    {
+        ErrorCode.UNREACHABLE,
+        ErrorCode.COLLISION,
+        ErrorCode.TRACKING,
+        ErrorCode.GRASP,
+        ErrorCode.PUSH,
+        ErrorCode.TAP,
+    }
+)
 
 
 @dataclass(kw_only=True)
@@ -30,6 +41,7 @@ class AgentContext:
         motion: Configurations and paths.
         what_if: Whether skills may try repairs on copies of the world.
         what_if_seconds: How many simulated seconds all trials after one failure may take together.
+        advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         listeners: Called with each phase that begins.
         intent_listeners: Called with what a skill is about to do.
@@ -42,6 +54,7 @@ class AgentContext:
     motion: MotionPlanner
     what_if: bool = True
     what_if_seconds: float = 120.0
+    advise: bool = True
     limits: Limits | None = None
     listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
     intent_listeners: list[Callable[[Intent], None]] = field(default_factory=list, init=False, repr=False)
@@ -90,6 +103,7 @@ class AgentContext:
             grasp=self.grasp,
             motion=self.motion,
             what_if=False,
+            advise=False,
             limits=self.limits,
         )
         # A cancel stops what is tried out, too.
@@ -104,6 +118,18 @@ class AgentContext:
         from robosandbox.agent.repairs import find_repairs
 
         return find_repairs(self, call, error)
+
+    def advice_for(self, error: SkillError) -> str:
+        """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""
+        files = self.sim.robot.files
+        if not self.advise or files is None or error.code not in _SHAPED_BY_SIDECAR:
+            return ""
+        # The checks infer a robot from its model, which most worlds never need.
+        from robosandbox.robots.diagnosis import advice
+
+        evidence = error.evidence
+        missed = isinstance(evidence, GraspEvidence) and evidence.reason == "missed"
+        return advice(files, error.message, doubtful=missed)
 
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins.

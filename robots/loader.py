@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
@@ -19,11 +19,11 @@ from robosandbox.robots.importing import import_model
 from robosandbox.robots.infer import infer_imported
 from robosandbox.robots.isolate import keep_arm
 from robosandbox.robots.limits import joint_limits
-from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot, say
+from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace
 from robosandbox.robots.reach import measured_workspace
-from robosandbox.robots.robot import Gripper, Robot
+from robosandbox.robots.robot import Gripper, Robot, RobotFiles
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
@@ -53,6 +53,7 @@ class RobotModel:
         workspace: What it reaches over a table.
         tool_bounds: (x_min, x_max, y_min, y_max) of its last link about the TCP; of use to an arm without a gripper.
         notes: What the import repaired, added or left out, in sentences.
+        files: Its model and sidecar, if it has a sidecar of its own; None for a bundled or an inferred one.
     """
 
     name: str
@@ -67,6 +68,7 @@ class RobotModel:
     workspace: Workspace
     tool_bounds: tuple[float, float, float, float]
     notes: tuple[str, ...] = ()
+    files: RobotFiles | None = None
 
     @property
     def base_pose(self) -> Pose:
@@ -102,6 +104,7 @@ class RobotModel:
             tool_bounds=self.tool_bounds,
             gripper=self._bind_gripper(model, prefix),
             limits=self.sidecar.limits,
+            files=self.files,
         )
 
     def _bind_gripper(self, model: mujoco.MjModel, prefix: str) -> Gripper | None:
@@ -178,7 +181,9 @@ def _load(
         others = f"; other arms in it: {', '.join(found.choices[1:])}" if found.choices[1:] else ""
         say(f"{path.name}: no sidecar; runs on what was inferred (robo-sandbox robot infer shows it){others}")
         return measure(imported, found.sidecar, path.name, table_height=table_height, workspace=found.workspace)
-    return load_with(imported, given, config, package_paths, table_height=table_height)
+    robot = load_with(imported, given, config, package_paths, table_height=table_height)
+    files = RobotFiles(model=path, sidecar=config, package_paths=package_paths)
+    return robot if is_bundled(config) else replace(robot, files=files)
 
 
 def _on_table(sidecar: Sidecar, table_height: float) -> Sidecar:

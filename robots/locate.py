@@ -95,6 +95,11 @@ def _entry(folder: Path, entry: str, robot: str) -> Path:
     return chosen
 
 
+def is_bundled(sidecar: Path) -> bool:
+    """Tell whether a sidecar is one of this package's own."""
+    return sidecar.resolve().is_relative_to(_folder().resolve())
+
+
 def find_sidecar(path: Path, robot_config: Path | None) -> Path | None:
     """Return the sidecar that is given, or lies beside the model; None when there is none.
 

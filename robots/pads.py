@@ -14,6 +14,8 @@ from robosandbox.robots.sweep import collision_geoms, place
 from robosandbox.types import Array
 
 _MAX_DISTANCE = 1.0
+# Sides that come closer by less than this between open and closed do not close, metres.
+_LEAST_TRAVEL = 1e-3
 _TRAVEL_SHARE = 0.6
 _CELL = 0.002
 _CONTACT = 0.0015
@@ -79,7 +81,12 @@ def find_pads(
         near = [_box_distance(model, data, a, point) + _box_distance(model, data, b, point) for _, _, a, b in pairs]
     travels = [o - c for o, c in zip(opened, closed, strict=True)]
     most = max(travels)
-    if most < 1e-3:
+    if most < _LEAST_TRAVEL:
+        if min(travels) < -_LEAST_TRAVEL:
+            raise InputError(
+                "gripper.open_qpos: the wrong way round: the two sides are farther apart at closed_qpos than at open_qpos; "
+                "swap the two values, or give them the other sign"
+            )
         raise InputError(
             "gripper.joints: its two sides come no closer when the actuator is driven over its range; "
             "name the joints that move the fingers"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -126,6 +127,21 @@ class Gripper:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class RobotFiles:
+    """The files of a robot whose sidecar somebody wrote for it.
+
+    Attributes:
+        model: The URDF or MJCF, resolved.
+        sidecar: Resolved.
+        package_paths: Where the model's package:// names are looked up.
+    """
+
+    model: Path
+    sidecar: Path
+    package_paths: tuple[Path, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Robot:
     """A robot bound to a model. Arrays over arm joints have shape (n,), in sidecar order.
 
@@ -150,6 +166,7 @@ class Robot:
         tool_bounds: (x_min, x_max, y_min, y_max) of what is at the TCP, in its frame; of an arm without a gripper its last link.
         reach: Least and largest horizontal distance from its first axis at which the tool points down at a table.
         limits: The sidecar's; what nobody's plan may pass.
+        files: Where it comes from, if it has a sidecar of its own; None for a bundled or an inferred one.
     """
 
     name: str
@@ -172,6 +189,7 @@ class Robot:
     reach: tuple[float, float]
     tool_bounds: tuple[float, float, float, float] = (-0.01, 0.01, -0.01, 0.01)
     limits: Limits | None = None
+    files: RobotFiles | None = None
 
     @property
     def n(self) -> int:

@@ -49,6 +49,7 @@ class Skill:
         except SkillError as error:
             if not error.repairs:
                 error.repairs = ctx.repairs_for(SkillCall(skill=self.name, arguments=checked), error)
+            error.append(ctx.advice_for(error))
             raise
         return result
 

@@ -217,7 +217,7 @@ def open_session(
     mind = make_planner(planner, skills, options, dialogue=dialogue)
     try:
         sim.feel(chosen.felt)
-        sim.load(chosen.scene)
+        _load(sim, chosen.scene)
         _check_start_q(chosen, sim)
         if camera is not None and camera not in sim.cameras:
             raise InputError(f"camera {camera!r} is not one of {', '.join(sim.cameras)}")
@@ -283,6 +283,18 @@ def resolve_task(task: Task | Scene | Path | str | None) -> Task:
             return load_task(task)
         case _:
             return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
+
+
+def _load(sim: MuJoCoBackend, scene: Scene) -> None:
+    """Load a scene; where that fails on a robot with a sidecar of its own, say what is wrong with the sidecar."""
+    try:
+        sim.load(scene)
+    except InputError as error:
+        # The checks infer a robot from its model, which most worlds never need.
+        from robosandbox.robots.diagnosis import advice, own_files
+
+        files = own_files(scene.robot_urdf, scene.robot_config)
+        raise InputError(f"{error}{advice(files, str(error)) if files else ''}") from None
 
 
 def _check_start_q(task: Task, sim: MuJoCoBackend) -> None:

@@ -205,6 +205,12 @@ class SkillError(RoboSandboxError):
         self.phase = phase
         return self
 
+    def append(self, advice: str) -> None:
+        """Put advice behind the message; advice that is there already is not repeated."""
+        if advice and not self.message.endswith(advice):
+            self.message += advice
+            self.args = (self.message,)
+
     def record(self) -> ErrorRecord:
         """Return the error as a value that can leave the process."""
         return ErrorRecord(

@@ -239,6 +239,10 @@ class SkillContext(AgentWorld, Protocol):
         """Return what would do in place of a failed call, tried on copies of the world."""
         ...
 
+    def advice_for(self, error: SkillError) -> str:
+        """Return what is wrong with the robot's own sidecar, to be put behind a failure's message; often nothing."""
+        ...
+
     def enter(self, phase: str) -> None:
         """Tell listeners which phase begins."""
         ...

@@ -38,11 +38,13 @@ class Touch:
         body: The moving body.
         other: What it touches.
         depth: Penetration, metres; negative inside the clearance.
+        own: Both are parts of the robot.
     """
 
     body: str
     other: str
     depth: float
+    own: bool = False
 
 
 class CollisionChecker:
@@ -156,7 +158,9 @@ class CollisionChecker:
         first, second = (int(b) for b in pairs[worst])
         moving = self._robot_body[first] or (self._held is not None and first == self._held[0])
         body, other = (first, second) if moving else (second, first)
-        return Touch(self.names[body], self.names[other], float(-distance[worst])), 0.0
+        return Touch(
+            self.names[body], self.names[other], float(-distance[worst]), bool({body, other} <= self.robot.bodies)
+        ), 0.0
 
     def _sharpened(self, geoms: NDArray[np.int32], distance: Array, own: NDArray[np.bool_]) -> Array:
         """Return the contacts' distances (k,), those of general convex pairs measured anew where they may be touching.

@@ -267,9 +267,13 @@ class DLSMotionPlanner:
         if found is None:
             return None
         index, touch = found
+        remedy = "clear the way or approach from elsewhere"
+        if touch.own:
+            here = "the arm touches itself where it stands; start from another configuration, as another home"
+            remedy = here if index == 0 else "the arm would touch itself; approach from elsewhere"
         return CollisionError(
             f"{touch.body} would touch {touch.other} ({touch.depth * 1000:.1f} mm deep) at waypoint {index + 1} of "
-            f"{len(path)}; clear the way or approach from elsewhere",
+            f"{len(path)}; {remedy}",
             phase=Phase.PLAN,
             evidence=CollisionEvidence(
                 body=touch.body, other=touch.other, depth=touch.depth, waypoint=index, waypoints=len(path)

@@ -5,7 +5,6 @@ Each symptom of a wrong sidecar has one cause; a check that fails names the fiel
 
 from __future__ import annotations
 
-import re
 import tempfile
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -14,20 +13,18 @@ from typing import Any
 
 from robosandbox.errors import InputError
 from robosandbox.robots.compare import compare
+from robosandbox.robots.diagnosis import blamed_field, infer_beside
 from robosandbox.robots.explain import to_yaml
 from robosandbox.robots.files import searching
 from robosandbox.robots.finding import Check
 from robosandbox.robots.imported import ImportedModel
 from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import Inference, infer, infer_imported
+from robosandbox.robots.infer import infer
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot
-from robosandbox.robots.mount import mount
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.testing.robot_trial import try_out
-from robosandbox.validation import load_yaml_model, parse_yaml, read_text
-
-_FIELD = re.compile(r"\b(?:arm|gripper|ee_site|base_pose)(?:\.[a-z_]+|\[\d+\])+")
+from robosandbox.validation import load_yaml_model
 
 
 @dataclass(slots=True)
@@ -122,13 +119,10 @@ def _check_with(
                 config.write_text(to_yaml(found), encoding="utf-8")
                 given = found.sidecar
             else:
-                given = _read(config)
-                if given.gripper is not None and given.gripper.attach is not None:
-                    gripper_path = resolve_robot(config.parent / given.gripper.attach.model).resolve()
-                    mount(imported, given.gripper.attach, gripper_path, paths)
-                found = _infer_for(imported, given)
+                given = load_yaml_model(config, Sidecar)
+                found = infer_beside(imported, given, config, paths)
         except InputError as error:
-            report.checks.append(Check("load", False, str(error), _field_of(config, str(error))))
+            report.checks.append(Check("load", False, str(error), blamed_field(config, str(error))))
             return report
         report.sidecar = given.model_dump(mode="json", exclude_none=True)
         report.checks += compare(found, given)
@@ -146,40 +140,8 @@ def _load(report: RobotReport, path: Path, config: Path, paths: tuple[Path, ...]
     except InputError as error:
         # What the comparison has named already is the cause; the loader saw its consequence.
         named = next((item.field for item in report.checks if not item.ok and item.field), None)
-        report.checks.insert(0, Check("load", False, str(error), named or _field_of(config, str(error))))
+        report.checks.insert(0, Check("load", False, str(error), named or blamed_field(config, str(error))))
         return None
-
-
-def _read(config: Path) -> Sidecar:
-    return load_yaml_model(config, Sidecar)
-
-
-def _infer_for(imported: Any, given: Sidecar) -> Inference:
-    """Infer the arm that the sidecar is about, where the model has several."""
-    names = {item.name for item in imported.spec.joints}
-    anchor = next((name for name in reversed(given.arm.joints) if name in names), None)
-    try:
-        return infer_imported(imported, arm=anchor, listed=given.arm.joints)
-    except InputError:
-        return infer_imported(imported, listed=given.arm.joints)
-
-
-def _field_of(config: Path | None, message: str) -> str | None:
-    """Return the sidecar field that an error is about."""
-    if config is not None and config.is_file():
-        try:
-            data = parse_yaml(read_text(config), config.name)
-            arm = data.get("arm", {}) if isinstance(data, dict) else {}
-            counts = {
-                key: len(arm[key]) for key in ("joints", "actuators", "home_qpos") if isinstance(arm.get(key), list)
-            }
-        except (InputError, AttributeError):
-            counts = {}
-        # Two lists of one length and a shorter joint list: a joint was skipped, not the rest made up.
-        if counts.get("joints", 99) < max(counts.values(), default=0):
-            return "arm.joints"
-    found = _FIELD.search(message)
-    return found.group(0) if found else None
 
 
 def _summary(robot: RobotModel) -> str:

@@ -196,6 +196,7 @@ def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, wha
         )
     try:
         with open_session(cube_task(path, config, at), what_if=what_if) as session:
+            session.ctx.advise = False
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
@@ -225,6 +226,7 @@ def _push(path: Path, config: Path, robot: RobotModel, blame: str | None) -> Che
     task = task.model_copy(update={"prompt": f"push the red cube {_PUSH_M * 100:.0f} cm forward", "success": wanted})
     try:
         with open_session(task, what_if=blame is None) as session:
+            session.ctx.advise = False
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
