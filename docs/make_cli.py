@@ -12,6 +12,7 @@ import click
 import typer
 
 from robosandbox import cli
+from robosandbox.commands import bench
 
 TARGET = Path(__file__).with_name("cli.md")
 INTRO = """<!-- Written by docs/make_cli.py; change the commands. -->
@@ -32,7 +33,7 @@ def page() -> str:
     """Return the page."""
     programs = [
         *sections("robo-sandbox", typer.main.get_command(cli.app)),
-        *sections("robo-sandbox-bench", typer.main.get_command(cli.bench.app)),
+        *sections("robo-sandbox-bench", typer.main.get_command(bench.app)),
     ]
     return "\n".join([INTRO, *programs])
 

@@ -3,30 +3,63 @@
 from __future__ import annotations
 
 import sys
+from typing import Annotated
 
 import typer
 
-from robosandbox.commands import bench, calibrate, export, look, mcp, repl, robot, run, runs, sim, tasks, viewer
 from robosandbox.commands.console import run_app
+from robosandbox.commands.lazy import LazyCommand, lazy_group, plain_app
 
-app = typer.Typer(
-    add_completion=False,
-    help="Say what the robot should do; the arm does it in MuJoCo, or says exactly why it cannot.",
-)
-app.command("run")(run.run)
-app.command("plan")(run.plan)
-app.command("calibrate")(calibrate.calibrate)
-app.command("look")(look.look)
-app.command("repl")(repl.repl)
-app.command("sim")(sim.sim)
-app.command("agent")(run.agent)
-app.command("mcp")(mcp.mcp)
-app.command("viewer")(viewer.viewer)
-app.command("replay")(runs.replay)
-app.add_typer(runs.app, name="runs")
-app.add_typer(export.app, name="export")
-app.add_typer(tasks.app, name="tasks")
-app.add_typer(robot.app, name="robot")
+COMMANDS = {
+    "run": LazyCommand("robosandbox.commands.run:run", "Carry out a prompt and check what came of it."),
+    "plan": LazyCommand("robosandbox.commands.run:plan", "Print the plan for a prompt; nothing moves."),
+    "calibrate": LazyCommand(
+        "robosandbox.commands.calibrate:calibrate",
+        "Find each camera's pose from a board of tags, and how far it is off.",
+    ),
+    "look": LazyCommand(
+        "robosandbox.commands.look:look", "Print what is seen: names, shapes, places, sizes, and how sure that is."
+    ),
+    "repl": LazyCommand(
+        "robosandbox.commands.repl:repl", "Talk to a robot, line by line; without --connect in a world of this process."
+    ),
+    "sim": LazyCommand("robosandbox.commands.sim:sim", "Serve a world over Zenoh until SIGINT or SIGTERM."),
+    "agent": LazyCommand("robosandbox.commands.run:agent", "Carry out a prompt in a sim process."),
+    "mcp": LazyCommand(
+        "robosandbox.commands.mcp:mcp",
+        "Serve a robot's skills to an MCP client: of an embedded world, or with --connect of a sim process.",
+    ),
+    "viewer": LazyCommand(
+        "robosandbox.commands.viewer:viewer", "Show the world in a browser on this machine, until SIGINT or SIGTERM."
+    ),
+    "replay": LazyCommand(
+        "robosandbox.commands.runs:replay", "Run a recorded episode's actions again through physics, and compare."
+    ),
+    "runs": LazyCommand("robosandbox.commands.runs:app", "Recorded episodes."),
+    "export": LazyCommand("robosandbox.commands.export:app", "Recorded episodes as datasets and logs."),
+    "tasks": LazyCommand("robosandbox.commands.tasks:app", "The tasks that a bench runs."),
+    "robot": LazyCommand("robosandbox.commands.robot:app", "Bring your own robot: infer its sidecar, check it."),
+}
+
+app = plain_app(cls=lazy_group(COMMANDS))
+
+
+def _say_version(wanted: bool) -> None:
+    if wanted:
+        from robosandbox.versions import versions
+
+        own, *others = versions().items()
+        print(f"robo-sandbox {own[1]} ({', '.join(f'{name} {version}' for name, version in others)})")
+        raise typer.Exit
+
+
+@app.callback()
+def program(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_say_version, is_eager=True, help="Print the versions and end.")
+    ] = False,
+) -> None:
+    """Say what the robot should do; the arm does it in MuJoCo, or says exactly why it cannot."""
 
 
 def main() -> None:
@@ -36,4 +69,6 @@ def main() -> None:
 
 def bench_main() -> None:
     """Run `robo-sandbox-bench`; without arguments it runs every bundled task once."""
+    from robosandbox.commands import bench
+
     sys.exit(run_app(bench.app, "robo-sandbox-bench", bench.split_lists(sys.argv[1:])))

@@ -39,35 +39,41 @@ RoboSandboxError
 
 from __future__ import annotations
 
-import logging
-import uuid
-from enum import StrEnum
-from typing import Any, ClassVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from pydantic import model_validator
-
-from robosandbox.evidence import (
-    AmbiguousEvidence,
-    AnyEvidence,
-    BusyEvidence,
-    CollisionEvidence,
-    ConnectionEvidence,
-    DrawerEvidence,
-    Evidence,
-    GraspEvidence,
-    HoldingEvidence,
-    LimitEvidence,
-    MessageEvidence,
-    ObjectNotFoundEvidence,
-    PlacementEvidence,
-    PourEvidence,
-    PushEvidence,
-    TapEvidence,
-    TimeoutEvidence,
-    TrackingEvidence,
-    UnreachableEvidence,
-)
-from robosandbox.types import SkillCall, StrictModel
+if TYPE_CHECKING:
+    from robosandbox.skill_errors import SKILL_ERRORS as SKILL_ERRORS
+    from robosandbox.skill_errors import AlreadyHoldingError as AlreadyHoldingError
+    from robosandbox.skill_errors import AmbiguousObjectError as AmbiguousObjectError
+    from robosandbox.skill_errors import BusyError as BusyError
+    from robosandbox.skill_errors import CancelledError as CancelledError
+    from robosandbox.skill_errors import CollisionError as CollisionError
+    from robosandbox.skill_errors import ConnectionLostError as ConnectionLostError
+    from robosandbox.skill_errors import DrawerError as DrawerError
+    from robosandbox.skill_errors import ErrorCode as ErrorCode
+    from robosandbox.skill_errors import ErrorRecord as ErrorRecord
+    from robosandbox.skill_errors import ForbiddenError as ForbiddenError
+    from robosandbox.skill_errors import GoalTimeoutError as GoalTimeoutError
+    from robosandbox.skill_errors import GraspError as GraspError
+    from robosandbox.skill_errors import InternalError as InternalError
+    from robosandbox.skill_errors import InvalidArgumentError as InvalidArgumentError
+    from robosandbox.skill_errors import InvalidMessageError as InvalidMessageError
+    from robosandbox.skill_errors import LimitError as LimitError
+    from robosandbox.skill_errors import NotHoldingError as NotHoldingError
+    from robosandbox.skill_errors import ObjectNotFoundError as ObjectNotFoundError
+    from robosandbox.skill_errors import Phase as Phase
+    from robosandbox.skill_errors import PlacementError as PlacementError
+    from robosandbox.skill_errors import PourError as PourError
+    from robosandbox.skill_errors import PushError as PushError
+    from robosandbox.skill_errors import Repair as Repair
+    from robosandbox.skill_errors import ServiceError as ServiceError
+    from robosandbox.skill_errors import SkillError as SkillError
+    from robosandbox.skill_errors import TapError as TapError
+    from robosandbox.skill_errors import TrackingError as TrackingError
+    from robosandbox.skill_errors import UnknownGoalError as UnknownGoalError
+    from robosandbox.skill_errors import UnreachableError as UnreachableError
+    from robosandbox.skill_errors import UnsupportedError as UnsupportedError
 
 
 class RoboSandboxError(Exception):
@@ -106,354 +112,11 @@ class PlannerAnswerError(PlannerError):
     """The planner's answers are no valid plan and no refusal, and its limits are reached."""
 
 
-class ErrorCode(StrEnum):
-    """A skill error's kind, in Python and on the wire."""
-
-    INVALID_ARGUMENT = "invalid_argument"
-    OBJECT_NOT_FOUND = "object_not_found"
-    AMBIGUOUS_OBJECT = "ambiguous_object"
-    UNREACHABLE = "unreachable"
-    LIMIT = "limit"
-    COLLISION = "collision"
-    TRACKING = "tracking"
-    GRASP = "grasp"
-    NOT_HOLDING = "not_holding"
-    ALREADY_HOLDING = "already_holding"
-    PLACEMENT = "placement"
-    PUSH = "push"
-    DRAWER = "drawer"
-    POUR = "pour"
-    TAP = "tap"
-    UNSUPPORTED = "unsupported"
-    GOAL_TIMEOUT = "goal_timeout"
-    CANCELLED = "cancelled"
-    INTERNAL = "internal"
-    BUSY = "busy"
-    INVALID_MESSAGE = "invalid_message"
-    UNKNOWN_GOAL = "unknown_goal"
-    FORBIDDEN = "forbidden"
-    CONNECTION_LOST = "connection_lost"
-
-
-class Phase(StrEnum):
-    """What a skill was doing."""
-
-    CHECK = "check"
-    PERCEIVE = "perceive"
-    PLAN = "plan"
-    APPROACH = "approach"
-    DESCEND = "descend"
-    GRASP = "grasp"
-    LIFT = "lift"
-    TRANSFER = "transfer"
-    LOWER = "lower"
-    RELEASE = "release"
-    PUSH = "push"
-    SLIDE = "slide"
-    POUR = "pour"
-    TOUCH = "touch"
-    RETREAT = "retreat"
-    HOME = "home"
-    SETTLE = "settle"
-    VERIFY = "verify"
-
-
-class Repair(StrictModel):
-    """Skill calls that reached the post-condition on a copy of the world.
-
-    Attributes:
-        calls: What to run in place of the failed call.
-        why: One sentence for the person.
-        cost: Simulated seconds it took there.
-    """
-
-    calls: tuple[SkillCall, ...]
-    why: str
-    cost: float
-
-
-class SkillError(RoboSandboxError):
-    """A skill ended without its post-condition.
-
-    Attributes:
-        code: Its kind.
-        phase: What the skill was doing.
-        message: What, which value, which limit, what to do.
-        evidence: Measurements, typed per code.
-        repairs: Calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
-    """
-
-    code: ClassVar[ErrorCode] = ErrorCode.INTERNAL
-    evidence_type: ClassVar[type[Evidence] | None] = None
-
-    def __init__(
-        self,
-        message: str,
-        *,
-        phase: Phase = Phase.CHECK,
-        evidence: AnyEvidence | None = None,
-        repairs: tuple[Repair, ...] = (),
-    ) -> None:
-        super().__init__(message)
-        self.message = message
-        self.phase = phase
-        self.evidence = evidence
-        self.repairs = repairs
-
-    def at(self, phase: Phase) -> SkillError:
-        """Set the phase and return the error itself."""
-        self.phase = phase
-        return self
-
-    def append(self, advice: str) -> None:
-        """Put advice behind the message; advice that is there already is not repeated."""
-        if advice and not self.message.endswith(advice):
-            self.message += advice
-            self.args = (self.message,)
-
-    def record(self) -> ErrorRecord:
-        """Return the error as a value that can leave the process."""
-        return ErrorRecord(
-            code=self.code,
-            phase=self.phase,
-            message=self.message,
-            evidence=self.evidence,
-            repairs=self.repairs,
-        )
-
-
-class ErrorRecord(StrictModel):
-    """A SkillError as a value: what results, logs and the wire carry.
-
-    Attributes:
-        code: Its kind.
-        phase: What the skill was doing.
-        message: What, which value, which limit, what to do.
-        evidence: Measurements, of the kind that the code has.
-        repairs: Skill calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
-    """
-
-    code: ErrorCode
-    phase: Phase
-    message: str
-    evidence: AnyEvidence | None = None
-    repairs: tuple[Repair, ...] = ()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _evidence_is_of_the_code(cls, data: Any) -> Any:
-        """Read the evidence as what the code says that it is: fields alone may fit several kinds."""
-        if not isinstance(data, dict) or not isinstance(data.get("evidence"), dict):
-            return data
-        found = next((kind for code, kind in SKILL_ERRORS.items() if code == data.get("code")), None)
-        if found is None or found.evidence_type is None:
-            return data
-        return {**data, "evidence": found.evidence_type.model_validate(data["evidence"])}
-
-    def exception(self) -> SkillError:
-        """Return the exception that this is the record of."""
-        return SKILL_ERRORS[self.code](self.message, phase=self.phase, evidence=self.evidence, repairs=self.repairs)
-
-
-class InvalidArgumentError(SkillError):
-    """An argument is of the wrong type or value."""
-
-    code = ErrorCode.INVALID_ARGUMENT
-
-
-class ObjectNotFoundError(SkillError):
-    """Nothing seen has this id."""
-
-    code = ErrorCode.OBJECT_NOT_FOUND
-    evidence_type = ObjectNotFoundEvidence
-
-
-class AmbiguousObjectError(SkillError):
-    """Several things seen fit."""
-
-    code = ErrorCode.AMBIGUOUS_OBJECT
-    evidence_type = AmbiguousEvidence
-
-
-class UnreachableError(SkillError):
-    """No joint configuration puts the TCP there."""
-
-    code = ErrorCode.UNREACHABLE
-    evidence_type = UnreachableEvidence
-
-
-class LimitError(SkillError):
-    """The task forbids the arm to go there."""
-
-    code = ErrorCode.LIMIT
-    evidence_type = LimitEvidence
-
-
-class CollisionError(SkillError):
-    """The only ways there touch something."""
-
-    code = ErrorCode.COLLISION
-    evidence_type = CollisionEvidence
-
-
-class TrackingError(SkillError):
-    """The arm did not arrive where it was sent."""
-
-    code = ErrorCode.TRACKING
-    evidence_type = TrackingEvidence
-
-
-class GraspError(SkillError):
-    """No grasp was found, it missed, or the object slipped."""
-
-    code = ErrorCode.GRASP
-    evidence_type = GraspEvidence
-
-
-class NotHoldingError(SkillError):
-    """The gripper is empty."""
-
-    code = ErrorCode.NOT_HOLDING
-    evidence_type = HoldingEvidence
-
-
-class AlreadyHoldingError(SkillError):
-    """The gripper is full."""
-
-    code = ErrorCode.ALREADY_HOLDING
-    evidence_type = HoldingEvidence
-
-
-class PlacementError(SkillError):
-    """The object is not where it was to be placed."""
-
-    code = ErrorCode.PLACEMENT
-    evidence_type = PlacementEvidence
-
-
-class PushError(SkillError):
-    """The object did not go where it was pushed."""
-
-    code = ErrorCode.PUSH
-    evidence_type = PushEvidence
-
-
-class DrawerError(SkillError):
-    """A drawer did not slide as far as it should."""
-
-    code = ErrorCode.DRAWER
-    evidence_type = DrawerEvidence
-
-
-class PourError(SkillError):
-    """What was poured did not arrive, or spilled."""
-
-    code = ErrorCode.POUR
-    evidence_type = PourEvidence
-
-
-class TapError(SkillError):
-    """The touch was not felt, or it moved the object."""
-
-    code = ErrorCode.TAP
-    evidence_type = TapEvidence
-
-
-class UnsupportedError(SkillError):
-    """This robot cannot do this skill, or not with this object."""
-
-    code = ErrorCode.UNSUPPORTED
-
-
-class GoalTimeoutError(SkillError):
-    """The deadline passed."""
-
-    code = ErrorCode.GOAL_TIMEOUT
-    evidence_type = TimeoutEvidence
-
-
-class CancelledError(SkillError):
-    """Somebody cancelled."""
-
-    code = ErrorCode.CANCELLED
-
-
-class InternalError(SkillError):
-    """A fault in the code; the log has the traceback under the id in the message."""
-
-    code = ErrorCode.INTERNAL
-
-    @classmethod
-    def log(cls, where: object, fault: Exception, logger: logging.Logger) -> InternalError:
-        """Log a fault with its traceback under a new id, and return the error that names the id."""
-        fault_id = uuid.uuid4().hex[:8]
-        logger.error("fault %s in %s", fault_id, where, exc_info=fault)
-        return cls(f"{where} ended in a fault of the code ({type(fault).__name__}); the log has it under id {fault_id}")
-
-
-class ServiceError(SkillError):
-    """Something between a client and a sim is wrong, not the robot's work."""
-
-
-class BusyError(ServiceError):
-    """The robot does something else; cancel it, wait, or ask to be queued."""
-
-    code = ErrorCode.BUSY
-    evidence_type = BusyEvidence
-
-
-class InvalidMessageError(ServiceError):
-    """A message is not of the protocol."""
-
-    code = ErrorCode.INVALID_MESSAGE
-    evidence_type = MessageEvidence
-
-
-class UnknownGoalError(ServiceError):
-    """No goal has this id, or it ended too long ago."""
-
-    code = ErrorCode.UNKNOWN_GOAL
-
-
-class ForbiddenError(ServiceError):
-    """This sim was started without it, or its access control does not allow it to this client."""
-
-    code = ErrorCode.FORBIDDEN
-
-
-class ConnectionLostError(ServiceError):
-    """The sim went away while it worked, and what it worked on is not known to be done."""
-
-    code = ErrorCode.CONNECTION_LOST
-    evidence_type = ConnectionEvidence
-
-
-SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {
-    cls.code: cls
-    for cls in (
-        InvalidArgumentError,
-        ObjectNotFoundError,
-        AmbiguousObjectError,
-        UnreachableError,
-        LimitError,
-        CollisionError,
-        TrackingError,
-        GraspError,
-        NotHoldingError,
-        AlreadyHoldingError,
-        PlacementError,
-        PushError,
-        DrawerError,
-        PourError,
-        TapError,
-        UnsupportedError,
-        GoalTimeoutError,
-        CancelledError,
-        InternalError,
-        BusyError,
-        InvalidMessageError,
-        UnknownGoalError,
-        ForbiddenError,
-        ConnectionLostError,
-    )
-}
+def __getattr__(name: str) -> Any:
+    # The errors of skills carry evidence, whose classes need pydantic and numpy: a command whose arguments are wrong, or
+    # that only prints its help, ends before either is loaded.
+    if not name.startswith("_"):
+        skill_errors = import_module("robosandbox.skill_errors")
+        if hasattr(skill_errors, name):
+            return getattr(skill_errors, name)
+    raise AttributeError(f"module 'robosandbox.errors' has no attribute {name!r}")

@@ -12,6 +12,7 @@ import typer
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
+from robosandbox.commands.lazy import plain_app
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
-app = typer.Typer(add_completion=False)
+app = plain_app()
 RULE = "-" * 72
 _TASK_WIDTH = 18
 _LISTS = ("--tasks", "--task-file")

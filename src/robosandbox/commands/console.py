@@ -16,8 +16,8 @@ from robosandbox.errors import (
     PlannerError,
     PlannerUnavailableError,
     RenderingError,
+    RoboSandboxError,
     SensorError,
-    ServiceError,
     ServiceUnavailableError,
 )
 
@@ -46,15 +46,12 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         message = getattr(error, "format_message", error.__str__)()
         _complain(program, f"{message.rstrip('.')}; see {program} --help")
         return EXIT_USAGE
-    except InputError as error:
+    except RoboSandboxError as error:
+        exit_code = _exit_code(error)
+        if exit_code is None:
+            raise
         _complain(program, str(error))
-        return EXIT_USAGE
-    except (RenderingError, SensorError, ServiceError, ServiceUnavailableError, PlannerUnavailableError) as error:
-        _complain(program, str(error))
-        return EXIT_UNAVAILABLE
-    except PlannerError as error:
-        _complain(program, str(error))
-        return EXIT_FAILED
+        return exit_code
     except (ImportError, AttributeError, RuntimeError) as error:
         backend = os.environ.get("MUJOCO_GL")
         if not backend or "mujoco" in sys.modules:
@@ -69,6 +66,19 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
+
+
+def _exit_code(error: RoboSandboxError) -> int | None:
+    """Return what a command ends with after an error; None where no command should let it out."""
+    if isinstance(error, InputError):
+        return EXIT_USAGE
+    if isinstance(error, RenderingError | SensorError | ServiceUnavailableError | PlannerUnavailableError):
+        return EXIT_UNAVAILABLE
+    if isinstance(error, PlannerError):
+        return EXIT_FAILED
+    from robosandbox.errors import ServiceError
+
+    return EXIT_UNAVAILABLE if isinstance(error, ServiceError) else None
 
 
 def print_json(document: Any) -> None:

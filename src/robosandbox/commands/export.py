@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE
+from robosandbox.commands.lazy import plain_app
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
 
-app = typer.Typer(add_completion=False, help="Recorded episodes as datasets and logs.")
+app = plain_app(help="Recorded episodes as datasets and logs.")
 
 Paths = Annotated[
     list[Path], typer.Argument(metavar="EPISODES... OUT", help="Episodes or folders of episodes, and last the target.")

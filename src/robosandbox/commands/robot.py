@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.commands.lazy import plain_app
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.robots.infer import Inference
 
-app = typer.Typer(help="Bring your own robot: infer its sidecar, check it.", no_args_is_help=True)
+app = plain_app(help="Bring your own robot: infer its sidecar, check it.")
 
 Model = Annotated[str, typer.Argument(help="A URDF or MJCF file, a bundled robot, or menagerie:<name>.")]
 GripperModel = Annotated[

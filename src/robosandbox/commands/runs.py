@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
+from robosandbox.commands.lazy import plain_app
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
 
-app = typer.Typer(add_completion=False, help="Recorded episodes.")
+app = plain_app(help="Recorded episodes.")
 
 EpisodeFolder = Annotated[Path, typer.Argument(help="An episode's folder.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]

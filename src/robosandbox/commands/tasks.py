@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from robosandbox.commands.console import print_json
+from robosandbox.commands.lazy import plain_app
 
-app = typer.Typer(add_completion=False, help="The tasks that a bench runs.")
+app = plain_app(help="The tasks that a bench runs.")
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
