@@ -2,7 +2,7 @@
 
     python benchmarks/faults.py [FAULT ...] [--times 20] [--minutes 10] [--json]
 
-Faults: sim_killed, agent_killed, cancelled, numbers, deadline, duplicate, busy, late_joiner, slow_consumer, many_clients,
+Faults: sim_killed, accepted, agent_killed, cancelled, numbers, deadline, duplicate, busy, late_joiner, slow_consumer, many_clients,
 reopened, endurance. All of them when none is named; endurance runs for --minutes.
 """
 
@@ -26,7 +26,7 @@ from typing import Any
 import zenoh
 
 from robosandbox.agent.client import connect
-from robosandbox.errors import BusyError, GoalTimeoutError, SkillError
+from robosandbox.errors import BusyError, GoalTimeoutError, SkillError, UnknownGoalError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.remote import RemoteSession
@@ -79,6 +79,44 @@ def _killed_once(task: str, number: int, file: Path) -> tuple[bool, float, str]:
         verdict = session.judge()
         said = f"{episode.final_reason}: {episode.final_detail}"
         return bool(verdict and verdict.success), 1000.0 * (seen[0] - killed[0]), said
+
+
+def accepted(times: int) -> dict[str, Any]:
+    """SIGKILL of the sim at a random moment with goals open: the next one must know every goal that was accepted."""
+    sent, known, statuses, wrong = 0, 0, dict[str, int](), []
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder, "world.json")
+        with SimProcess("--task", "pick_from_three", state_file=file) as sim:
+            for number in range(times):
+                goals = _sent_and_killed(sim, random.Random(2000 + number))
+                with connect(sim.endpoint) as client:
+                    for skill, goal_id in goals:
+                        sent += 1
+                        try:
+                            goal = client.robot().result(skill, goal_id)
+                        except UnknownGoalError:
+                            wrong.append(f"kill {number}: {skill} goal {goal_id} is unknown")
+                            continue
+                        said = f"{goal.status}/{goal.error.code}" if goal.error else str(goal.status)
+                        statuses[said] = statuses.get(said, 0) + 1
+                        # The first may have ended before the kill; none may be left open.
+                        known += goal.status.final
+    return {"times": times, "accepted": sent, "known": known, "as": statuses, "wrong": wrong}
+
+
+def _sent_and_killed(sim: SimProcess, rng: random.Random) -> list[tuple[str, str]]:
+    """Send one to four goals, kill the sim at a random moment after the last was accepted, and start it again."""
+    with connect(sim.endpoint) as client:
+        robot = client.robot()
+        robot.reset(rng.randrange(100))
+        goals = [robot.send("pick", {"object": "red_cube"})]
+        goals += [robot.send("home", queue=True) for _ in range(rng.randrange(4))]
+        # Half of the kills within the first milliseconds, the others in the middle of the motion.
+        time.sleep(rng.uniform(0.0, 0.01) if rng.random() < 0.5 else rng.uniform(0.01, 2.0))
+        sim.kill()
+        names = [(goal.goal.skill, goal.id) for goal in goals]
+    sim.restart()
+    return names
 
 
 def _length(session: RemoteSession) -> float:
@@ -411,6 +449,7 @@ FAULTS: dict[str, Callable[..., dict[str, Any]]] = {
     act.__name__: act
     for act in (
         sim_killed,
+        accepted,
         agent_killed,
         cancelled,
         numbers,

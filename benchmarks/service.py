@@ -2,18 +2,22 @@
 
     python benchmarks/service.py [--goals 300] [--seconds 20] [--json]
 
-A bare Zenoh process answers 200-byte queries; a sim process takes goals. Both are asked in turn, so that load from elsewhere
-hits both alike. Then the state stream is timed while skills run, and pictures are counted with and without a listener.
+A bare Zenoh process answers 200-byte queries; a sim process takes goals, with a state file, so that each is written down before
+it is answered. Both are asked in turn, so that load from elsewhere hits both alike. What a write and a flush cost on the disk
+of the state file is timed as well. Then the state stream is timed while skills run, and pictures are counted with and without a listener.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
+import tempfile
 import time
 import uuid
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -51,7 +55,8 @@ def round_trips(goals: int) -> dict[str, Any]:
         if not bare.stdout or bare.stdout.readline() != "ready\n":
             raise SystemExit("the bare process did not start")
         with (
-            SimProcess("--task", "home") as sim,
+            tempfile.TemporaryDirectory() as folder,
+            SimProcess("--task", "home", state_file=Path(folder, "world.json")) as sim,
             connect(sim.endpoint) as client,
             open_connector([endpoint]) as session,
         ):
@@ -77,6 +82,24 @@ def round_trips(goals: int) -> dict[str, Any]:
         "send_goal_p50_ms": round(p50["send_goal"], 3),
         "send_goal_p99_ms": round(p99["send_goal"], 3),
         "ratio_p50": round(p50["send_goal"] / p50["bare"], 2),
+    }
+
+
+def disk(records: int) -> dict[str, Any]:
+    """Time what the journal of accepted goals does: a record written, and its flush to the disk."""
+    times: dict[str, list[float]] = {"write": [], "flush": []}
+    with tempfile.NamedTemporaryFile(buffering=0) as file:
+        for _ in range(records):
+            begin = time.perf_counter()
+            file.write(b"x" * 400)
+            middle = time.perf_counter()
+            getattr(os, "fdatasync", os.fsync)(file.fileno())
+            times["write"].append(1000.0 * (middle - begin))
+            times["flush"].append(1000.0 * (time.perf_counter() - middle))
+    return {
+        f"{name}_p{percent}_ms": round(float(np.percentile(values, percent)), 3)
+        for name, values in times.items()
+        for percent in (50, 99)
     }
 
 
@@ -156,6 +179,7 @@ def main() -> None:
     arguments = parser.parse_args()
     table = {
         "round_trip": round_trips(arguments.goals),
+        "disk": disk(arguments.goals),
         "state_realtime": state_stream(arguments.seconds, "realtime"),
         "state_fast": state_stream(arguments.seconds, "fast"),
         "pictures": pictures(min(5.0, arguments.seconds)),

@@ -70,6 +70,7 @@ def page() -> str:
         "tree": (errors.__doc__ or "").partition("\n\n")[2].strip(),
         **{name.lower(): str(getattr(wire, name)) for name in ("PROTOCOL", "ROOT", "DEFAULT_ENDPOINT")},
         "max_message_bytes": f"{wire.MAX_MESSAGE_BYTES:,}",
+        "kept_results": str(wire.KEPT_RESULTS),
         "max_request_bytes": f"{wire.MAX_REQUEST_BYTES:,}",
     }
     text = re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], PROSE.read_text())

@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
-import json
 import os
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Final, Literal
 
 from pydantic import Field
+from pydantic_core import from_json
 
 from robosandbox.errors import InputError
-from robosandbox.types import Finite, Scene, StrictModel
+from robosandbox.sim.journal import KeptGoal, flush_folder, read_file, read_journal
+from robosandbox.types import Scene, StrictModel
 from robosandbox.validation import validate
+from robosandbox.wire import Count
 
-_VERSION = 1
+_VERSION: Final = 2
+# A crowded scene has some ten thousand numbers, and the goals are those of the ledger, each with its arguments, bytes.
+_MOST_BYTES = 64_000_000
+# Beyond this MuJoCo takes a number for divergence (mjMAXVAL in its mjmodel.h).
+_MOST = 1e10
+
+StateNumber = Annotated[float, Field(ge=-_MOST, le=_MOST, allow_inf_nan=False)]
 
 
 class Checkpoint(StrictModel):
@@ -27,11 +35,11 @@ class Checkpoint(StrictModel):
         physics_steps: Since the last reset.
     """
 
-    seed: int
+    seed: Count
     scene: Scene
-    start: tuple[Finite, ...]
-    state: tuple[Finite, ...]
-    physics_steps: int
+    start: tuple[StateNumber, ...]
+    state: tuple[StateNumber, ...]
+    physics_steps: Count
 
 
 class SavedWorld(StrictModel):
@@ -39,17 +47,21 @@ class SavedWorld(StrictModel):
 
     Attributes:
         version: Of the format.
+        boot_id: The process that saved it.
         mujoco: The version that simulated it.
         task: The loaded task, as its YAML would have it.
         checkpoint: The world.
-        goals: The ledger.
+        goals: The ledger, and once it is loaded what the journal has beyond that.
+        accepted: How many goals the process had accepted; later ones are in its journal.
     """
 
-    version: int = _VERSION
+    version: Literal[2] = _VERSION
+    boot_id: str
     mujoco: str
     task: dict[str, Any]
     checkpoint: Checkpoint
-    goals: list[dict[str, Any]] = Field(default_factory=list)
+    goals: tuple[KeptGoal, ...] = ()
+    accepted: Count = 0
 
 
 class StateFile:
@@ -67,28 +79,38 @@ class StateFile:
         if not os.access(self.path.parent, os.W_OK):
             raise InputError(f"--state-file: the folder of {str(path)!r} cannot be written to")
 
+    @property
+    def journal(self) -> Path:
+        """The file beside it to which goals are written as they are accepted."""
+        return self.path.with_name(f"{self.path.name}.goals")
+
     def load(self) -> SavedWorld | None:
-        """Return what was saved, None when nothing was.
+        """Return what was saved, with the goals that were accepted later; None when nothing was.
 
         Raises:
-            InputError: The file holds something else.
+            InputError: The file holds something else, or is damaged.
         """
-        try:
-            text = self.path.read_bytes()
-        except FileNotFoundError:
+        if not os.path.lexists(self.path):
             return None
-        except OSError as error:
-            raise InputError(f"--state-file: {self.path.name} cannot be read: {error.strerror}") from None
+        text = read_file(self.path, _MOST_BYTES)
         try:
-            data = json.loads(text)
+            data = from_json(text)
         except ValueError:
             raise InputError(f"--state-file: {self.path.name} is no state file; name another or remove it") from None
-        found = validate(data, SavedWorld, source=self.path.name)
-        if found.version != _VERSION:
+        version = data.get("version", _VERSION) if isinstance(data, dict) else _VERSION
+        if version != _VERSION:
             raise InputError(
-                f"{self.path.name}: is of version {found.version}, this program writes {_VERSION}; remove it"
+                f"--state-file: {self.path.name} is of version {str(version)[:20]!r}, this program reads {_VERSION}; "
+                "remove it"
             )
-        return found
+        try:
+            found = validate(data, SavedWorld, source=self.path.name)
+        except InputError as error:
+            raise InputError(f"--state-file: {error}; the file is damaged: remove it or bring back a copy") from None
+        later = read_journal(self.journal, found.boot_id, found.accepted)
+        known = {item.goal.goal_id for item in found.goals}
+        goals = (*found.goals, *(item for item in later if item.goal.goal_id not in known))
+        return found.model_copy(update={"goals": goals})
 
     def save(self, world: SavedWorld) -> None:
         """Replace the file's content."""
@@ -98,3 +120,4 @@ class StateFile:
             file.flush()
             os.fsync(file.fileno())
         os.replace(new, self.path)
+        flush_folder(self.path.parent)

@@ -17,6 +17,7 @@ from robosandbox.errors import (
     UnknownGoalError,
 )
 from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
+from robosandbox.sim.journal import Acceptance, KeptGoal
 from robosandbox.types import SkillResult
 from robosandbox.wire import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 
@@ -51,10 +52,17 @@ class LiveGoal:
 
 
 class Ledger:
-    """Goals by id, safe to use from every thread; the last `KEPT_RESULTS` ended ones stay readable."""
+    """Goals by id, safe to use from every thread; the last `KEPT_RESULTS` ended ones stay readable.
 
-    def __init__(self, boot_id: str) -> None:
+    Args:
+        boot_id: Of this process.
+        keep: Writes an accepted goal down before anybody can see it; raises OSError where it cannot.
+    """
+
+    def __init__(self, boot_id: str, keep: Callable[[Acceptance], None]) -> None:
         self._boot_id = boot_id
+        self._keep_acceptance = keep
+        self._accepted = 0
         self._lock = threading.Lock()
         self._live: OrderedDict[str, LiveGoal] = OrderedDict()
         self._ended: OrderedDict[str, LiveGoal] = OrderedDict()
@@ -74,6 +82,7 @@ class Ledger:
         Raises:
             BusyError: Another goal runs and this one would not wait, or too many wait.
             InvalidMessageError: The id was used for something else.
+            OSError: It could not be written down, and is not accepted.
         """
         with self._lock:
             known = self._live.get(request.goal_id) or self._ended.get(request.goal_id)
@@ -84,6 +93,9 @@ class Ledger:
                 return known.goal, False
             self._refuse_if_busy(request, doing)
             goal = Goal(goal_id=request.goal_id, boot_id=self._boot_id, skill=skill, status=GoalStatus.ACCEPTED)
+            number = self._accepted + 1
+            self._keep_acceptance(Acceptance(number=number, goal=goal, arguments=request.arguments))
+            self._accepted = number
             self._live[request.goal_id] = LiveGoal(
                 goal, request.arguments, checked, request.timeout, request.client_id, intents=request.intents
             )
@@ -182,27 +194,28 @@ class Ledger:
 
     # Across restarts.
 
-    def dump(self, ended: Goal | None = None) -> list[dict[str, Any]]:
-        """Return all goals as JSON data, one of them as it ends."""
+    def dump(self, ended: Goal | None = None) -> tuple[tuple[KeptGoal, ...], int]:
+        """Return all goals, one of them as it ends, and the number of the last that was accepted."""
         with self._lock:
             entries = [*self._ended.values(), *self._live.values()]
             goals = [
                 (entry, ended if ended and ended.goal_id == entry.goal.goal_id else entry.goal) for entry in entries
             ]
-            return [{"goal": goal.model_dump(mode="json"), "arguments": dict(entry.arguments)} for entry, goal in goals]
+            kept = tuple(KeptGoal(goal=goal, arguments=dict(entry.arguments)) for entry, goal in goals)
+            return kept, self._accepted
 
-    def adopt(self, dumped: Iterable[Mapping[str, Any]], robot_id: str) -> None:
+    def adopt(self, kept: Iterable[KeptGoal], robot_id: str) -> None:
         """Take over the goals of the process before; what it left unfinished has failed."""
         lost = ConnectionLostError(
             "the sim stopped while this goal was open; look what is done and send what is left",
             evidence=ConnectionEvidence(robot_id=robot_id, restarted=True),
         ).record()
-        for item in dumped:
-            goal = Goal.model_validate(item["goal"])
+        for item in kept:
+            goal = item.goal
             if not goal.status.final:
                 goal = goal.model_copy(update={"status": GoalStatus.FAILED, "error": lost})
             with self._lock:
-                self._keep(LiveGoal(goal, item["arguments"]))
+                self._keep(LiveGoal(goal, item.arguments))
 
     def _keep(self, entry: LiveGoal) -> None:
         self._ended[entry.goal.goal_id] = entry

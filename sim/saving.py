@@ -1,4 +1,4 @@
-"""Saving the served world: at each goal's end, after each change, and every few seconds."""
+"""Saving the served world: at each goal's end, after each change, every few seconds; goals as they are accepted."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from robosandbox.errors import InputError
 from robosandbox.sim.cameras import Read
 from robosandbox.sim.checkpoint import SavedWorld, StateFile
+from robosandbox.sim.journal import Acceptance, Journal
 from robosandbox.wire import Goal
 
 _log = logging.getLogger(__name__)
@@ -35,6 +37,7 @@ class Saver:
 
     def __init__(self, file: StateFile | None, read: Read, freeze: Freeze) -> None:
         self._file = file
+        self._journal = Journal(file.journal) if file is not None else None
         self._read = read
         self._freeze = freeze
         self._writing = threading.Lock()
@@ -44,15 +47,44 @@ class Saver:
         self._thread = threading.Thread(target=self._loop, name="saver", daemon=True)
 
     def start(self) -> None:
-        """Save every few seconds from now on."""
-        if self._file is not None:
-            self._thread.start()
+        """Save now, before the world's thread starts, and every few seconds from now on.
+
+        Raises:
+            InputError: The state cannot be saved.
+        """
+        if self._file is None or self._journal is None:
+            return
+        try:
+            # The goals of the process before are in the state from here on, and the journal can begin anew.
+            self._file.save(self._take().world)
+            self._journal.start()
+        except OSError as error:
+            raise InputError(f"--state-file: {self._file.path} cannot be written: {error.strerror}") from None
+        self._thread.start()
 
     def stop(self) -> None:
         """End the periodic saving; wait for one that is under way."""
         self._stopping.set()
         if self._thread.is_alive():
             self._thread.join()
+        if self._journal is not None:
+            self._journal.stop()
+
+    def keep(self, acceptance: Acceptance) -> None:
+        """Write an accepted goal down, so that the death of the process does not lose it.
+
+        Raises:
+            OSError: It could not be written.
+        """
+        if self._journal is not None:
+            self._journal.keep(acceptance)
+
+    def when_flushed(self, act: Callable[[], None]) -> None:
+        """Call something, in order, when all goals kept until now would outlive a power cut; at once without a file."""
+        if self._journal is None:
+            act()
+        else:
+            self._journal.when_flushed(act)
 
     def save(self, ended: Goal | None = None) -> None:
         """Save the world as it is; in the world's thread, or when it has ended.
@@ -76,6 +108,8 @@ class Saver:
             try:
                 file.save(frozen.world)
                 self._saved = frozen.number
+                if self._journal is not None:
+                    self._journal.forget(frozen.world.accepted)
             except OSError as error:
                 _log.error("the state was not saved in %s: %s", file.path, error.strerror)
 

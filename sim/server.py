@@ -17,6 +17,7 @@ from robosandbox.errors import (
     ConnectionLostError,
     ForbiddenError,
     InputError,
+    InternalError,
     InvalidArgumentError,
     InvalidMessageError,
     ServiceUnavailableError,
@@ -97,7 +98,6 @@ class SimServer:
         self._skills: dict[str, Skill] = {}
         self._worker = Worker(host.sim, pace)
         self._loads = 0
-        self._ledger = Ledger(self.boot_id)
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
         self._lock = threading.Lock()
         self._doing: str | None = None
@@ -106,6 +106,7 @@ class SimServer:
         self._info = self._survey()
         self.studio = Studio(host.sim, self._worker.read, self.boot_id)
         self._saver = Saver(state_file, self._worker.read, self._freeze)
+        self._ledger = Ledger(self.boot_id, self._saver.keep)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._saver.save)
         self._clients = Clients(session, robot_id, self._on_client_gone)
         self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
@@ -119,19 +120,20 @@ class SimServer:
 
         Raises:
             ServiceUnavailableError: Another sim serves this robot id already.
+            InputError: The state file cannot be written.
         """
         alive = self._key("alive")
         if any(reply.ok is not None for reply in self._session.liveliness().get(alive, timeout=0.5)):
             raise ServiceUnavailableError(
                 f"--robot-id: another sim serves {self._robot_id!r} already; give this one another id"
             )
+        self._saver.start()
         self._worker.start()
         self.studio.start()
         self._declare()
         self._state.start()
         self._objects.start()
         self._cameras.follow(self._info.cameras)
-        self._saver.start()
         # Last: whoever sees the token may ask anything.
         self._declared.append(self._session.liveliness().declare_token(alive))
 
@@ -144,7 +146,8 @@ class SimServer:
         for goal_id in self._ledger.live():
             self._cancel(goal_id)
         idle = threading.Event()
-        self._worker.order(idle.set)
+        # Behind the goals that wait for the journal.
+        self._saver.when_flushed(lambda: self._worker.order(idle.set))
         if not idle.wait(_STOP_SECONDS):
             _log.error("a skill does not stop; its goal is left open")
         self.studio.stop()
@@ -349,11 +352,19 @@ class SimServer:
                 f"no skill {name[:60]!r}; there is {', '.join(self._skills)}{did_you_mean(name, self._skills)}"
             )
         checked = skill.check(message.arguments)
-        goal, new = self._ledger.admit(message, name, checked, self._doing)
+        try:
+            goal, new = self._ledger.admit(message, name, checked, self._doing)
+        except OSError as error:
+            raise InternalError(
+                f"not accepted: the sim cannot write beside its state file ({error.strerror}); make room there"
+            ) from None
         request.answer(goal)
         if not new:
             return
-        self._worker.order(lambda: self._executor.execute(goal.goal_id, self._host, self._skills))
+        # It moves nothing before a power cut would leave it known.
+        self._saver.when_flushed(
+            lambda: self._worker.order(lambda: self._executor.execute(goal.goal_id, self._host, self._skills))
+        )
         if message.client_id is not None:
             self._clients.expect(message.client_id)
 
@@ -386,11 +397,14 @@ class SimServer:
             self._worker.set_pace(self._default_pace)
 
     def _freeze(self, ended: Goal | None) -> SavedWorld:
+        goals, accepted = self._ledger.dump(ended)
         return SavedWorld(
+            boot_id=self.boot_id,
             mujoco=mujoco.__version__,
             task=self._host.task.model_dump(mode="json"),
             checkpoint=self._host.checkpoint(),
-            goals=self._ledger.dump(ended),
+            goals=goals,
+            accepted=accepted,
         )
 
 

@@ -275,8 +275,8 @@ def test_goal_is_saved_as_ended_before_anybody_hears_so(tmp_path: Path) -> None:
     save = file.save
 
     def late_save(world: SavedWorld) -> None:
-        known = [robot.result("home", item["goal"]["goal_id"]).status for item in world.goals]
-        told.extend((status, item["goal"]["status"]) for status, item in zip(known, world.goals, strict=True))
+        known = [robot.result("home", item.goal.goal_id).status for item in world.goals]
+        told.extend((status, item.goal.status) for status, item in zip(known, world.goals, strict=True))
         save(world)
 
     with session, server, connect(endpoint) as client:
