@@ -32,9 +32,13 @@ from robosandbox.transport import open_connector, open_listener
 from robosandbox.wire import SendGoal
 
 _BARE = """
+import json
 import sys
-from robosandbox.transport import open_listener
-session, _ = open_listener(sys.argv[1])
+import zenoh
+config = zenoh.Config()
+config.insert_json5("listen/endpoints", json.dumps([sys.argv[1]]))
+config.insert_json5("scouting/multicast/enabled", "false")
+session = zenoh.open(config)
 def answer(query):
     with query:
         query.reply("bare/echo", query.payload)

@@ -17,6 +17,7 @@ LAYERS = (
     {"evidence"},
     {"skill_errors", "shapes"},
     {"wire", "validation", "versions", "extras"},
+    {"access"},
     {"transport"},
     {"protocols", "plugins"},
     {"robots"},

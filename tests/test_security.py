@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import shutil
 import socket
 import stat
 import struct
@@ -13,16 +12,18 @@ import threading
 import uuid
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
 import zenoh
 
+from robosandbox import access
 from robosandbox.agent.client import Client, RemoteRobot, connect
 from robosandbox.commands.console import EXIT_UNAVAILABLE, EXIT_USAGE
 from robosandbox.errors import ForbiddenError, InputError, InvalidArgumentError, ServiceUnavailableError, SkillError
+from robosandbox.testing.kits import Kit, copy_kit, make_certificates, running_kit
 from robosandbox.transport import open_connector, open_listener
 from robosandbox.wire import DEFAULT_ENDPOINT
 
@@ -191,86 +192,42 @@ def test_insecure_listens_anywhere() -> None:
 # The shipped configurations.
 
 
-@dataclass(frozen=True)
-class Kit:
-    """A running sim with one of the shipped configurations, and a folder with everybody's."""
-
-    folder: Path
-    endpoints: tuple[str, ...]
-
-    def client(self, who: str, *, timeout: float = 30.0) -> Client:
-        return connect(*self.endpoints, zenoh_config=self.folder / f"{who}.json5", timeout=timeout, reconnect=5.0)
-
-    def altered(self, who: str, change: Callable[[str], str]) -> str:
-        """Write another version of somebody's configuration and return its name."""
-        text = (self.folder / f"{who}.json5").read_text()
-        changed = change(text)
-        assert changed != text
-        name = f"{who}-{uuid.uuid4().hex[:6]}"
-        (self.folder / f"{name}.json5").write_text(changed)
-        return name
+def enter(kit: Kit, who: str, *, timeout: float = 30.0) -> Client:
+    return connect(*kit.endpoints, zenoh_config=kit.config(who), timeout=timeout, reconnect=5.0)
 
 
-def make_certificates(folder: Path) -> None:
-    subprocess.run([sys.executable, EXAMPLES / "make_certificates.py", folder, "--hosts", "sim.test"], check=True)
-
-
-def prepare(kind: str, folder: Path, certificates: Path) -> Path:
-    """Do what the README says to a copy of the configurations; paths become absolute, as for a service."""
-    shutil.copytree(EXAMPLES / kind, folder)
-    (folder / "passwords.txt").write_text("operator:right horse\nobserver:battery staple\n")
-    for file in folder.glob("*.json5"):
-        text = file.read_text().replace('"certificates/', f'"{certificates}/')
-        text = text.replace('"passwords.txt"', f'"{folder}/passwords.txt"')
-        text = text.replace("change-me-operator", "right horse").replace("change-me-observer", "battery staple")
-        file.write_text(text)
-    return folder
+def altered(kit: Kit, who: str, change: Callable[[str], str]) -> str:
+    """Write another version of somebody's configuration and return its name."""
+    text = (kit.folder / f"{who}.json5").read_text()
+    changed = change(text)
+    assert changed != text
+    name = f"{who}-{uuid.uuid4().hex[:6]}"
+    (kit.folder / f"{name}.json5").write_text(changed)
+    return name
 
 
 @pytest.fixture(scope="module")
 def certificates(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("ca") / "certificates"
-    make_certificates(folder)
+    make_certificates(EXAMPLES, folder)
     return folder
 
 
 @pytest.fixture(scope="module")
 def foreign(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("other-ca") / "certificates"
-    make_certificates(folder)
+    make_certificates(EXAMPLES, folder)
     return folder
 
 
-@contextmanager
-def router(folder: Path) -> Iterator[int]:
-    """Run the shipped zenohd configuration as a router in this process, on a port of the system's choice."""
-    config = zenoh.Config.from_file(str(folder / "router.json5"))
-    config.insert_json5("listen/endpoints", '["tls/127.0.0.1:0"]')
-    before = listening(os.getpid())
-    with zenoh.open(config):
-        ((_, port),) = listening(os.getpid()) - before
-        yield port
-
-
-@contextmanager
-def kit_of(kind: str, folder: Path, certificates: Path) -> Iterator[Kit]:
-    folder = prepare(kind, folder, certificates)
-    if kind == "router":
-        with router(folder) as port:
-            for file in folder.glob("*.json5"):
-                file.write_text(file.read_text().replace("localhost:7447", f"localhost:{port}"))
-            with sim("--zenoh-config", str(folder / "sim.json5")):
-                yield Kit(folder, ())
-    else:
-        protocol = "tcp" if kind == "password" else "tls"
-        endpoint = f"{protocol}/127.0.0.1:0"
-        with sim("--zenoh-config", str(folder / "sim.json5"), "--listen", endpoint) as running:
-            yield Kit(folder, (f"{protocol}/127.0.0.1:{running.port}",))
+def kit_of(kind: str, folder: Path, certificates: Path) -> AbstractContextManager[Kit]:
+    options = ("--task", "home", "--pace", "fast")
+    return running_kit(kind, EXAMPLES, folder, certificates=certificates, options=options)
 
 
 @pytest.fixture(scope="module", params=["password", "tls", "router"])
 def kit(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory, certificates: Path) -> Iterator[Kit]:
-    with kit_of(request.param, tmp_path_factory.mktemp("kit") / request.param, certificates) as made:
+    with kit_of(request.param, tmp_path_factory.mktemp("kit"), certificates) as made:
         yield made
 
 
@@ -293,13 +250,13 @@ def test_keys_are_private_and_certificates_say_who_and_where(certificates: Path)
 
 def test_making_certificates_again_keeps_what_is_there(certificates: Path) -> None:
     before = {file: file.read_bytes() for file in certificates.iterdir()}
-    make_certificates(certificates)
+    make_certificates(EXAMPLES, certificates)
     assert {file: file.read_bytes() for file in certificates.iterdir()} == before
 
 
 def test_shipped_sim_configs_listen_on_every_interface_and_pass_the_check(tmp_path: Path, certificates: Path) -> None:
     for kind, protocol in (("password", "tcp"), ("tls", "tls")):
-        folder = prepare(kind, tmp_path / kind, certificates)
+        folder = copy_kit(kind, EXAMPLES, tmp_path / kind, certificates)
         file = folder / "sim.json5"
         assert f'"{protocol}/0.0.0.0:7447"' in file.read_text()
         file.write_text(file.read_text().replace("0.0.0.0:7447", "0.0.0.0:0"))
@@ -308,19 +265,23 @@ def test_shipped_sim_configs_listen_on_every_interface_and_pass_the_check(tmp_pa
         assert endpoints == (f"{protocol}/0.0.0.0:0",)
 
 
-def test_access_rules_are_the_same_in_every_shipped_config() -> None:
-    rules = {}
-    for name in ("password/sim", "tls/sim", "router/router"):
+def test_shipped_configs_give_each_role_the_rules_of_the_package() -> None:
+    roles = {"observer": access.OBSERVER, "operator": access.OPERATOR}
+    for name, sim_rules in (("password/sim", ()), ("tls/sim", ()), ("router/router", access.SIM)):
         config = zenoh.Config.from_file(str(EXAMPLES / f"{name}.json5"))
         control = json.loads(config.get_json("access_control"))
         assert control["enabled"] and control["default_permission"] == "deny", name
-        assert all(rule["permission"] == "allow" for rule in control["rules"]), name
-        rules[name] = [rule for rule in control["rules"] if rule["id"] != "serve"]
-    assert rules["password/sim"] == rules["tls/sim"] == rules["router/router"]
+        written = {rule["id"]: rule for rule in control["rules"]}
+        expected = {**roles, "sim": sim_rules} if sim_rules else roles
+        policies = {policy["subjects"][0]: policy["rules"] for policy in control["policies"]}
+        assert {role: [written[rule] for rule in rules] for role, rules in policies.items()} == {
+            role: [dict(rule) for rule in rules] for role, rules in expected.items()
+        }, name
+        assert set(written) == {rule["id"] for rules in expected.values() for rule in rules}, name
 
 
 def test_operator_can_do_everything(kit: Kit) -> None:
-    with kit.client("operator") as client:
+    with enter(kit, "operator") as client:
         robot = client.robot()
         goal = robot.send("home")
         assert robot.result("home", goal.id).skill == "home" and goal.wait().skill == "home"
@@ -332,7 +293,7 @@ def test_operator_can_do_everything(kit: Kit) -> None:
 
 
 def test_operators_goal_is_followed_by_the_news_that_the_sim_publishes(kit: Kit) -> None:
-    with kit.client("operator") as client, kit.client("observer") as watcher:
+    with enter(kit, "operator") as client, enter(kit, "observer") as watcher:
         heard: list[str] = []
         final = threading.Event()
 
@@ -350,7 +311,7 @@ def test_operators_goal_is_followed_by_the_news_that_the_sim_publishes(kit: Kit)
 
 
 def test_observer_sees_and_is_told_that_it_may_not_touch(kit: Kit) -> None:
-    with kit.client("operator") as operator, kit.client("observer") as client:
+    with enter(kit, "operator") as operator, enter(kit, "observer") as client:
         done = operator.robot().send("home")
         done.wait()
         robot = client.robot()
@@ -377,7 +338,7 @@ def test_observer_sees_and_is_told_that_it_may_not_touch(kit: Kit) -> None:
 
 
 def test_observer_cannot_go_round_the_rules_with_wildcards_or_forgeries(kit: Kit) -> None:
-    with kit.client("operator") as operator, kit.client("observer") as client:
+    with enter(kit, "operator") as operator, enter(kit, "observer") as client:
         robot, raw = operator.robot(), client.session
         before = robot.truth()
         message = json.dumps({"goal_id": str(uuid.uuid4())})
@@ -406,54 +367,54 @@ def all_refused(kit: Kit, *names: str) -> None:
 
     def message(who: str) -> str:
         with pytest.raises(ServiceUnavailableError) as caught:
-            kit.client(who, timeout=2.0).close()
+            enter(kit, who, timeout=2.0).close()
         return str(caught.value)
 
     with ThreadPoolExecutor(len(names)) as pool:
         for said in pool.map(message, names):
             assert "credentials" in said
-    kit.client("operator").close()
+    enter(kit, "operator").close()
 
 
 def test_wrong_user_and_password_are_refused(tmp_path: Path, certificates: Path) -> None:
-    with kit_of("password", tmp_path / "password", certificates) as kit:
+    with kit_of("password", tmp_path, certificates) as kit:
         all_refused(
             kit,
-            kit.altered("operator", lambda text: text.replace("right horse", "wrong horse")),
-            kit.altered("operator", lambda text: text.replace('"right horse"', '""')),
-            kit.altered("operator", lambda text: text.replace('user: "operator"', 'user: "root"')),
+            altered(kit, "operator", lambda text: text.replace("right horse", "wrong horse")),
+            altered(kit, "operator", lambda text: text.replace('"right horse"', '""')),
+            altered(kit, "operator", lambda text: text.replace('user: "operator"', 'user: "root"')),
             # Another's password is not one's own.
-            kit.altered("operator", lambda text: text.replace("right horse", "battery staple")),
-            kit.altered("operator", lambda text: re.sub("transport: .*", "", text)),
+            altered(kit, "operator", lambda text: text.replace("right horse", "battery staple")),
+            altered(kit, "operator", lambda text: re.sub("transport: .*", "", text)),
         )
 
 
 def test_foreign_certificates_are_refused(tmp_path: Path, certificates: Path, foreign: Path) -> None:
-    with kit_of("tls", tmp_path / "tls", certificates) as kit:
+    with kit_of("tls", tmp_path, certificates) as kit:
         own, other = str(certificates), str(foreign)
         all_refused(
             kit,
             # Trusts our authority and shows another's certificate.
-            kit.altered("operator", lambda text: text.replace(f"{own}/operator", f"{other}/operator")),
+            altered(kit, "operator", lambda text: text.replace(f"{own}/operator", f"{other}/operator")),
             # Shows none.
-            kit.altered("operator", lambda text: re.sub("connect_.*|enable_mtls.*", "", text)),
+            altered(kit, "operator", lambda text: re.sub("connect_.*|enable_mtls.*", "", text)),
             # Trusts another authority: it is the client that refuses the sim.
-            kit.altered("operator", lambda text: text.replace(f"{own}/ca.pem", f"{other}/ca.pem")),
+            altered(kit, "operator", lambda text: text.replace(f"{own}/ca.pem", f"{other}/ca.pem")),
         )
 
 
 def test_stranger_at_the_router_is_refused(tmp_path: Path, certificates: Path, foreign: Path) -> None:
-    with kit_of("router", tmp_path / "router", certificates) as kit:
+    with kit_of("router", tmp_path, certificates) as kit:
         own, other = str(certificates), str(foreign)
 
         def disguise(text: str) -> str:
             return text.replace(f"{own}/operator", f"{other}/operator").replace("timeout_ms: 5000", "timeout_ms: 2000")
 
-        all_refused(kit, kit.altered("operator", disguise))
+        all_refused(kit, altered(kit, "operator", disguise))
 
 
 def test_agent_with_an_observers_credentials_ends_in_one_line(tmp_path: Path, certificates: Path) -> None:
-    with kit_of("password", tmp_path / "password", certificates) as kit:
+    with kit_of("password", tmp_path, certificates) as kit:
         ended = subprocess.run(
             [COMMAND, "agent", "go home", "--connect", *kit.endpoints, "--zenoh-config", kit.folder / "observer.json5"],
             capture_output=True,
@@ -533,7 +494,7 @@ def test_watch_script_shows_an_observer_the_goals_of_others(kit: Kit) -> None:
         try:
             assert watcher.stdout is not None and "watching robot" in watcher.stdout.readline()
             assert "robot: at" in watcher.stdout.readline()
-            with kit.client("operator") as client:
+            with enter(kit, "operator") as client:
                 client.robot().send("home").wait()
                 assert any("robot: home: succeeded" in line for line in watcher.stdout)
         finally:

@@ -1,4 +1,4 @@
-"""Zenoh sessions that are closed by default: loopback only, no multicast, and no open door without a lock."""
+"""Zenoh sessions that are closed by default: loopback only, no scouting, no open door without a lock, no answers but the sim's."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any
 
 import zenoh
 
+from robosandbox.access import rules_for_anyone
 from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.wire import DEFAULT_ENDPOINT
 
@@ -52,9 +53,13 @@ def open_listener(
     outside = [item for item in endpoints if not is_loopback(item)]
     if outside and not insecure:
         _require_protection(config, outside)
-    routers = [item for item in _addresses(_get(config, "connect/endpoints"), mode) if not is_loopback(item)]
-    if routers and not insecure:
-        _require_credentials(config, routers)
+    routers = _addresses(_get(config, "connect/endpoints"), mode)
+    beyond = [item for item in routers if not is_loopback(item)]
+    if beyond and not insecure:
+        _require_credentials(config, beyond)
+    # What a session that connects to a router may hear is for the router to say.
+    if mode == "peer" and not routers and not _get(config, "access_control/enabled"):
+        _set(config, "access_control", rules_for_anyone())
     where = f"listen on {', '.join(endpoints)}" if endpoints else "reach the routers of the Zenoh config"
     return _open(config, f"cannot {where}"), endpoints
 
@@ -144,6 +149,8 @@ def _base_config(file: Path | None) -> zenoh.Config:
         except Exception as error:  # zenoh raises its own ZError, and others for broken encodings
             raise InputError(f"--zenoh-config: {file.name}: {_first_line(error)}") from None
     _set_default(config, "scouting/multicast/enabled", False)
+    # Nobody is told where others listen: clients that meet each other directly would not be held to the sim's rules.
+    _set_default(config, "scouting/gossip/enabled", False)
     _set_default(config, "timestamping/enabled", True)
     return config
 

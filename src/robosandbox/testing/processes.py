@@ -22,13 +22,16 @@ class SimProcess:
         options: As on the command line, without `--listen`.
         state_file: Where the world is kept; `restart` then goes on from it.
         log: Where stderr goes; nowhere if left out.
+        protocol: Of the endpoint, `tcp` or `tls`; None for a sim that connects to a router and listens nowhere.
 
     Attributes:
-        endpoint: Where it listens.
+        endpoint: Where it listens; empty for a sim that does not.
     """
 
-    def __init__(self, *options: str, state_file: Path | None = None, log: Path | None = None) -> None:
-        self.endpoint = f"tcp/127.0.0.1:{free_port()}"
+    def __init__(
+        self, *options: str, state_file: Path | None = None, log: Path | None = None, protocol: str | None = "tcp"
+    ) -> None:
+        self.endpoint = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
         self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
         self._log = log
         self._process = self._start()
@@ -74,7 +77,8 @@ class SimProcess:
         self.close()
 
     def _start(self) -> subprocess.Popen[str]:
-        command = [sys.executable, "-c", _MAIN, "sim", "--listen", self.endpoint, *self._options]
+        listen = ["--listen", self.endpoint] if self.endpoint else []
+        command = [sys.executable, "-c", _MAIN, "sim", *listen, *self._options]
         with open(self._log or os.devnull, "a", encoding="utf-8") as errors:
             process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=errors, text=True)
         watchdog = threading.Timer(_START_SECONDS, process.kill)
