@@ -1,5 +1,6 @@
 """The planner that asks a model, against a real HTTP server on this machine: every way in which an answer can go wrong."""
 
+import contextlib
 import json
 import logging
 import signal
@@ -7,14 +8,20 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic_ai.messages import ModelResponse, TextPart
 
 from robosandbox.agent.episode import FailedAttempt, FinalReason
+from robosandbox.agent.llm import modes
+from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.auto import AutoPlanner
+from robosandbox.agent.llm.forms import MisuseError, find_answer
 from robosandbox.agent.llm.planner import LLMPlanner
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.planner import StubPlanner
@@ -32,6 +39,11 @@ from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 SKILLS = load_skills()
 KEY = "sk-secret-0123456789"
 PICK = plan(("pick", {"object": "red_cube"}))
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(modes, "_OF_THIS_PROCESS", modes.KnownModes())
 
 
 @pytest.fixture(autouse=True)
@@ -86,21 +98,68 @@ def test_a_good_plan_takes_one_request_that_holds_scene_request_and_every_skill(
     with ScriptedServer(PICK) as server:
         assert picks(ask(server))
     (body,) = server.requests
-    assert {tool["function"]["name"] for tool in body["tools"]} == {"plan", "refuse"}
-    variants = body["tools"][0]["function"]["parameters"]["properties"]["steps"]["items"]["anyOf"]
-    assert [item["properties"]["skill"]["const"] for item in variants] == [skill.name for skill in SKILLS]
+    said = messages(body)
+    assert all(f"- {skill.name}(" in said for skill in SKILLS)
     user = body["messages"][-1]["content"]
     text = user if isinstance(user, str) else user[0]["text"]
     assert '"pick up the red cube"' in text and all(item.id in text for item in SCENE.objects)
 
 
-def test_the_skills_own_schemas_are_sent() -> None:
+def variants_sent(body: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the schemas of arguments by skill, from a request for JSON by schema or for a tool call."""
+    if "tools" in body:
+        plan_schema = body["tools"][0]["function"]["parameters"]
+    else:
+        plan_schema = body["response_format"]["json_schema"]["schema"]["properties"]["answer"]["anyOf"][0]
+    variants = plan_schema["properties"]["steps"]["items"]["anyOf"]
+    return {item["properties"]["skill"]["const"]: item["properties"]["arguments"] for item in variants}
+
+
+def test_the_schema_sent_has_the_skills_own_arguments_and_the_ids_that_fit_them() -> None:
     with ScriptedServer(PICK) as server:
         ask(server)
-    variants = server.requests[0]["tools"][0]["function"]["parameters"]["properties"]["steps"]["items"]["anyOf"]
-    push = next(item for item in variants if item["properties"]["skill"]["const"] == "push")
+    sent = variants_sent(server.requests[0])
     own = next(skill for skill in SKILLS if skill.name == "push").schema["properties"]
-    assert push["properties"]["arguments"]["properties"]["direction"]["enum"] == own["direction"]["enum"]
+    assert sent["push"]["properties"]["direction"]["enum"] == own["direction"]["enum"]
+    assert sent["pick"]["properties"]["object"]["enum"] == [item.id for item in SCENE.objects]
+    assert sent["place_in"]["properties"]["container"]["enum"] == ["bin_a"]
+    assert "open_drawer" not in sent
+
+
+# How it is asked.
+
+
+def without_schema(answer: Answer) -> Callable[[dict[str, Any]], Answer]:
+    """Return a script's line that refuses JSON by schema, and else gives an answer."""
+    return lambda body: fails(400, "response_format is not supported") if "response_format" in body else answer
+
+
+def test_a_server_without_json_schema_is_asked_for_a_tool_call_and_that_is_remembered() -> None:
+    with ScriptedServer(without_schema(PICK), PICK, PICK) as server:
+        asking = planner(server)
+        assert picks(asking.plan("pick up the red cube", SCENE))
+        assert picks(asking.plan("pick up the red cube", SCENE))
+        first, second, third = server.requests
+    assert "response_format" in first and "tools" not in first
+    assert second["tool_choice"] == third["tool_choice"] == "required"
+    assert {tool["function"]["name"] for tool in third["tools"]} == {"plan", "refuse"}
+    assert list(variants_sent(third)) == [skill.name for skill in SKILLS]
+
+
+def test_a_server_that_takes_neither_is_asked_for_text() -> None:
+    said = says('{"steps": [{"skill": "pick", "arguments": {"object": "red_cube"}}]}')
+    with ScriptedServer(fails(400, "no schema"), fails(422, "no tools"), said, said) as server:
+        asking = planner(server)
+        assert picks(asking.plan("pick up the red cube", SCENE))
+        assert picks(asking.plan("pick up the red cube", SCENE))
+    assert not {"response_format", "tools"} & {*server.requests[2], *server.requests[3]}
+    assert "no other text" in messages(server.requests[2])
+
+
+def test_a_server_that_takes_the_schema_and_does_not_keep_it_is_asked_in_the_next_way() -> None:
+    with ScriptedServer(says("Sure, I will pick it up."), PICK) as server:
+        assert picks(ask(server))
+    assert server.requests[1]["tool_choice"] == "required"
 
 
 def test_the_picture_is_sent_when_there_is_one() -> None:
@@ -128,25 +187,101 @@ def test_a_refusal_is_an_answer() -> None:
     assert answer.candidates == ("red_cube",)
 
 
-def test_json_as_text_is_read_for_models_without_tools() -> None:
-    text = '```json\n{"steps": [{"skill": "pick", "arguments": {"object": "red_cube"}}]}\n```'
-    with ScriptedServer(says(text)) as server:
+STEPS = '{"steps": [{"skill": "pick", "arguments": {"object": "red_cube"}}]}'
+CALL = '{"name": "pick", "arguments": {"object": "red_cube"}}'
+FORMS = {
+    "native tool call": PICK,
+    "bare JSON": says(STEPS),
+    "the schema's object": says(f'{{"answer": {STEPS}}}'),
+    "fenced JSON": says(f"```json\n{STEPS}\n```"),
+    "name and arguments": says(f'{{"name": "plan", "arguments": {STEPS}}}'),
+    "name and parameters": says(f'{{"tool": "plan", "parameters": {STEPS}}}'),
+    "function": says(f'{{"type": "function", "function": {{"name": "plan", "arguments": {STEPS}}}}}'),
+    "function by its name": says(f'{{"function": "plan", "args": {STEPS}}}'),
+    "arguments as a string": says(json.dumps({"name": "plan", "arguments": STEPS})),
+    "steps as a string": tool_calls(("plan", json.dumps({"steps": f"[{CALL}]"}))),
+    "tool calls": says(json.dumps({"tool_calls": [{"id": "1", "function": {"name": "plan", "arguments": STEPS}}]})),
+    "prose around it": says(f"Sure [as you said]! Here is the plan:\n\n{STEPS}\n\nI hope that {{it}} helps."),
+    "thought before it": says(f'<think>Maybe {{"steps": []}}? No, [pick].</think>\n{STEPS}'),
+    "thought without its beginning": says(f'The cube, so {{"code": "x", "message": "y"}}.</think>{STEPS}'),
+    "tagged call": says(f'<tool_call>\n{{"name": "plan", "arguments": {STEPS}}}\n</tool_call>'),
+    "bare list of calls": says(f"[{CALL}]"),
+    "list of one call of plan": says(f'[{{"name": "plan", "arguments": {STEPS}}}]'),
+    "plan as a key": says(f'{{"plan": {STEPS}}}'),
+    "plan as a key with a list": says(f'{{"plan": [{CALL}]}}'),
+    "steps that are calls": says(f'{{"steps": [{{"function": {CALL}}}]}}'),
+    "arguments beside the skill": says('{"steps": [{"skill": "pick", "object": "red_cube"}]}'),
+    "remarks beside the steps": says(f'{{"thought": "it is red", {STEPS[1:]}'),
+    "said twice": says(f"{STEPS}\nAs I said:\n{STEPS}"),
+}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_every_usual_form_of_an_answer_is_understood_at_once(form: str) -> None:
+    with ScriptedServer(FORMS[form]) as server:
         assert picks(ask(server))
+
+
+def test_two_native_calls_of_skills_are_the_steps_of_a_plan() -> None:
+    calls = tool_calls(("pick", '{"object": "red_cube"}'), ("place_in", '{"container": "bin_a"}'))
+    with ScriptedServer(calls) as server:
+        answer = ask(server)
+    assert isinstance(answer, Plan) and [call.skill for call in answer.steps] == ["pick", "place_in"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        '{"code": "unsupported", "message": "I have no wings."}',
+        '{"answer": {"code": "unsupported", "message": "I have no wings."}}',
+        '{"name": "refuse", "arguments": "{\\"code\\": \\"unsupported\\", \\"message\\": \\"I have no wings.\\"}"}',
+        'No.\n```json\n{"refuse": {"code": "unsupported", "message": "I have no wings."}}\n```',
+    ],
+)
+def test_a_refusal_is_understood_in_every_form(text: str) -> None:
+    with ScriptedServer(says(text)) as server:
+        answer = ask(server)
+    assert isinstance(answer, Refusal) and answer.message == "I have no wings."
+
+
+def test_the_first_steps_of_a_plan_that_breaks_off_are_not_carried_out() -> None:
+    broken = says(f'{{"steps": [{CALL}, {{"skill": "place_')
+    with ScriptedServer(broken, refuse("unsupported", "No.")) as server:
+        assert isinstance(ask(server), Refusal)
+    assert len(server.requests) == 2
+
+
+@given(st.recursive(st.none() | st.booleans() | st.integers() | st.text(), lambda x: st.lists(x) | st.dictionaries(
+    st.sampled_from(["name", "arguments", "steps", "skill", "function", "plan", "answer", "code", "message", "x"]), x)))  # fmt: skip
+def test_reading_any_json_ends_in_a_call_or_a_correction(value: Any) -> None:
+    response = ModelResponse(parts=[TextPart(content=f"Here: {json.dumps(value)}")])
+    with contextlib.suppress(MisuseError):
+        read_answer(find_answer(response, answer_tools(SKILLS)), SCENE, SKILLS)
+
+
+@given(st.text(alphabet='{}[]",:\\ <think>/abc'))
+def test_reading_any_text_ends_in_a_call_or_a_correction(text: str) -> None:
+    with contextlib.suppress(MisuseError):
+        find_answer(ModelResponse(parts=[TextPart(content=text)]), answer_tools(SKILLS))
 
 
 @pytest.mark.parametrize(
     ("answer", "told"),
     [
         (tool_calls(("plan", '{"steps": [}')), "not valid JSON"),
-        (tool_calls(("plan", '["pick"]')), "called wrongly"),
-        (tool_calls(("plan", '{"steps": []}')), "called wrongly"),
+        (tool_calls(("plan", '["pick"]')), "(it is 'pick')"),
+        (tool_calls(("plan", '{"steps": []}')), "steps: Tuple should have at least 1 item"),
         (tool_calls(("plan", '{"steps": [{"skill": "pick", "arguments": {"object": "red_cube", "force": 9}}]}')), "force"),
         (tool_calls(("move_joint", '{"joint": 1}')), "no tool 'move_joint'"),
         (tool_calls(("plan", '{"steps": [{"skill": "home"}]}'), ("refuse", "{}")), "exactly one"),
-        (tool_calls(("refuse", '{"code": "because", "message": "no"}')), "called wrongly"),
+        (tool_calls(("refuse", '{"code": "because", "message": "no"}')), "(it is 'because')"),
+        (tool_calls(("pick", '{"object": "red_cube"}')), "no tool 'pick'"),
+        (says('{"steps": [' + CALL + ', {"name": "ho'), "not valid JSON"),
+        (says('{"steps": [], "steps": [' + CALL + "]}"), "'steps' stands there twice"),
+        (says(STEPS + STEPS.replace("red_cube", "ball")), "2 different answers"),
+        (says('{"steps": [{"skill": "pick", "arguments": {"object": "ball"}, "if": "it is red"}]}'), "if"),
+        (says('{"objects": ["red_cube"]}'), "is neither"),
         (tool_calls(("refuse", '{"code": "ambiguous", "message": " "}')), "says nothing"),
-        (says("I will pick up the red cube now."), "Text alone"),
-        (says(""), "Text alone"),
         (tool_calls(("plan", '{"steps": [{"skill"'), finish="length"), "cut off"),
         (plan(("explode", {})), "there is no skill 'explode'"),
         (plan(("pik", {"object": "red_cube"})), "did you mean 'pick'"),
@@ -339,9 +474,10 @@ def test_no_server_is_unavailable() -> None:
     ],
 )
 def test_a_request_that_is_wrong_is_not_repeated(status: int, error: type[Exception], says_: str) -> None:
-    with ScriptedServer(fails(status, "no such thing")) as server, pytest.raises(error, match=says_):
+    with ScriptedServer(*[fails(status, "no such thing")] * 3) as server, pytest.raises(error, match=says_):
         ask(server)
-    assert len(server.requests) == 1
+    # A refused request may be one that the server takes in another form.
+    assert len(server.requests) == (3 if status == 400 else 1)
 
 
 def test_planning_works_inside_a_running_loop() -> None:

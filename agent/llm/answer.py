@@ -1,28 +1,22 @@
-"""What a model may answer: a plan whose calls have the skills' own schemas, or a refusal; and how its answer is read."""
+"""What a model may answer: a plan whose calls have the skills' own schemas, or a refusal; and how its answer is checked."""
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from typing import Annotated, Any
 
 from pydantic import Field, ValidationError, field_validator
-from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
-from pydantic_ai.tools import ToolDefinition
 
-from robosandbox.agent.plan_check import MAX_STEPS, problems
+from robosandbox.agent.llm.correction import correction
+from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
+from robosandbox.agent.plan_check import MAX_STEPS, OBJECT_ARGUMENTS, problems
 from robosandbox.protocols import Skill
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.types import CONTAINER_KINDS, ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 
 PLAN = "plan"
 REFUSE = "refuse"
-_FENCED = re.compile(r"\A\s*```(?:json)?\s*(\{.*\})\s*```\s*\Z", re.DOTALL)
 _UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-
-
-class MisuseError(Exception):
-    """An answer is neither a plan that can be right nor a refusal; the message tells the model why."""
 
 
 class RefusalAnswer(StrictModel):
@@ -54,18 +48,27 @@ class PlanAnswer(StrictModel):
     steps: Annotated[tuple[StepAnswer, ...], Field(min_length=1, max_length=MAX_STEPS)]
 
 
-def tools(skills: Sequence[Skill[Any]]) -> list[ToolDefinition]:
-    """Return the two tools, `plan` with a variant of its steps for each skill."""
+def answer_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = None) -> list[Tool]:
+    """Return the two tools, `plan` with a variant of its steps for each skill.
+
+    Args:
+        skills: What a plan may call.
+        scene: With it the schema names the ids that each argument may have, so that a server that writes by the schema
+            cannot name another; skills for which there is no object are left out.
+    """
     variants = [
         {
             "type": "object",
             "description": skill.description,
-            "properties": {"skill": {"const": skill.name}, "arguments": _plain(dict(skill.schema))},
+            "properties": {"skill": {"const": skill.name}, "arguments": arguments},
             "required": ["skill", "arguments"],
             "additionalProperties": False,
         }
         for skill in skills
+        if (arguments := _arguments(skill, scene)) is not None
     ]
+    if not variants and scene is not None:
+        return answer_tools(skills)
     plan_schema = {
         "type": "object",
         "properties": {"steps": {"type": "array", "minItems": 1, "maxItems": MAX_STEPS, "items": {"anyOf": variants}}},
@@ -87,99 +90,79 @@ def tools(skills: Sequence[Skill[Any]]) -> list[ToolDefinition]:
         "additionalProperties": False,
     }
     return [
-        ToolDefinition(
-            name=PLAN, description="Carry out these skill calls in order.", parameters_json_schema=plan_schema, kind="output"
-        ),
-        ToolDefinition(name=REFUSE, description="Do nothing, and say why.", parameters_json_schema=refusal, kind="output"),
-    ]  # fmt: skip
+        Tool(name=PLAN, description="Carry out these skill calls in order.", schema=plan_schema, listed="steps"),
+        Tool(name=REFUSE, description="Do nothing, and say why.", schema=refusal),
+    ]
 
 
-def read_answer(response: ModelResponse, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
-    """Return the plan or refusal in an answer.
+def read_answer(call: Call, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
+    """Return the plan or refusal that was called.
 
     Raises:
-        MisuseError: There is none that can be right.
+        MisuseError: It is none that can be right; with what is wrong, what is valid, and a valid example.
     """
-    if response.finish_reason == "length":
-        raise MisuseError("The answer was cut off; answer with one short tool call.")
-    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if len(calls) > 1:
-        names = ", ".join(call.tool_name[:40] for call in calls)
-        raise MisuseError(
-            f"There were {len(calls)} tool calls ({names}); make exactly one: all steps go into one `plan`."
-        )
-    if calls:
-        name, data = calls[0].tool_name, _arguments(calls[0])
-    else:
-        name, data = _from_text("".join(part.content for part in response.parts if isinstance(part, TextPart)))
-    if name == PLAN:
-        return _plan(data, scene, skills)
-    if name == REFUSE:
-        return _refusal(data, scene, skills)
-    raise MisuseError(f"There is no tool {name[:60]!r}; call `{PLAN}` or `{REFUSE}`.")
-
-
-def _arguments(call: ToolCallPart) -> Any:
-    if isinstance(call.args, str):
-        return _parsed(call.args)
-    return call.args or {}
-
-
-def _parsed(text: str) -> Any:
-    try:
-        return json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise MisuseError(f"The arguments are not valid JSON ({error}); call the tool again.") from None
-
-
-def _from_text(text: str) -> tuple[str, Any]:
-    """Read the answer of a model that writes its JSON as text; only when the text is nothing else."""
-    fenced = _FENCED.match(text)
-    stripped = (fenced[1] if fenced else text).strip()
-    if stripped.startswith("{") and stripped.endswith("}"):
-        data = _parsed(stripped)
-        if {"steps"} == data.keys():
-            return PLAN, data
-        if {"code", "message"} <= data.keys():
-            return REFUSE, data
-    raise MisuseError(f"Text alone is no answer; call the tool `{PLAN}` or `{REFUSE}` exactly once.")
+    if call.name == PLAN:
+        return _plan(call.arguments, scene, skills)
+    return _refusal(call.arguments, scene, skills)
 
 
 def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan:
     try:
-        answer = PlanAnswer.model_validate(data)
+        answer = PlanAnswer.model_validate(_with_plain_steps(data))
     except ValidationError as error:
-        raise MisuseError(f"`{PLAN}` was called wrongly: {_told(error)}") from None
+        raise MisuseError(correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
     wrong = problems(plan, scene, skills)
     if wrong:
-        raise MisuseError(f"The plan cannot be carried out: {'; '.join(wrong[:5])}")
+        raise MisuseError(correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills))
     return plan
+
+
+def _with_plain_steps(data: Any) -> Any:
+    """Return what `plan` was given with its steps in the plain form, `skill` and `arguments`, where they are in another."""
+    if not isinstance(data, dict) or not isinstance(data.get("steps"), list):
+        return data
+    steps = []
+    for step in data["steps"]:
+        call = as_call(step)
+        steps.append(step if call is None else {"skill": call.name, "arguments": call.arguments})
+    return {**data, "steps": steps}
 
 
 def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Refusal:
     try:
         answer = RefusalAnswer.model_validate(data)
     except ValidationError as error:
-        raise MisuseError(f"`{REFUSE}` was called wrongly: {_told(error)}") from None
+        raise MisuseError(correction(f"`{REFUSE}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     known = {*(item.id for item in scene.objects), *(skill.name for skill in skills)}
     candidates = tuple(name for name in dict.fromkeys(answer.candidates) if name in known)
     return Refusal(code=answer.code, message=answer.message, candidates=candidates)
 
 
 def _told(error: ValidationError) -> str:
+    """Return what is wrong field by field: its path, what is asked of it, and the value that it has."""
     lines = [
-        f"{'.'.join(str(part) for part in item['loc']) or 'arguments'}: {item['msg']}"
+        f"{'.'.join(str(part) for part in item['loc']) or 'the arguments'}: {item['msg']}"
+        + ("" if item["type"] == "missing" else f" (it is {item['input']!r:.80})")
         for item in error.errors(include_url=False)
     ]
     return "; ".join(lines[:5])[:1000]
 
 
-def _plain(schema: dict[str, Any]) -> dict[str, Any]:
-    """Return a schema without the titles, which say nothing to a model."""
-    plain = {key: value for key, value in schema.items() if key != "title"}
-    properties = plain.get("properties", {})
-    plain["properties"] = {
-        name: {key: value for key, value in item.items() if key != "title"} for name, item in properties.items()
-    }
-    return plain
+def _arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
+    """Return a skill's schema without the titles, which say nothing to a model; None where no object fits an argument."""
+    schema = {key: value for key, value in dict(skill.schema).items() if key != "title"}
+    fields: dict[str, Any] = {}
+    for name, field in schema.get("properties", {}).items():
+        fields[name] = {key: value for key, value in field.items() if key != "title"}
+        if scene is not None and name in OBJECT_ARGUMENTS:
+            fitting = _fitting(name, scene)
+            if not fitting:
+                return None
+            fields[name]["enum"] = fitting
+    return {**schema, "properties": fields}
+
+
+def _fitting(argument: str, scene: ObservedScene) -> list[str]:
+    kinds = {"container": CONTAINER_KINDS, "drawer": frozenset({"drawer"})}.get(argument)
+    return [item.id for item in scene.objects if kinds is None or item.kind in kinds]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic_ai.messages import BinaryContent, UserContent
 
 from robosandbox.agent.agent import check_prompt
-from robosandbox.agent.llm.answer import read_answer, tools
-from robosandbox.agent.llm.converse import converse
-from robosandbox.agent.llm.prompt import INSTRUCTIONS, question
+from robosandbox.agent.llm.answer import answer_tools, read_answer
+from robosandbox.agent.llm.converse import Question, converse
+from robosandbox.agent.llm.modes import known_modes
+from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.errors import PlannerUnavailableError
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
@@ -21,6 +25,7 @@ class LLMPlanner:
     """Plans by asking a model, each time from the request, the scene as it is now and what has failed.
 
     An answer that is no plan that can be right and no refusal goes back to the model with the reason, up to `max_turns`.
+    The time limit holds for a prompt, new plans after failures included.
 
     Args:
         skills: What plans may call.
@@ -32,9 +37,11 @@ class LLMPlanner:
 
     def __init__(self, skills: Sequence[Skill[Any]], settings: LLMSettings) -> None:
         self._skills = tuple(skills)
-        self._tools = tools(self._skills)
+        self._tools = answer_tools(self._skills)
         self._settings = settings
         self._player = open_cassette(settings)
+        self._modes = known_modes(settings)
+        self._spent = 0.0
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the model's plan, or its refusal.
@@ -42,23 +49,38 @@ class LLMPlanner:
         Args:
             prompt: What was said.
             scene: What perception sees now.
-            history: The attempts so far, oldest first.
+            history: The attempts so far, oldest first; none begins a new prompt.
 
         Raises:
-            PlannerUnavailableError: The service does not answer.
+            PlannerUnavailableError: The service does not answer in time.
             PlannerAnswerError: It answers with nothing usable.
             InputError: The prompt is too long, or the service does not know the model or the key.
             RenderingError: The picture cannot be taken.
         """
         check_prompt(prompt)
+        begun = time.monotonic()
+        self._spent = self._spent if history else 0.0
+        left = self._settings.time_limit - self._spent
+        if left <= 0.0:
+            raise PlannerUnavailableError(
+                f"{self._settings.model}: the {self._settings.time_limit:g} s for this prompt are spent; "
+                "give a longer --time-limit, or use a faster model"
+            )
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        return converse(
-            self._settings,
-            self._player,
-            instructions=INSTRUCTIONS,
-            content=content,
-            tools=self._tools,
-            read=lambda response: read_answer(response, scene, self._skills),
-        )
+        try:
+            return converse(
+                replace(self._settings, time_limit=left),
+                self._player,
+                self._modes,
+                Question(
+                    instructions=lambda mode: instructions(self._skills, mode),
+                    content=content,
+                    tools=self._tools,
+                    exact_tools=answer_tools(self._skills, scene),
+                    read=lambda call: read_answer(call, scene, self._skills),
+                ),
+            )
+        finally:
+            self._spent += time.monotonic() - begun

@@ -9,11 +9,11 @@ from typing import Annotated
 
 import numpy as np
 from pydantic import Field, ValidationError
-from pydantic_ai.messages import BinaryContent, ModelResponse, ToolCallPart
-from pydantic_ai.tools import ToolDefinition
+from pydantic_ai.messages import BinaryContent
 
-from robosandbox.agent.llm.answer import MisuseError
-from robosandbox.agent.llm.converse import converse
+from robosandbox.agent.llm.converse import Question, converse
+from robosandbox.agent.llm.forms import Call, MisuseError, Tool
+from robosandbox.agent.llm.modes import Mode, known_modes
 from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
@@ -30,10 +30,16 @@ _REACH = 0.015
 _CLEAR = 0.3
 _MOST = 60
 
-_INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Call the tool `point` once, with every
-loose object on the table: a short plain name for each, such as "red cube" or "blue mug", and one pixel on it, x from the
-left and y from the top. Take a pixel in the middle of what is visible of the object. Leave out the robot, the table and
+_INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Point at every loose object on the
+table: a short plain name for each, such as "red cube" or "blue mug", and one pixel on it, x from the left and y from the
+top. Take a pixel in the middle of what is visible of the object. Leave out the robot, the table and
 the floor. Two objects that look alike get the same name."""
+_FORM = '{"objects": [{"name": "NAME", "x": PIXEL, "y": PIXEL}, ...]}'
+_HOW_TO_ANSWER = {
+    Mode.SCHEMA: f"Answer with one JSON object: {_FORM}.",
+    Mode.TOOLS: "Answer with exactly one call of the tool `point`.",
+    Mode.TEXT: f"Answer with one JSON object and no other text: {_FORM}.",
+}
 
 
 class Pointed(StrictModel):
@@ -75,6 +81,7 @@ class PointingPerception(RgbdPerception):
         self._settings = settings
         self._camera = camera
         self._player = open_cassette(settings)
+        self._modes = known_modes(settings)
         self._named: set[str] = set()
 
     def assign_ids(self) -> None:
@@ -117,17 +124,20 @@ class PointingPerception(RgbdPerception):
         return converse(
             self._settings,
             self._player,
-            instructions=_INSTRUCTIONS,
-            content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
-            tools=[_TOOL],
-            read=lambda response: _read(response, width, height),
+            self._modes,
+            Question(
+                instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
+                content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],
+                tools=[_TOOL],
+                read=lambda call: _read(call, width, height),
+            ),
         )
 
 
-_TOOL = ToolDefinition(
+_TOOL = Tool(
     name=_POINT,
     description="Name every loose object on the table and give one pixel on each.",
-    parameters_json_schema=PointAnswer.model_json_schema(),
+    schema=PointAnswer.model_json_schema(),
 )
 
 
@@ -148,21 +158,18 @@ def _nearest(tracks: Sequence[Track], place: Array) -> Track | None:
     return track if distance < _REACH else None
 
 
-def _read(response: ModelResponse, width: int, height: int) -> Sequence[Pointed]:
+def _read(call: Call, width: int, height: int) -> Sequence[Pointed]:
     """Return what the model points at.
 
     Raises:
         MisuseError: The answer is of no use, with what is wrong with it.
     """
-    calls = (part for part in response.parts if isinstance(part, ToolCallPart) and part.tool_name == _POINT)
-    call = next(calls, None)
-    if call is None:
-        raise MisuseError(f"call the tool `{_POINT}`; it was not called")
     try:
-        answer = PointAnswer.model_validate(call.args_as_dict())
-    except (ValidationError, ValueError) as error:
-        first = error.errors()[0] if isinstance(error, ValidationError) else {"loc": (), "msg": str(error)}
-        raise MisuseError(f"{'.'.join(map(str, first['loc'])) or 'the arguments'}: {first['msg']}") from error
+        answer = PointAnswer.model_validate(call.arguments)
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = ".".join(map(str, first["loc"])) or "the arguments"
+        raise MisuseError(f"{where}: {first['msg']} (it is {first['input']!r:.80}). The form is {_FORM}") from error
     for item in answer.objects:
         if item.x >= width or item.y >= height:
             raise MisuseError(f"({item.x:g}, {item.y:g}) is outside of the picture of {width} x {height} pixels")

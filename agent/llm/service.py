@@ -8,6 +8,7 @@ import os
 import time
 from collections.abc import Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -17,12 +18,16 @@ from pydantic_ai import exceptions as failures
 from pydantic_ai.direct import model_request
 from pydantic_ai.messages import ModelMessage, ModelResponse
 from pydantic_ai.models import Model, ModelRequestParameters
+from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.settings import ModelSettings
 from pydantic_ai.tools import ToolDefinition
 
 from robosandbox.agent.llm.cassette import Player, Recorder
+from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
 from robosandbox.agent.llm.transport import AnswerTooLargeError, live_transport
+from robosandbox.agent.usage import count_request
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
 
 _log = logging.getLogger(__name__)
@@ -39,6 +44,10 @@ _TRANSIENT = (
 
 
 AnswerT = TypeVar("AnswerT")
+
+
+class ModeRefusedError(Exception):
+    """The service, or the library that speaks to it, does not take a request in this mode."""
 
 
 class Service:
@@ -79,10 +88,21 @@ class Service:
         if not self._replayed:
             await self._client.aclose()
 
-    async def ask(self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]) -> ModelResponse:
+    @property
+    def url(self) -> str:
+        """The endpoint; empty for the vendor's own."""
+        return self._url
+
+    async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[Tool], mode: Mode) -> ModelResponse:
         """Return the model's answer.
 
+        Args:
+            messages: The conversation so far.
+            tools: What may be answered with.
+            mode: How the model is held to that.
+
         Raises:
+            ModeRefusedError: The request is not taken in this mode.
             PlannerUnavailableError: There is none within the time and the attempts.
             PlannerAnswerError: It is too large, or the tokens are spent.
             InputError: The service calls the request wrong: the model's name, the key.
@@ -92,7 +112,7 @@ class Service:
                 f"{self._where}: {self._tokens:,} tokens spent without a usable answer; at most {self._settings.max_tokens:,}"
             )
         for attempt in range(1, self._settings.attempts + 1):
-            answer = await self._attempt(messages, tools)
+            answer = await self._attempt(messages, _parameters(tools, mode))
             if isinstance(answer, ModelResponse):
                 self._tokens += answer.usage.total_tokens
                 return answer
@@ -113,11 +133,14 @@ class Service:
         raise AssertionError("the settings allow at least one attempt")
 
     async def _attempt(
-        self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]
+        self, messages: Sequence[ModelMessage], parameters: ModelRequestParameters
     ) -> ModelResponse | tuple[Exception, float | None]:
         """Return an answer, or what went wrong that may go right later, with the seconds that the service asks to wait."""
         try:
-            return await self._request(messages, tools)
+            return await self._request(messages, parameters)
+        except failures.UserError as error:
+            # The library knows of some models what they do not take, and does not ask them.
+            raise ModeRefusedError(f"{self._where} does not take the request: {error}") from None
         except failures.ModelAPIError as error:
             self._raise_if_final(error)
             return error, error.retry_after
@@ -137,22 +160,27 @@ class Service:
     def _where(self) -> str:
         return f"{self._settings.model} at {self._url or OFFICIAL[self._settings.service]}"
 
-    async def _request(self, messages: Sequence[ModelMessage], tools: list[ToolDefinition]) -> ModelResponse:
-        parameters = ModelRequestParameters(output_mode="tool", allow_text_output=True, output_tools=tools)
+    async def _request(self, messages: Sequence[ModelMessage], parameters: ModelRequestParameters) -> ModelResponse:
         settings = ModelSettings(max_tokens=min(_ANSWER_TOKENS, self._settings.max_tokens - self._tokens))
         if self._url:
             # Local servers sample unless told not to; the vendors' reasoning models refuse to be told.
             settings["temperature"] = 0.0
+        begun = time.monotonic()
+        tokens = (0, 0)
         try:
             async with asyncio.timeout(max(self._left, 0.001)):
-                return await model_request(
+                response = await model_request(
                     self._model, list(messages), model_settings=settings, model_request_parameters=parameters
                 )
+            tokens = (response.usage.input_tokens, response.usage.output_tokens)
+            return response
         except TimeoutError:
             raise PlannerUnavailableError(
                 f"{self._where}: no complete answer within {self._settings.time_limit:g} s; "
-                "try again, or use a faster model"
+                "try again, give a longer --time-limit, or use a faster model"
             ) from None
+        finally:
+            count_request(seconds=time.monotonic() - begun, input_tokens=tokens[0], output_tokens=tokens[1])
 
     def _raise_if_final(self, error: failures.ModelAPIError) -> None:
         """Raise what waiting cannot help."""
@@ -163,8 +191,10 @@ class Service:
             raise InputError(f"{variable}: {self._where} does not accept the key: {said}; set another") from None
         if isinstance(error, failures.ModelNotFoundError):
             raise InputError(f"--model: {self._where} is not there: {said}; check --model and --base-url") from None
+        if isinstance(error, failures.ModelContextWindowExceededError):
+            raise PlannerAnswerError(f"{self._where}: {said}; serve the model with a larger context") from None
         if isinstance(error, failures.ModelRequestRejectedError):
-            raise PlannerAnswerError(f"{self._where} does not take the request: {said}") from None
+            raise ModeRefusedError(f"{self._where} does not take the request: {said}") from None
         if isinstance(error, failures.ModelQuotaExceededError):
             raise PlannerUnavailableError(f"{self._where}: {said}; its quota is spent") from None
         if isinstance(error, failures.ModelHTTPError) and not isinstance(error, _TRANSIENT):
@@ -208,8 +238,9 @@ def run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:
         asyncio.get_running_loop()
     except RuntimeError:
         return asyncio.run(work)
+    # The copied context lets whoever counts model usage here see what is asked there.
     with ThreadPoolExecutor(max_workers=1) as pool:
-        return pool.submit(asyncio.run, work).result()
+        return pool.submit(copy_context().run, asyncio.run, work).result()
 
 
 def open_cassette(settings: LLMSettings) -> Player | None:
@@ -244,6 +275,40 @@ def clean(text: str, key: str | None) -> str:
     """Return a text in one short line, without the key."""
     line = " ".join(text.split())
     return (line.replace(key, "***") if key else line)[:400]
+
+
+def _parameters(tools: Sequence[Tool], mode: Mode) -> ModelRequestParameters:
+    """Return how a request holds a model to its tools."""
+    match mode:
+        case Mode.SCHEMA:
+            schema = OutputObjectDefinition(json_schema=_answer_schema(tools), name="answer")
+            return ModelRequestParameters(output_mode="native", output_object=schema, allow_text_output=True)
+        case Mode.TOOLS:
+            definitions = [
+                ToolDefinition(
+                    name=tool.name,
+                    description=tool.description,
+                    parameters_json_schema=dict(tool.schema),
+                    kind="output",
+                )
+                for tool in tools
+            ]
+            return ModelRequestParameters(output_mode="tool", output_tools=definitions, allow_text_output=False)
+        case Mode.TEXT:
+            return ModelRequestParameters(output_mode="text", allow_text_output=True)
+
+
+def _answer_schema(tools: Sequence[Tool]) -> dict[str, Any]:
+    """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
+    schemas = [dict(tool.schema) for tool in tools]
+    if len(schemas) == 1:
+        return schemas[0]
+    return {
+        "type": "object",
+        "properties": {"answer": {"anyOf": schemas}},
+        "required": ["answer"],
+        "additionalProperties": False,
+    }
 
 
 def _told(body: object) -> str:

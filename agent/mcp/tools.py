@@ -10,7 +10,7 @@ from typing import Any
 import mcp_types as types
 from pydantic import Field, ValidationError
 
-from robosandbox.agent.llm.prompt import scene_data
+from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.plan_check import MAX_STEPS, problems
 from robosandbox.errors import InputError, SkillError
 from robosandbox.protocols import Skill
@@ -145,7 +145,7 @@ def checked(arguments: CheckArguments, scene: ObservedScene, skills: Sequence[Sk
 
 def seen(scene: ObservedScene) -> dict[str, Any]:
     """Return the scene as JSON data."""
-    return scene_data(scene)
+    return describe_scene(scene)
 
 
 def state_data(state: Observation) -> dict[str, Any]:

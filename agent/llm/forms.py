@@ -1,0 +1,271 @@
+"""The forms in which models write an answer: tool calls, JSON bare, fenced, named, as a string, in prose, after thoughts.
+
+Only the form is forgiven here. What an answer says is held to the schemas and the plan check by whoever reads it.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
+
+# How many opening brackets of a text are tried; an answer has one value, prose around it a few brackets more.
+_MOST_VALUES = 60
+# How many wrappers around an answer are taken off: {"tool_calls": [{"function": {"arguments": "..."}}]} has four.
+_MOST_WRAPPERS = 6
+
+_THOUGHTS = re.compile(r"<(think|thinking|thought|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
+_THOUGHT_ENDS = re.compile(r"\A.*</(?:think|thinking|thought|reasoning)>", re.DOTALL | re.IGNORECASE)
+_THOUGHT_BEGINS = re.compile(r"<(?:think|thinking|thought|reasoning)>.*\Z", re.DOTALL | re.IGNORECASE)
+_OPENING = re.compile(r"[{\[]")
+
+_WRAPPERS = ("answer", "response", "output", "result", "function", "function_call", "tool_call", "tool_calls")
+_NAME_KEYS = ("name", "tool", "tool_name", "function", "skill", "action")
+_ARGUMENT_KEYS = ("arguments", "args", "parameters", "params", "input")
+# What models write beside a call that says nothing about what is to be done.
+_REMARKS = frozenset({"type", "id", "index", "thought", "thoughts", "thinking", "reasoning", "explanation", "comment"})
+
+
+class MisuseError(Exception):
+    """An answer cannot be used; the message tells the model why."""
+
+
+class NoAnswerError(MisuseError):
+    """An answer holds no JSON at all, so the server has not kept it to any form."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tool:
+    """What may be answered with.
+
+    Attributes:
+        name: Its name.
+        description: What answering with it means.
+        schema: JSON schema of its arguments.
+        listed: The argument that a bare list of calls stands for; None where there is none.
+    """
+
+    name: str
+    description: str
+    schema: Mapping[str, Any]
+    listed: str | None = None
+
+    @property
+    def keys(self) -> frozenset[str]:
+        """The arguments that it cannot do without, by which bare JSON is recognized."""
+        return frozenset(self.schema.get("required", ()))
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A name and the arguments given with it, unchecked."""
+
+    name: str
+    arguments: Any
+
+
+def find_answer(response: ModelResponse, tools: Sequence[Tool]) -> Call:
+    """Return the one tool that an answer calls, in whatever form, with its arguments unchecked.
+
+    Raises:
+        NoAnswerError: There is no JSON in it.
+        MisuseError: It was cut off, is no JSON after all, calls something else, or calls twice.
+    """
+    names = " or ".join(f"`{tool.name}`" for tool in tools)
+    if response.finish_reason == "length":
+        raise MisuseError("The answer was cut off; give a shorter one.")
+    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if called:
+        return _called(called, tools, names)
+    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
+    values = json_values(text)
+    found: list[Call] = []
+    for value in values:
+        call = _recognized(value, tools)
+        if call is not None and call not in found:
+            found.append(call)
+    if len(found) > 1:
+        raise MisuseError(f"There were {len(found)} different answers; give exactly one.")
+    if found:
+        return found[0]
+    if not values:
+        raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; answer with {names} exactly once.")
+    raise MisuseError(f"{_quoted(json.dumps(values[0]))} is neither {names}; answer with one of them exactly once.")
+
+
+def as_call(value: Any) -> Call | None:
+    """Return the call that a JSON object writes down, None where it writes none.
+
+    Understood are `{"name": N, "arguments": A}` with the usual other words for both, arguments as a JSON string,
+    `{"function": {...}}`, and arguments beside the name.
+
+    Raises:
+        MisuseError: There is more beside name and arguments than remarks.
+    """
+    if not isinstance(value, dict):
+        return None
+    if isinstance(value.get("function"), dict):
+        return as_call(value["function"])
+    name_key = next((key for key in _NAME_KEYS if isinstance(value.get(key), str)), None)
+    if name_key is None:
+        return None
+    rest = {key: item for key, item in value.items() if key != name_key and key not in _REMARKS}
+    key = next((key for key in _ARGUMENT_KEYS if key in rest), None)
+    arguments = rest if key is None else _unpacked(rest.pop(key))
+    if key is not None and rest:
+        raise MisuseError(
+            f"{sorted(rest)[0]}: {_quoted(json.dumps(rest))} stands beside `{key}` of {value[name_key][:60]!r}; "
+            f"a call has a name and `{key}` and nothing else."
+        )
+    return Call(value[name_key].removeprefix("functions."), {} if arguments is None else arguments)
+
+
+def without_thoughts(text: str) -> str:
+    """Return a text without what a model thought aloud, also where one of the marks is missing."""
+    return _THOUGHT_BEGINS.sub("", _THOUGHT_ENDS.sub("", _THOUGHTS.sub("", text)))
+
+
+def json_values(text: str) -> list[Any]:
+    """Return the JSON objects and arrays of a text, those within others left out.
+
+    Raises:
+        MisuseError: One is not closed, or all are malformed.
+    """
+    values: list[Any] = []
+    fault = ""
+    position = 0
+    for _ in range(_MOST_VALUES):
+        opening = _OPENING.search(text, position)
+        if opening is None:
+            break
+        try:
+            value, position = _DECODER.raw_decode(text, opening.start())
+            values.append(value)
+        except RecursionError:
+            raise MisuseError("The answer is not valid JSON (it is nested too deeply); answer again.") from None
+        except ValueError as error:
+            end = _closing(text, opening.start())
+            if end is None:
+                # Nothing inside is taken for the answer: the first steps of a plan that breaks off are not the plan.
+                raise MisuseError(f"The answer is not valid JSON ({error}); answer again.") from None
+            fault = fault or str(error)
+            position = end
+    if fault and not values:
+        raise MisuseError(f"The answer is not valid JSON ({fault}); answer again.")
+    return values
+
+
+def _called(parts: Sequence[ToolCallPart], tools: Sequence[Tool], names: str) -> Call:
+    """Return what native tool calls amount to; several of which none is a tool are the steps of one."""
+    known = {tool.name for tool in tools}
+    calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in parts]
+    if len(calls) == 1 and calls[0].name in known:
+        return _with_list(calls[0], tools)
+    listing = next((tool for tool in tools if tool.listed), None)
+    if len(calls) > 1 and listing and listing.listed and not known & {call.name for call in calls}:
+        return Call(
+            listing.name, {listing.listed: [{"name": call.name, "arguments": call.arguments} for call in calls]}
+        )
+    if len(calls) > 1:
+        told = ", ".join(call.name[:40] for call in calls)
+        raise MisuseError(
+            f"There were {len(calls)} tool calls ({told}); make exactly one, with all that is to be done."
+        )
+    raise MisuseError(f"There is no tool {calls[0].name[:60]!r}; call {names}.")
+
+
+def _recognized(value: Any, tools: Sequence[Tool], wrappers: int = 0) -> Call | None:
+    """Return the tool that a JSON value calls, None where it calls none."""
+    value = _unpacked(value)
+    if wrappers > _MOST_WRAPPERS:
+        return None
+    if isinstance(value, list):
+        only = _recognized(value[0], tools, wrappers + 1) if len(value) == 1 else None
+        return only or _listed(value, tools)
+    if not isinstance(value, dict):
+        return None
+    known = {tool.name for tool in tools}
+    said = {key: item for key, item in value.items() if key not in _REMARKS}
+    bare = next((tool for tool in tools if tool.keys and tool.keys <= said.keys()), None)
+    if bare is not None and not ({"name", "tool", "function"} & said.keys()):
+        return _with_list(Call(bare.name, said), tools)
+    if len(said) == 1:
+        (key,) = said
+        if key in known:
+            return _with_list(Call(key, _unpacked(said[key])), tools)
+        if key in _WRAPPERS and not isinstance(said[key], str):
+            return _recognized(said[key], tools, wrappers + 1)
+    call = as_call(value)
+    return _with_list(call, tools) if call is not None and call.name in known else None
+
+
+def _with_list(call: Call, tools: Sequence[Tool]) -> Call:
+    """Return a call whose arguments are a bare list with the list where it belongs."""
+    tool = next(tool for tool in tools if tool.name == call.name)
+    arguments = call.arguments
+    if tool.listed and isinstance(arguments, list):
+        arguments = {tool.listed: arguments}
+    if tool.listed and isinstance(arguments, dict) and isinstance(arguments.get(tool.listed), str):
+        arguments = {**arguments, tool.listed: _unpacked(arguments[tool.listed])}
+    return Call(call.name, arguments)
+
+
+def _listed(values: list[Any], tools: Sequence[Tool]) -> Call | None:
+    """Return what a bare list of calls stands for."""
+    tool = next((tool for tool in tools if tool.listed), None)
+    if tool is None or tool.listed is None or not values or any(as_call(item) is None for item in values):
+        return None
+    return Call(tool.name, {tool.listed: values})
+
+
+def _unpacked(value: Any) -> Any:
+    """Return the JSON that a string holds; any other value as it is.
+
+    Raises:
+        MisuseError: The string is no JSON.
+    """
+    if not isinstance(value, str):
+        return value
+    try:
+        return _DECODER.decode(value.strip())
+    except (ValueError, RecursionError) as error:
+        raise MisuseError(f"The arguments are not valid JSON ({error}); answer again.") from None
+
+
+def _closing(text: str, start: int) -> int | None:
+    """Return where the bracket at `start` is closed, strings skipped; None where it is not."""
+    depth, position, quoted = 0, start, False
+    while position < len(text):
+        sign = text[position]
+        if quoted:
+            position += sign == "\\"
+            quoted = sign != '"'
+        elif sign == '"':
+            quoted = True
+        elif sign in "{[":
+            depth += 1
+        elif sign in "}]":
+            depth -= 1
+            if depth == 0:
+                return position + 1
+        position += 1
+    return None
+
+
+def _each_key_once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    for key, _ in pairs:
+        if sum(other == key for other, _ in pairs) > 1:
+            raise ValueError(f"the key {key[:40]!r} stands there twice")
+    return dict(pairs)
+
+
+def _quoted(text: str) -> str:
+    line = " ".join(text.split())
+    return repr(line if len(line) <= 120 else f"{line[:117]}...")
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_each_key_once)

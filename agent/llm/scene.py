@@ -1,0 +1,123 @@
+"""The scene as data for a model: where things are, what stands on and in what, what is open, what is within reach."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Sequence
+from typing import Any
+
+from robosandbox.perception.relations import centre, inside, loose, on_table, on_top
+from robosandbox.types import CONTAINER_KINDS, OBJECT_SIZES, DetectedObject, ObservedScene
+
+# Beyond this angle between its axis and the vertical a thing that stands by itself has tipped over, radians.
+_TIPPED = math.radians(30.0)
+# Below this confidence a model is told how sure perception is.
+_CLEAR = 0.9
+# A drawer open by less is shut for the hand, metres.
+_SHUT_WITHIN = 0.003
+
+
+def describe_scene(scene: ObservedScene) -> dict[str, Any]:
+    """Return what perception sees as JSON data.
+
+    Lengths are metres to the millimetre, angles radians to the hundredth, in the world frame. What is usual is left out: a
+    thing says where it is held up (`on`, `in`) unless nothing is seen to, `reachable` only where it is false, `tipped_over`
+    only where it is true.
+    """
+    near, far = scene.reach
+    data: dict[str, Any] = {
+        "table_height": _length(scene.table_height),
+        "robot_base": _lengths(scene.base_xy),
+        "reach_from_base": [_length(near), _length(far)],
+        "held": scene.held,
+        "objects": [_thing(item, scene) for item in scene.objects],
+    }
+    if scene.notes:
+        data["notes"] = list(scene.notes)
+    return data
+
+
+def _thing(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
+    data: dict[str, Any] = {"id": item.id, "kind": item.kind, "colour": item.colour}
+    if item.tag is not None:
+        data["tag"] = item.tag
+    data["position"] = _lengths(item.pose.xyz)
+    if item.kind not in ("sphere", "beads"):
+        data["yaw"] = round(item.pose.yaw, 2) + 0.0
+    names = OBJECT_SIZES[item.kind]
+    data["size"] = dict(zip(names, _lengths(item.size), strict=False)) or {"half_extents": _lengths(item.size)}
+    if item.kind == "beads":
+        data["count"] = len(item.grains)
+    if item.kind == "drawer":
+        data |= _opening(item)
+    data |= _support(item, scene)
+    if item.kind in CONTAINER_KINDS:
+        data["contents"] = _contents(item, scene)
+    if _tilt(item) > _TIPPED and item.kind in ("cylinder", "capsule", "bin", "bowl", "cup"):
+        data["tipped_over"] = True
+    if not _reachable(item, scene):
+        data["reachable"] = False
+    if item.confidence < _CLEAR:
+        data["confidence"] = round(item.confidence, 1)
+    return data
+
+
+def _opening(item: DetectedObject) -> dict[str, Any]:
+    """Return how far a drawer is open; unknown where that is not seen."""
+    if item.opening is None:
+        return {"state": "unknown"}
+    return {"state": "closed" if item.opening < _SHUT_WITHIN else "open", "open_by": _length(item.opening)}
+
+
+def _support(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
+    """Return what an object is held, or lies in, or stands on."""
+    if item.id == scene.held:
+        return {"in": "gripper"}
+    others = [other for other in scene.objects if other.id != item.id]
+    parts = loose(item)
+    vessels = [other for other in others if other.kind in CONTAINER_KINDS]
+    where = Counter(next((v.id for v in vessels if inside(part, v)), None) for part in parts)
+    found = {name: count for name, count in where.items() if name is not None}
+    if found:
+        # Beads may lie in several containers and beside them.
+        whole = len(found) == 1 and sum(found.values()) == len(parts)
+        return {"in": next(iter(found)) if whole else found}
+    base = next((other.id for other in others if other.kind not in CONTAINER_KINDS and on_top(item, other)), None)
+    if base is None:
+        base = next((other.id for other in vessels if on_top(item, other)), None)
+    if base is not None:
+        return {"on": base}
+    return {"on": "table"} if on_table(item, scene.table_height) else {}
+
+
+def _contents(vessel: DetectedObject, scene: ObservedScene) -> list[str] | dict[str, int]:
+    """Return what lies in a container: ids, and of beads how many."""
+    counts = {
+        item.id: sum(inside(part, vessel).holds for part in loose(item))
+        for item in scene.objects
+        if item.id not in (vessel.id, scene.held)
+    }
+    counts = {name: count for name, count in counts.items() if count}
+    return counts if any(count > 1 for count in counts.values()) else list(counts)
+
+
+def _tilt(item: DetectedObject) -> float:
+    """Return the angle between an object's own z and the vertical, radians; either end up counts as upright."""
+    upward = float(item.pose.rotation[2, 2])
+    return math.acos(min(1.0, upward if item.kind in CONTAINER_KINDS else abs(upward)))
+
+
+def _reachable(item: DetectedObject, scene: ObservedScene) -> bool:
+    """Say whether an object's middle is at a distance at which the robot works."""
+    near, far = scene.reach
+    return near <= math.dist(centre(item)[:2], scene.base_xy) <= far
+
+
+def _length(value: float) -> float:
+    # Adding zero turns a rounded -0.0 into 0.0.
+    return round(float(value), 3) + 0.0
+
+
+def _lengths(values: Sequence[float]) -> list[float]:
+    return [_length(value) for value in values]

@@ -1,0 +1,30 @@
+"""How a skill is called, in one short line: for prompts, corrections and messages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from robosandbox.protocols import Skill
+
+_BOUNDS = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="), ("exclusiveMaximum", "<"))
+
+
+def signature(skill: Skill[Any]) -> str:
+    """Return a skill's name and arguments, as in `push(object, direction: forward|back|left|right, distance > 0 = 0.1)`."""
+    schema = skill.schema
+    required = set(schema.get("required", ()))
+    arguments = [
+        _argument(name, field, optional=name not in required) for name, field in schema.get("properties", {}).items()
+    ]
+    return f"{skill.name}({', '.join(arguments)})"
+
+
+def _argument(name: str, field: Mapping[str, Any], *, optional: bool) -> str:
+    text = name
+    if "enum" in field:
+        text += f": {'|'.join(map(str, field['enum']))}"
+    elif field.get("type") not in ("string", None):
+        bounds = [f"{sign} {field[key]:g}" for key, sign in _BOUNDS if key in field]
+        text += f": {field['type']}{' ' if bounds else ''}{', '.join(bounds)}"
+    return f"{text} = {field.get('default')}" if optional else text
