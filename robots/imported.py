@@ -10,6 +10,10 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.robots.mujoco_log import route_warnings
+
+# Here, because every model of a robot or world is made with what follows.
+route_warnings()
 
 # By the prefix of a compiled model's arrays: what must be finite, and what its rows belong to.
 _NUMBERS = {
@@ -23,6 +27,8 @@ _NUMBERS = {
 _OWNERS = {"body": "body", "geom": "geom", "site": "site", "jnt": "joint", "dof": "joint", "actuator": "actuator"}
 # What lies farther from its body, metres, is none of a robot: arithmetic loses its millimetres.
 _FARTHEST = 1e4
+# One link of the largest industrial arms (payload 2.3 t) stays below, kg.
+_HEAVIEST = 1e4
 
 
 @dataclass(slots=True, kw_only=True)
@@ -85,6 +91,19 @@ def _check_finite(model: mujoco.MjModel, source: str) -> None:
             raise InputError(
                 f"{source}: {_OWNERS[kind]} {element!r}: is {away.max():g} m away from its body; give metres"
             )
+    _check_most(model, source, "body", "mass", _HEAVIEST, "kg")
+    _check_most(model, source, "geom", "size", _FARTHEST, "m")
+
+
+def _check_most(model: mujoco.MjModel, source: str, kind: str, name: str, most: float, unit: str) -> None:
+    values = (
+        np.asarray(getattr(model, f"{kind}_{name}")).reshape(getattr(model, f"n{kind}"), -1).max(axis=1, initial=0.0)
+    )
+    if values.max(initial=0.0) > most:
+        element = getattr(model, kind)(int(values.argmax())).name
+        raise InputError(
+            f"{source}: {kind} {element!r}: its {name} {values.max():g} is outside 0 to {most:g} {unit}; give {unit}"
+        )
 
 
 def copy_options(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -18,9 +19,18 @@ from robosandbox.robots.imported import ImportedModel, compile_spec, copy_option
 
 _MAX_FILES = 100
 _MAX_REPLICAS = 1000
+# Points of a height field or pixels of a texture: 4096 x 4096, 67 MB of floats.
+_MAX_POINTS = 4096 * 4096
+# What a file reserves for physics, bytes; a robot's needs grow by themselves.
+_MAX_RESERVED = 1e9
+# Of the same, in rows; files of old versions reserve some millions.
+_MAX_ROWS = 1e8
 _SPECK = 1e-6
 # A turn and a little: a robot whose joints all stay below so many degrees could not work.
 _MOST_RADIANS = 6.4
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+# Signature, and the first chunk up to width and height.
+_PNG_HEAD = 24
 _ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
@@ -110,14 +120,61 @@ def _check_model(files: ModelFiles, seen: set[Path], main: Path) -> list[Path]:
             texturedir = element.get("texturedir", texturedir if folder is None else folder)
         elif element.tag == "replicate" and _count(element) > _MAX_REPLICAS:
             raise InputError(f"{main.name}: <replicate count={element.get('count')!r}>: at most {_MAX_REPLICAS}")
-        elif element.tag in _ASSETS:
+        else:
+            _check_amounts(element, main.name)
+        if element.tag in _ASSETS:
             assets.append((element, path))
     for element, path in assets:
         folder = texturedir if element.tag == "texture" else meshdir
         for attribute, name in element.attrib.items():
             if attribute.startswith("file") and name:
-                _find(files, name, f"<{element.tag} {attribute}>", folder, path)
+                found = _find(files, name, f"<{element.tag} {attribute}>", folder, path)
+                _check_picture(found, f"{main.name}: <{element.tag} {attribute}={name!r}>")
     return attached
+
+
+# Elements, attributes whose numbers multiply to what MuJoCo allocates, and the most of that.
+_AMOUNTS = (
+    ("hfield", ("nrow", "ncol"), _MAX_POINTS, "points"),
+    ("texture", ("width", "height"), _MAX_POINTS, "pixels"),
+    ("composite", ("count",), _MAX_REPLICAS, "elements"),
+    ("flexcomp", ("count",), _MAX_REPLICAS, "points"),
+    ("size", ("memory",), _MAX_RESERVED, "bytes"),
+    *(("size", (name,), _MAX_ROWS, "rows") for name in ("njmax", "nconmax", "nuserdata", "nstack")),
+)
+
+
+def _check_amounts(element: ElementTree.Element, main: str) -> None:
+    """Refuse what MuJoCo would allocate by a number in the file before it does."""
+    for tag, attributes, most, unit in _AMOUNTS:
+        given = {name: text for name in attributes if tag == element.tag and (text := element.get(name))}
+        product = math.prod(max(1.0, _amount(word)) for text in given.values() for word in text.split())
+        if product > most:
+            shown = " ".join(f"{name}={text[:20]!r}" for name, text in given.items())
+            raise InputError(f"{main}: <{tag} {shown}>: {product:g} is outside 1 to {most:g} {unit}; give fewer")
+
+
+def _amount(word: str) -> float:
+    """Return a count or size; MuJoCo takes 10K, 10M and so on for bytes."""
+    exponent = "KMGTPE".find(word[-1:].upper()) + 1 if word else 0
+    try:
+        value = float(word[:-1] if exponent else word)
+    except ValueError:
+        # MuJoCo's own reader says what is wrong with it.
+        return 1.0
+    return value * 1024.0**exponent if np.isfinite(value) else np.inf
+
+
+def _check_picture(path: Path, where: str) -> None:
+    """Refuse a small PNG file that unpacks to more than a texture or height field may have."""
+    with open(path, "rb") as file:
+        head = file.read(_PNG_HEAD)
+    if head.startswith(_PNG_SIGNATURE):
+        width, height = (int.from_bytes(head[place : place + 4], "big") for place in (16, 20))
+        if width * height > _MAX_POINTS:
+            raise InputError(
+                f"{where}: {width} x {height} is outside 1 to {_MAX_POINTS} pixels; give a smaller picture"
+            )
 
 
 def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Iterator[tuple[ElementTree.Element, Path]]:

@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.ranges import LEAST_LENGTH, MOST_LENGTH
 from robosandbox.sim.objects.geoms import PREFIX, add_geom
 from robosandbox.types import Array, SceneObject
 
@@ -42,4 +43,11 @@ def mesh_bounds(item: SceneObject) -> tuple[Array, Array]:
     rotation = np.zeros(9)
     mujoco.mju_quat2Mat(rotation, model.geom_quat[0])
     points = model.mesh_vert[: model.mesh_vertnum[0]] @ rotation.reshape(3, 3).T + model.geom_pos[0]
-    return points.min(axis=0), points.max(axis=0)
+    low, high = points.min(axis=0), points.max(axis=0)
+    longest = float((high - low).max())
+    if not LEAST_LENGTH <= longest <= MOST_LENGTH:
+        raise InputError(
+            f"objects[{item.id}].scale: {item.scale:g} makes it {longest:g} m long, outside {LEAST_LENGTH:g} to "
+            f"{MOST_LENGTH:g} m; give metres per unit of the file"
+        )
+    return low, high

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
 
+from robosandbox.ranges import MOST_DISTANCE, Coordinate, Length, Mass, Scale, Spread, Turn, within
 from robosandbox.tags import BORDERED, TAG_COUNT, TAGGED_KINDS, tag_face, usual_tag_size
 
 Array = NDArray[np.float64]
@@ -220,13 +221,13 @@ class Randomize(StrictModel):
         omit: How many of the objects that success does not name may be left out; for a task, not for an object.
     """
 
-    xy_jitter: NonNegative = 0.0
+    xy_jitter: Spread = 0.0
     yaw_jitter: Annotated[float, Field(ge=0.0, le=math.pi)] = 0.0
     size_jitter: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     mass_jitter: Annotated[float, Field(ge=0.0, lt=1.0)] = 0.0
     rgba_jitter: Fraction = 0.0
-    q_jitter: NonNegative = 0.0
-    area: tuple[tuple[Finite, Finite], tuple[Finite, Finite]] | None = None
+    q_jitter: Turn = 0.0
+    area: tuple[tuple[Coordinate, Coordinate], tuple[Coordinate, Coordinate]] | None = None
     moves_with: str | None = None
     omit: Annotated[int, Field(ge=0)] = 0
 
@@ -239,6 +240,16 @@ class Randomize(StrictModel):
             if not low < high:
                 raise ValueError(f"[{low:g}, {high:g}] is empty; give [[x least, x most], [y least, y most]]")
         return area
+
+
+def _in_the_hall(pose: Pose) -> Pose:
+    check = within(-MOST_DISTANCE, MOST_DISTANCE, "m")
+    for index, value in enumerate(pose.xyz):
+        try:
+            check(value)
+        except ValueError as error:
+            raise ValueError(f"xyz[{index}]: {error}") from None
+    return pose
 
 
 class SceneObject(StrictModel):
@@ -266,19 +277,19 @@ class SceneObject(StrictModel):
 
     id: str
     kind: ObjectKind
-    size: tuple[Positive, ...] = ()
-    pose: Pose
+    size: tuple[Length, ...] = ()
+    pose: Annotated[Pose, AfterValidator(_in_the_hall)]
     rgba: tuple[Fraction, Fraction, Fraction, Fraction] = (0.7, 0.7, 0.7, 1.0)
-    mass: Positive = 0.05
+    mass: Mass = 0.05
     mesh: Path | None = None
-    scale: Positive = 1.0
+    scale: Scale = 1.0
     collision: Literal["hull", "coacd"] = "hull"
     open: NonNegative = 0.0
     locked: bool = False
     count: Annotated[int, Field(ge=0, le=MAX_BEADS)] = 0
     inside: str | None = None
     tag: Annotated[int, Field(ge=0, lt=TAG_COUNT)] | None = None
-    tag_size: Positive | None = None
+    tag_size: Length | None = None
     randomize: Randomize | None = None
 
     @model_validator(mode="before")
