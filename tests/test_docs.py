@@ -222,3 +222,19 @@ def test_bench_page_has_a_line_per_task_and_names_what_failed() -> None:
     (line,) = [line for line in page.splitlines() if line.startswith("| home |")]
     assert line.split("|")[2].strip().startswith("1/2") and line.split("|")[3].strip() == "1"
     assert "- home, seed 1: the arm is elsewhere" in page
+
+
+def test_readme_fits_a_screen_and_a_half_at_80_columns() -> None:
+    # A screen is taken as 50 lines. Without a line over 80 columns nothing wraps, and what is written is what is shown.
+    lines = (ROOT / "README.md").read_text().splitlines()
+    assert len(lines) <= 75
+    assert [line for line in lines if len(line) > 80] == []
+
+
+def test_readme_opens_with_motion() -> None:
+    from PIL import Image
+
+    (shown,) = re.findall(r"!\[[^]]+\]\((.+?)\)", (ROOT / "README.md").read_text())
+    assert (ROOT / shown).stat().st_size < 1_500_000
+    with Image.open(ROOT / shown) as picture:
+        assert getattr(picture, "n_frames", 1) > 100

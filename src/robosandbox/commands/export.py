@@ -10,6 +10,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.recording import parse_size
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
@@ -115,14 +116,10 @@ def _pictures(
     episodes: list[RecordedEpisode], cameras: str | None, size: str
 ) -> tuple[tuple[str, ...], tuple[int, int]]:
     """Return the cameras and (height, width); of films that were recorded, if no camera is named."""
-    width, _, height = size.partition("x")
-    if not (
-        width.isdigit() and height.isdigit() and int(width) % 2 == int(height) % 2 == 0 and int(width) * int(height)
-    ):
-        raise InputError(f"--size: {size!r} is not WIDTHxHEIGHT in even pixels, such as 320x240")
+    pixels = parse_size(size)
     if cameras is not None:
-        return tuple(name for name in cameras.split(",") if name), (int(height), int(width))
+        return tuple(name for name in cameras.split(",") if name), pixels
     videos = episodes[0].meta.videos
     if not videos:
-        return (), (int(height), int(width))
+        return (), pixels
     return tuple(video.camera for video in videos), (videos[0].height, videos[0].width)

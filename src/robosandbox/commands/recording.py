@@ -45,6 +45,23 @@ def record_settings(
     return RecordSettings(folder=record, video=filmed, only_success=only_success)
 
 
+def parse_size(size: str) -> tuple[int, int]:
+    """Return (height, width) in pixels of an option's `WIDTHxHEIGHT`; both even, as films need them.
+
+    Raises:
+        InputError: It is none.
+    """
+    width, _, height = size.partition("x")
+    if (
+        not (width.isdecimal() and height.isdecimal())
+        or int(width) % 2
+        or int(height) % 2
+        or not int(width) * int(height)
+    ):
+        raise InputError(f"--size: {size!r} is not WIDTHxHEIGHT in even pixels, such as 320x240")
+    return int(height), int(width)
+
+
 @contextmanager
 def recording(settings: RecordSettings | None, session: Session) -> Iterator[Recorder | None]:
     """Record what the session's agent does; None where nothing is recorded.

@@ -10,10 +10,16 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.recording import parse_size
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    import numpy as np
+    from numpy.typing import NDArray
+
     from robosandbox.recording.episode import RecordedEpisode
 
 app = plain_app(help="Recorded episodes.")
@@ -23,7 +29,7 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on s
 Camera = Annotated[str, typer.Option("--camera", help="Which camera's picture.")]
 Out = Annotated[Path | None, typer.Option("--out", help="The file to write; beside the steps if left out.")]
 Fps = Annotated[float, typer.Option("--fps", help="Frames per simulated second.")]
-_SIZE = (480, 640)
+Size = Annotated[str, typer.Option("--size", help="WIDTHxHEIGHT of the pictures.")]
 
 
 def replay(
@@ -144,15 +150,18 @@ def plot_run(
 
 
 @app.command("video")
-def film_run(episode: EpisodeFolder, camera: Camera = "scene", out: Out = None, fps: Fps = 25.0) -> int:
+def film_run(
+    episode: EpisodeFolder, camera: Camera = "scene", out: Out = None, fps: Fps = 25.0, size: Size = "640x480"
+) -> int:
     """Draw an episode's states into a film (MP4)."""
     from robosandbox.recording.video import Film
 
     found = load(episode)
     target = out or found.folder / f"{camera}.mp4"
-    film = Film(target, fps, _SIZE)
+    pixels = parse_size(size)
+    film = Film(target, fps, pixels)
     try:
-        for picture in _pictures(found, camera, fps):
+        for picture in _pictures(found, camera, fps, pixels):
             film.add(picture)
     finally:
         film.close()
@@ -161,16 +170,22 @@ def film_run(episode: EpisodeFolder, camera: Camera = "scene", out: Out = None, 
 
 
 @app.command("gif")
-def animate_run(episode: EpisodeFolder, camera: Camera = "scene", out: Out = None, fps: Fps = 10.0) -> int:
+def animate_run(
+    episode: EpisodeFolder,
+    camera: Camera = "scene",
+    out: Out = None,
+    fps: Fps = 10.0,
+    size: Size = "320x240",
+    speed: Annotated[float, typer.Option("--speed", help="Simulated seconds per second of the animation.")] = 1.0,
+) -> int:
     """Draw an episode's states into an animated GIF."""
-    from PIL import Image
+    from robosandbox.recording.animation import write_gif
 
+    if not 0.0 < speed <= 100.0:
+        raise InputError(f"--speed: {speed:g}; give a number above 0, up to 100")
     found = load(episode)
     target = out or found.folder / f"{camera}.gif"
-    pictures = [Image.fromarray(picture[::2, ::2]).quantize(128) for picture in _pictures(found, camera, fps)]
-    pictures[0].save(
-        target, save_all=True, append_images=pictures[1:], duration=round(1000.0 / fps), loop=0, optimize=False
-    )
+    write_gif(list(_pictures(found, camera, fps, parse_size(size))), target, 1.0 / (fps * speed))
     print(target)
     return EXIT_DONE
 
@@ -188,7 +203,7 @@ def load(folder: Path) -> RecordedEpisode:
     return RecordedEpisode.load(folder)
 
 
-def _pictures(found: RecordedEpisode, camera: str, fps: float) -> Any:
+def _pictures(found: RecordedEpisode, camera: str, fps: float, size: tuple[int, int]) -> Iterator[NDArray[np.uint8]]:
     from robosandbox.recording.drawing import frames
     from robosandbox.recording.settings import rows_per_frame
     from robosandbox.tasks.replay import open_replay
@@ -196,7 +211,7 @@ def _pictures(found: RecordedEpisode, camera: str, fps: float) -> Any:
     every = rows_per_frame(fps, found.meta.control_timestep, "--fps")
     run = open_replay(found)
     try:
-        for pictures in frames(found, run.session.sim, (camera,), every, _SIZE):
+        for pictures in frames(found, run.session.sim, (camera,), every, size):
             yield pictures[camera]
     finally:
         run.session.close()
