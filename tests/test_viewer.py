@@ -2,12 +2,14 @@
 
 import http.client
 import io
+import itertools
+import re
 import shutil
 import socket
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -29,17 +31,20 @@ from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
 from robosandbox.testing.processes import SimProcess
-from robosandbox.types import GraspSearch, Scene, Trajectory
+from robosandbox.types import Array, GraspSearch, Scene, Trajectory
 from robosandbox.viewer import html
 from robosandbox.viewer.app import Viewer
 from robosandbox.viewer.cell import Frame
 from robosandbox.viewer.connected import ConnectedCell
 from robosandbox.viewer.dragging import level
 from robosandbox.viewer.embedded import EmbeddedCell
+from robosandbox.viewer.framing import FOV, View, Window, first_view
 from robosandbox.viewer.layers.grasps import glyph
 from robosandbox.viewer.operator import Began, Doing, Finished, Went
+from robosandbox.viewer.panels.strip import Lane, strip
 from robosandbox.viewer.server import open_server
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
+from robosandbox.viewer.timeline import Phase, Recording, Timeline
 
 CHROMIUM = next(
     (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))), None
@@ -474,6 +479,117 @@ def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(
         time.sleep(3.0)
         assert session.sim.physics_steps == steps and viewer.feed.drawn == drawn
         assert time.process_time() - began < 0.03 * 3.0
+
+
+def colour_of(page: Page, name: str) -> str:
+    return str(button(page, name).evaluate("one => getComputedStyle(one).backgroundColor"))
+
+
+@needs_chromium
+def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
+        session = viewer.cell.workcell
+        assert isinstance(session, Session)
+        # A slow machine: time enough to look.
+        session.sim.tick_hooks.append(lambda: time.sleep(0.005))
+        page.get_by_text("What moves is drawn here").wait_for(timeout=1000 * PATIENCE)
+        quiet = colour_of(page, "Stop")
+        button(page, "Run").click()
+        wait_until(lambda: colour_of(page, "Stop") == "rgb(198, 35, 35)", "Stop is red")
+        page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
+        wait_until(lambda: colour_of(page, "Stop") == quiet, "Stop is quiet again")
+        phases = page.locator(".strip .phases span")
+        wait_until(lambda: {"approach", "lift"} <= set(phases.all_inner_texts()), "the phases are drawn")
+        assert page.locator(".strip polyline").count() == 3
+        words = page.locator(".strip").inner_text()
+        assert " °/s" in words and " mm" in words and " N" in words
+        gripper = session.sim.observe().gripper
+        assert gripper is not None
+        wait_until(lambda: f"{1000 * gripper.width:.1f} mm" in page.locator(".strip").inner_text(), "the last opening")
+        assert "-0.0" not in page.locator("body").inner_text()
+
+
+@needs_chromium
+def test_a_phone_shows_the_orders_over_its_whole_width_and_the_objects_above_them(browser: Browser) -> None:
+    with serving("pick_cube_franka") as viewer:
+        page = browser.new_page(viewport={"width": 390, "height": 844})
+        page.goto(f"{viewer.url}/?fixedDpr=0.5")
+        field(page, "Prompt").wait_for(timeout=1000 * PATIENCE)
+        for name in ("Run", "Plan", "Stop", "Step back", "Reset"):
+            box = button(page, name).bounding_box()
+            assert (
+                box is not None and box["x"] >= 0 and box["x"] + box["width"] <= 390 and box["y"] + box["height"] <= 844
+            )
+            assert box["height"] >= 24, "a finger hits it (WCAG 2.2, 2.5.8)"
+        prompt = field(page, "Prompt").bounding_box()
+        assert prompt is not None and prompt["width"] > 350
+        wait_until(lambda: red_middle(page) is not None, "the cube is seen")
+        assert (red_height(page) or 844.0) < 0.4 * 844
+        page.close()
+
+
+def projected(points: Array, view: View, window: Window) -> Array:
+    """Return where points (k, 3) lie in a picture, from -1 to 1 to the right and upwards, shape (k, 2)."""
+    forward = (view.look_at - view.position) / np.linalg.norm(view.look_at - view.position)
+    right = np.cross(forward, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(forward, [0.0, 0.0, 1.0]))
+    local = (points - view.position) @ np.stack([right, np.cross(right, forward), forward]).T
+    assert (local[:, 2] > 0.0).all()
+    half = np.tan(FOV / 2.0)
+    return np.asarray(local[:, :2] / local[:, 2:] / [half * window.aspect, half])
+
+
+@pytest.mark.parametrize("window", [Window(aspect=1.3), Window(aspect=2.2), Window(aspect=0.46, bottom=0.6)], ids=str)
+@pytest.mark.parametrize("task", ["pick_cube_franka", "sort_by_colour", "put_in_drawer"])
+def test_the_first_view_has_all_objects_and_the_gripper_in_the_free_part(task: str, window: Window) -> None:
+    with open_session(task) as session:
+        cell = EmbeddedCell(session, lambda task, robot: session)
+        view = first_view(cell.blueprint, window)
+        seen = session.observe()
+        places = np.array([item.pose.position for item in seen.objects] + [session.sim.observe().tcp_pose.position])
+        half = float(np.max(session.task.scene.objects[0].size))
+    pictures = projected(places, view, window)
+    assert (np.abs(pictures[:, 0]) < 1.0).all()
+    assert (pictures[:, 1] < 1.0).all() and (pictures[:, 1] > 2.0 * window.bottom - 1.0).all()
+    if task == "pick_cube_franka" and not window.bottom:
+        corners = places[0] + half * np.array(list(itertools.product((-1.0, 1.0), repeat=3)))
+        assert np.ptp(projected(corners, view, window)[:, 1]) > 2.0 * 0.045, "a cube of 40 mm is 29 of 640 pixels high"
+
+
+def test_the_strip_keeps_peaks_marks_what_failed_and_has_units() -> None:
+    seconds = np.linspace(10.0, 20.0, 3000)
+    speed = np.zeros(3000)
+    speed[1234] = 42.0
+    phases = (Phase("approach", 10.0), Phase("<descend>", 15.0, failed=True))
+    recording = Recording(seconds=seconds, values=speed[:, None], phases=phases)
+    drawn = strip(recording, (Lane("Joint speed", "°/s", "blue", 10.0),))
+    points = re.search(r'points="([^"]*)"', drawn)
+    assert points is not None
+    heights = [float(point.split(",")[1]) for point in points.group(1).split()]
+    # 42 of 50, of which the top is 96 of 100.
+    assert len(heights) <= 300 and min(heights) == pytest.approx(100.0 - 96.0 * 42.0 / 50.0, abs=0.1)
+    assert "&lt;descend&gt; failed" in drawn and "<descend>" not in drawn
+    assert "0.0 °/s" in drawn and "50 °/s" in drawn and "left:50.00%;width:50.00%" in drawn
+
+
+def test_a_step_back_begins_the_timeline_anew() -> None:
+    with open_session("pick_cube_franka") as session:
+        blueprint = EmbeddedCell(session, lambda task, robot: session).blueprint
+        timeline = Timeline()
+        at = session.sim.observe()
+        for seconds in (1.0, 1.5, 1.5, 0.5):
+            timeline.enter(f"at {seconds}")
+            seen = replace(at, time=seconds, qd=np.full(len(at.q), -0.5))
+            timeline.add(Frame(model=session.sim.model, seen=seen, held=None, qpos=session.sim.snapshot()), blueprint)
+        assert timeline.recording().seconds.tolist() == [0.5] and timeline.recording().phases == ()
+        assert timeline.recording().values[0, 0] == pytest.approx(np.degrees(0.5))
+        assert (blueprint.speed_unit, blueprint.force_unit) == ("°/s", "N")
+
+
+@pytest.mark.parametrize(
+    ("value", "said"), [(-0.04, "0.0"), (-0.0, "0.0"), (0.04, "0.0"), (-0.06, "-0.1"), (12.34, "12.3")]
+)
+def test_what_rounds_to_nothing_has_no_sign(value: float, said: str) -> None:
+    assert html.number(value, 1) == said
 
 
 def test_a_sidecar_that_does_not_fit_is_not_written(tmp_path: Path) -> None:

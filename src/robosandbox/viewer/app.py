@@ -5,14 +5,14 @@ from __future__ import annotations
 import threading
 
 import mujoco
-import numpy as np
+import viser
 
-from robosandbox.types import Array
 from robosandbox.viewer import operator
 from robosandbox.viewer.cell import Blueprint, Cell, Frame
 from robosandbox.viewer.dragging import Dragging
 from robosandbox.viewer.feed import Feed
 from robosandbox.viewer.film import Film
+from robosandbox.viewer.framing import FOV, Window, first_view
 from robosandbox.viewer.layers.contacts import ContactForces
 from robosandbox.viewer.layers.evidence import FailureEvidence
 from robosandbox.viewer.layers.grasps import GraspCandidates
@@ -31,6 +31,7 @@ from robosandbox.viewer.panels.readings import ReadingsPanel
 from robosandbox.viewer.panels.repairs import RepairsPanel
 from robosandbox.viewer.panels.replay import ReplayPanel
 from robosandbox.viewer.panels.sidecar import SidecarPanel
+from robosandbox.viewer.panels.strip import StripPanel
 from robosandbox.viewer.panels.world import WorldPanel
 from robosandbox.viewer.server import HOST, open_server
 from robosandbox.viewer.stage import Stage
@@ -46,8 +47,10 @@ _LAYERS: tuple[type[Layer], ...] = (
     BaseAndReach,
     HomeGhost,
 )
-# In front of the robot, to its right, above the table: relative to the table's size and height.
-_EYE, _TARGET = np.array([1.05, -0.95, 0.76]), np.array([-0.05, 0.0, 0.16])
+# What most windows leave to the scene, and more: between the panel and the strip it is wider still.
+_USUAL = Window(aspect=1.3)
+# Below this width in pixels viser shows its panel over the scene's lower part, at most this share of the height.
+_PHONE_PX, _SHEET = 577, 0.6
 
 
 class Viewer:
@@ -80,7 +83,7 @@ class Viewer:
         self._lay_out(film)
         self._adopt(cell.blueprint)
         self.control.listeners += [self._hear, *(panel.hear for panel in self._hearing)]
-        self.server.on_client_connect(lambda _: self.feed.wake())
+        self.server.on_client_connect(self._welcome)
 
     @property
     def url(self) -> str:
@@ -105,6 +108,7 @@ class Viewer:
     def _lay_out(self, film: Film | None) -> None:
         server, control, cell = self.server, self.control, self.cell
         prompt = PromptPanel(server, control)
+        self._strip = StripPanel(server)
         repairs = RepairsPanel(server, control)
         tabs = server.gui.add_tab_group()
         if film is not None:
@@ -123,7 +127,7 @@ class Viewer:
         with tabs.add_tab("World"):
             world = WorldPanel(server, cell, control)
         replay = (self._replay,) if self._replay is not None else ()
-        self._hearing = (prompt, repairs, self._cameras, self._sidecar, world, *replay)
+        self._hearing = (prompt, self._strip, repairs, self._cameras, self._sidecar, world, *replay)
 
     def _hear(self, news: News) -> None:
         """Hand news to the layers, over another world if there is one."""
@@ -149,12 +153,30 @@ class Viewer:
             layer.adopt(blueprint, self._stage)
         self._dragging.adopt(blueprint, self._stage)
         self._sidecar.adopt(blueprint, self._stage)
-        self._aim(np.array([0.0, 0.0, blueprint.scene.table_height]))
+        self._strip.adopt(blueprint)
+        self._aim()
 
-    def _aim(self, table: Array) -> None:
-        """Have browsers that come begin in front of the robot."""
+    def _aim(self) -> None:
+        """Have browsers begin, and those that are there go on, with the first view of the world."""
+        usual = first_view(self._blueprint, _USUAL)
         camera = self.server.initial_camera
-        camera.position, camera.look_at, camera.fov = table + _EYE, table + _TARGET, 0.9
+        camera.position, camera.look_at, camera.fov = usual.position, usual.look_at, FOV
+        for client in self.server.get_clients().values():
+            self._turn(client)
+
+    def _welcome(self, client: viser.ClientHandle) -> None:
+        """Show a browser whose window is too narrow for the usual first view one that fits."""
+        if client.camera.aspect < _USUAL.aspect:
+            with self._lock:
+                self._turn(client)
+        self.feed.wake()
+
+    def _turn(self, client: viser.ClientHandle) -> None:
+        camera = client.camera
+        phone = camera.image_width < _PHONE_PX and camera.aspect < 1.0
+        view = first_view(self._blueprint, Window(aspect=camera.aspect, bottom=_SHEET if phone else 0.0))
+        with client.atomic():
+            camera.position, camera.look_at = view.position, view.look_at
 
     def _draw(self, frame: Frame) -> None:
         with self._lock:
@@ -177,4 +199,5 @@ class Viewer:
             for layer in shown:
                 layer.draw(frame, data)
         self._readings.draw(frame, self._blueprint)
+        self._strip.draw(frame, self._blueprint)
         self._cameras.draw(frame)

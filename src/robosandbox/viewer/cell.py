@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import mujoco
+import numpy as np
 
 from robosandbox.robots.robot import Robot
 from robosandbox.tasks.task import Task
@@ -56,6 +57,20 @@ class Blueprint:
         """Tell whether an arm joint, by its place in `robot.joints`, turns; else it slides."""
         joint = int(self.model.dof_jntid[int(self.robot.dof_indices[index])])
         return bool(self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE)
+
+    @property
+    def speed_unit(self) -> str:
+        """The unit that the arm's speed is told in: that of joints that turn, if there is one."""
+        return "°/s" if any(self.turns(index) for index in range(len(self.robot.joints))) else "mm/s"
+
+    @property
+    def force_unit(self) -> str:
+        """The unit of the gripper's force: that of its primary joint's servo."""
+        gripper = self.robot.gripper
+        if gripper is None:
+            return ""
+        joint = int(np.flatnonzero(self.model.jnt_qposadr == gripper.qpos_index)[0])
+        return "N m" if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else "N"
 
     def looks_like(self, other: Blueprint) -> bool:
         """Tell whether another world is drawn with the same shapes and colours; poses may differ."""

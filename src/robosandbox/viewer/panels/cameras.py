@@ -130,6 +130,6 @@ def project(points: Array, camera: Picture) -> Array | None:
 
 
 def _said(item: DetectedObject) -> tuple[str, str]:
-    x, y, z = (1000 * c for c in item.pose.xyz)
+    place = ", ".join(html.number(1000 * c, 0) for c in item.pose.xyz)
     sure = "" if item.confidence >= 1.0 else f", {100 * item.confidence:.0f} % sure"
-    return item.id, f"{item.colour} {item.kind} at {x:.0f}, {y:.0f}, {z:.0f} mm{sure}"
+    return item.id, f"{item.colour} {item.kind} at {place} mm{sure}"

@@ -35,16 +35,17 @@ class ReadingsPanel:
         for index, name in enumerate(robot.joints):
             low, high, q = float(robot.lower[index]), float(robot.upper[index]), float(seen.q[index])
             scale, unit = (float(np.degrees(1.0)), "°") if blueprint.turns(index) else (1000.0, " mm")
-            limits = f"{scale * low:.1f} to {scale * high:.1f}{unit}"
-            lines.append(html.gauge(name, q, low, high, f"{scale * q:.1f}{unit}", limits=limits))
+            limits = f"{html.number(scale * low, 1)} to {html.number(scale * high, 1)}{unit}"
+            lines.append(html.gauge(name, q, low, high, f"{html.number(scale * q, 1)}{unit}", limits=limits))
         if seen.gripper is not None and robot.gripper is not None:
             geometry, gripper = robot.gripper.geometry, seen.gripper
             lines.append(html.heading("Gripper"))
-            width = f"{1000 * gripper.width:.1f} mm"
+            width = f"{html.number(1000 * gripper.width, 1)} mm"
             low, high = geometry.min_aperture, geometry.max_aperture
             limits = f"{1000 * low:.1f} to {1000 * high:.1f} mm"
             lines.append(html.gauge("opening", gripper.width, low, high, width, limits=limits, warn=False))
-            lines.append(html.rows([("force", f"{gripper.force:.1f}"), ("holds", frame.held or "nothing")]))
+            force = f"{html.number(gripper.force, 1)} {blueprint.force_unit}"
+            lines.append(html.rows([("force", force), ("holds", frame.held or "nothing")]))
         lines.append(html.heading("Tool centre point"))
         lines.append(html.rows(_pose(seen.tcp_pose)))
         lines.append(html.rows([("simulated time", f"{seen.time:.2f} s")]))
@@ -52,6 +53,10 @@ class ReadingsPanel:
 
 
 def _pose(pose: Pose) -> list[tuple[str, str]]:
-    place = ", ".join(f"{1000 * c:.1f}" for c in pose.xyz)
-    approach = ", ".join(f"{c:.2f}" for c in pose.rotation[:, 2])
-    return [("x, y, z", f"{place} mm"), ("approach", f"({approach})")]
+    place = ", ".join(html.number(1000 * c, 1) for c in pose.xyz)
+    # The approach is the frame's z axis, and straight down is the world's -z.
+    lean = html.number(float(np.degrees(np.arccos(np.clip(-pose.rotation[2, 2], -1.0, 1.0)))), 1)
+    return [
+        ("x, y, z", f"{place} mm"),
+        ("approach", "straight down" if lean == "0.0" else f"{lean}° off straight down"),
+    ]

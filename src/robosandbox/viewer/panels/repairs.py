@@ -43,9 +43,7 @@ class RepairsPanel:
         self._gui = server.gui
         self._control = control
         self._folder = server.gui.add_folder("Failure", visible=False)
-        with self._folder:
-            self._evidence = server.gui.add_html("")
-        self._buttons: list[viser.GuiButtonHandle] = []
+        self._made: list[viser.GuiButtonHandle | viser.GuiHtmlHandle] = []
         self._error: ErrorRecord | None = None
 
     def hear(self, news: News) -> None:
@@ -63,29 +61,35 @@ class RepairsPanel:
                 pass
 
     def _show(self) -> None:
-        for button in self._buttons:
-            button.remove()
-        self._buttons = []
+        for made in self._made:
+            made.remove()
+        self._made = []
         self._folder.visible = self._error is not None
         if self._error is None:
             return
         error = self._error
-        evidence = [] if error.evidence is None else list(_pairs(error.evidence.model_dump(mode="json")))
-        said = [html.line(f"{error.code} during {error.phase}", "red", bold=True), html.rows(evidence)]
-        said.append(html.heading("Would work instead" if error.repairs else "No repair was found"))
-        for number, repair in enumerate(error.repairs, start=1):
-            said.append(html.line(f"{repair.why}: {', '.join(map(str, repair.calls))}", mark=str(number)))
-        self._evidence.content = html.block(*said)
         with self._folder:
+            self._say(
+                html.line(f"{error.code} during {error.phase}", "red", bold=True),
+                html.heading("Would work instead" if error.repairs else "No repair was found"),
+            )
             for number, repair in enumerate(error.repairs, start=1):
                 self._add(number, repair)
+            if error.evidence is not None:
+                measured = html.rows(_pairs(error.evidence.model_dump(mode="json")))
+                self._say(html.heading("What was measured"), measured)
+
+    def _say(self, *lines: str) -> None:
+        self._made.append(self._gui.add_html(html.block(*lines)))
 
     def _add(self, number: int, repair: Repair) -> None:
+        """Add what a repair does, and under it the button that carries it out."""
+        self._say(html.line(f"{repair.why}: {', '.join(map(str, repair.calls))}", mark=str(number)))
         button = self._gui.add_button(
-            f"Repair {number} ({repair.cost:.0f} s)", color="yellow", icon=viser.Icon.TOOL, hint=repair.why
+            f"Repair {number} ({repair.cost:.0f} s)", color="blue", icon=viser.Icon.TOOL, hint=repair.why
         )
         button.on_click(lambda _: self._control.follow(Plan(steps=repair.calls)))
-        self._buttons.append(button)
+        self._made.append(button)
 
 
 def _pairs(evidence: dict[str, Any]) -> list[tuple[str, str]]:
@@ -94,9 +98,9 @@ def _pairs(evidence: dict[str, Any]) -> list[tuple[str, str]]:
 
 def _measured(name: str, value: Any) -> str:
     if name in _LENGTHS and isinstance(value, float):
-        return f"{1000.0 * value:.1f} mm"
+        return f"{html.number(1000.0 * value, 1)} mm"
     if name == "orientation_error":
-        return f"{math.degrees(value):.1f}°"
+        return f"{html.number(math.degrees(value), 1)}°"
     return _words(value)
 
 
@@ -108,7 +112,7 @@ def _words(value: Any) -> str:
             return f"{value:.4g}"
         case {"xyz": xyz, **rest}:
             del rest
-            return "(" + ", ".join(f"{c:.3f}" for c in xyz) + ") m"
+            return "(" + ", ".join(html.number(c, 3) for c in xyz) + ") m"
         case dict():
             return ", ".join(f"{count} {name}" for name, count in value.items()) or "none"
         case list():

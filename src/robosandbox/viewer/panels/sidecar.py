@@ -121,7 +121,7 @@ class SidecarPanel:
     ) -> viser.GuiSliderHandle[float]:
         # Whole steps to read, and room for the value itself.
         low, high = math.floor(low * 10.0) / 10.0, math.ceil(high * 10.0) / 10.0
-        shown = min(max(round(round(value / step) * step, 4), low), high)
+        shown = min(max(round(round(value / step) * step, 4) + 0.0, low), high)
         slider = self._gui.add_slider(name, min=low, max=high, step=step, initial_value=shown)
         slider.on_update(lambda _: self._preview.show(self._changes(), self._now))
         self._made.append(slider)
