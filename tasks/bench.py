@@ -2,64 +2,145 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import logging
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, nullcontext
+from dataclasses import dataclass
+from itertools import islice
 
+from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.engines import Engine, InProcess, ProcessPool
-from robosandbox.tasks.episodes import Chunk
+from robosandbox.tasks.episodes import Chunk, try_world
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.rows import BenchSettings, Rate, Row, rates
+from robosandbox.tasks.row_file import RowFile
+from robosandbox.tasks.rows import BenchSettings, Rate, Row, Tally
 from robosandbox.tasks.task import Task
 from robosandbox.versions import versions
 
-__all__ = ["BenchSettings", "Rate", "Row", "rates", "run_bench", "versions"]
+__all__ = ["BenchSettings", "BrokenTask", "Rate", "Row", "Tally", "run_bench", "versions"]
 
+_log = logging.getLogger(__name__)
 _CHUNK = 10
 
 
+@dataclass(frozen=True, slots=True)
+class BrokenTask:
+    """A task that no episode of can be run.
+
+    Attributes:
+        name: What its rows are called.
+        error: Why, in one line.
+    """
+
+    name: str
+    error: str
+
+    def rows(self, seed: int, settings: BenchSettings) -> Iterator[Row]:
+        """Yield the row of a seed."""
+        yield Row.of_error(self.name, seed, error=self.error, settings=settings)
+
+
 def run_bench(
-    tasks: Sequence[Task],
+    tasks: Sequence[Task | BrokenTask],
     seeds: int,
     *,
     jobs: int = 1,
     settings: BenchSettings | None = None,
     on_row: Callable[[Row], None] | None = None,
-    known: Iterable[Row] = (),
+    kept: RowFile | None = None,
     engine: Engine | None = None,
     remote: RemoteSession | None = None,
 ) -> Iterator[Row]:
     """Yield a row per task and seed, tasks in the given order, seeds from 0.
 
+    The world of each task is tried before the first episode; the rows of a task without one are errors, and so is that
+    of a seed that has no layout. Memory does not grow with the rows: those that come before their turn wait in a file.
+
     Args:
-        tasks: What to run.
+        tasks: What to run; a broken one gives a row per seed.
         seeds: How many layouts of each.
         jobs: Processes; 1 stays in this one.
         settings: What all episodes share.
         on_row: Told each row as its episode ends, in whatever order they end.
-        known: Rows of an earlier bench with the same settings and versions, which are not run again.
+        kept: Rows of an earlier bench with the same settings and versions, which are not run again; new ones are added.
         engine: What runs the episodes, in place of `jobs` processes.
         remote: Run in this sim process, with the planner that it was made with, in place of worlds of our own.
 
     Raises:
-        InputError: A task cannot be loaded.
-        ServiceUnavailableError: The processes or nodes that run the episodes keep dying.
+        InputError: No task can be run.
+        ServiceUnavailableError: The sim is gone, or the processes or nodes that run the episodes keep dying.
     """
     settings = settings or BenchSettings()
-    wanted = [(task.name, seed) for task in tasks for seed in range(seeds)]
-    ready = {(row.task, row.seed): row for row in known}
-    size = max(1, min(_CHUNK, -(-seeds // jobs)))
-    chunks: list[Chunk] = []
+    if remote is not None and remote.start is None:
+        raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
+    # A sim tries a task's world when it is told to load it.
+    tasks = tasks if remote else _tried(tasks, seeds, settings, kept)
+    if all(isinstance(task, BrokenTask) for task in tasks):
+        # What all tasks have in common, a camera that no world has, is said once.
+        raise InputError("; ".join(dict.fromkeys(task.error for task in tasks if isinstance(task, BrokenTask))))
     for task in tasks:
-        left = [seed for seed in range(seeds) if (task.name, seed) not in ready]
-        chunks += [Chunk(task, tuple(left[at : at + size]), settings) for at in range(0, len(left), size)]
-    jobs = min(jobs, len(chunks))
+        if isinstance(task, BrokenTask):
+            _log.warning("%s; the other tasks are run", task.error)
+    size = max(1, min(_CHUNK, -(-seeds // jobs)))
+    jobs = min(jobs, sum(1 for _ in _chunks(tasks, seeds, size=size, settings=settings, kept=kept)))
     if engine is None:
         engine = InProcess(remote) if jobs <= 1 or remote is not None else ProcessPool(jobs)
-    coming = engine.run(chunks) if chunks else iter(())
-    # Rows end in any order and are told in the one that was asked for.
-    for name in wanted:
-        while name not in ready:
-            row = next(coming)
-            ready[row.task, row.seed] = row
-            if on_row is not None:
-                on_row(row)
-        yield ready.pop(name)
+    coming = engine.run(_chunks(tasks, seeds, size=size, settings=settings, kept=kept))
+    with closing(RowFile.temporary()) if kept is None else nullcontext(kept) as store:
+        for task in tasks:
+            for seed in range(seeds):
+                row = store.find(task.name, seed)
+                if row is None:
+                    source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming
+                    row = _until(task.name, seed, source=source, store=store, keep_all=kept is not None, on_row=on_row)
+                yield row
+
+
+def _until(
+    task: str,
+    seed: int,
+    *,
+    source: Iterator[Row],
+    store: RowFile,
+    keep_all: bool,
+    on_row: Callable[[Row], None] | None,
+) -> Row:
+    """Return the row of an episode; those that end before it go into the store.
+
+    Raises:
+        ServiceUnavailableError: The source has ended without it.
+    """
+    for row in source:
+        due = (row.task, row.seed) == (task, seed)
+        if keep_all or not due:
+            store.add(row)
+        if on_row is not None:
+            on_row(row)
+        if due:
+            return row
+    raise ServiceUnavailableError(f"the engine ended without {task}, seed {seed}; run it again, or with --jobs 1")
+
+
+def _tried(
+    tasks: Sequence[Task | BrokenTask], seeds: int, settings: BenchSettings, kept: RowFile | None
+) -> list[Task | BrokenTask]:
+    """Return the tasks, with those broken whose world cannot be built; what has its rows already is not tried."""
+    found: list[Task | BrokenTask] = []
+    for task in tasks:
+        whole = kept is not None and all(kept.holds(task.name, seed) for seed in range(seeds))
+        if isinstance(task, Task) and not whole and (error := try_world(task, settings)) is not None:
+            task = BrokenTask(task.name, error)
+        found.append(task)
+    return found
+
+
+def _chunks(
+    tasks: Sequence[Task | BrokenTask], seeds: int, *, size: int, settings: BenchSettings, kept: RowFile | None
+) -> Iterator[Chunk]:
+    """Yield what is to be run in chunks of so many seeds, each made when it is asked for."""
+    for task in tasks:
+        if isinstance(task, BrokenTask):
+            continue
+        left = (seed for seed in range(seeds) if kept is None or not kept.holds(task.name, seed))
+        while chunk := tuple(islice(left, size)):
+            yield Chunk(task, chunk, settings)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import logging
 import multiprocessing
-from collections.abc import Iterator, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from collections.abc import Iterable, Iterator
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
+from itertools import islice
 from typing import Protocol
 
 from robosandbox.errors import ServiceUnavailableError
@@ -16,16 +17,19 @@ from robosandbox.tasks.rows import Row
 
 _log = logging.getLogger(__name__)
 _MOST_DEATHS = 3
+# Chunks that wait for each process, so that none runs dry while the next is sent.
+_AHEAD = 2
 
 
 class Engine(Protocol):
     """Runs chunks of episodes. Registered under the entry point group `robosandbox.engines`, it is made by `Name(jobs, address)`."""
 
-    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield the rows of all chunks as they end, in any order; what has not begun when the caller stops is left out.
 
+        A million episodes come as chunks that are made when they are asked for: take no more than are run soon.
+
         Raises:
-            InputError: A task cannot be loaded.
             ServiceUnavailableError: What runs the episodes is not there, or keeps dying.
         """
         ...
@@ -41,7 +45,7 @@ class InProcess:
     def __init__(self, remote: RemoteSession | None = None) -> None:
         self._remote = remote
 
-    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield each row as its episode ends."""
         runner = EpisodeRunner(self._remote)
         try:
@@ -61,14 +65,15 @@ class ProcessPool:
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
 
-    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield each chunk's rows as it ends."""
-        left = list(chunks)
+        coming = iter(chunks)
+        begun: list[Chunk] = []
         deaths = 0
-        while left:
+        while True:
             try:
-                for chunk, rows in self._run_once(left):
-                    left.remove(chunk)
+                for chunk, rows in self._run_once(coming, begun):
+                    begun.remove(chunk)
                     deaths = 0
                     yield from rows
             except BrokenProcessPool:
@@ -79,14 +84,27 @@ class ProcessPool:
                         f"--jobs: processes of the bench died {deaths} times in a row; --jobs 1 shows where, and fewer "
                         "jobs need less memory"
                     ) from None
+            else:
+                return
 
-    def _run_once(self, chunks: Sequence[Chunk]) -> Iterator[tuple[Chunk, list[Row]]]:
+    def _run_once(self, coming: Iterator[Chunk], begun: list[Chunk]) -> Iterator[tuple[Chunk, list[Row]]]:
+        """Run what was begun and what comes, until all is done or a process dies.
+
+        Args:
+            coming: Chunks that nobody has begun; some are taken from it and added to `begun`.
+            begun: Chunks without rows; those that have theirs are for the caller to take out.
+        """
         # Forking a process with threads (a progress bar, a renderer) can deadlock; spawning cannot.
         context = multiprocessing.get_context("spawn")
-        with ProcessPoolExecutor(max_workers=min(self._jobs, len(chunks)), mp_context=context) as pool:
-            pending: dict[Future[list[Row]], Chunk] = {pool.submit(run_chunk, chunk): chunk for chunk in chunks}
+        with ProcessPoolExecutor(max_workers=self._jobs, mp_context=context) as pool:
+            pending = {pool.submit(run_chunk, chunk): chunk for chunk in begun}
             try:
-                while pending:
+                while True:
+                    for chunk in islice(coming, self._jobs * _AHEAD - len(pending)):
+                        begun.append(chunk)
+                        pending[pool.submit(run_chunk, chunk)] = chunk
+                    if not pending:
+                        return
                     done, _ = wait(pending, return_when=FIRST_COMPLETED)
                     for future in done:
                         yield pending.pop(future), future.result()

@@ -8,7 +8,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.errors import (
+    InputError,
+    RenderingError,
+    RoboSandboxError,
+    ServiceError,
+    ServiceUnavailableError,
+)
 from robosandbox.recording.settings import open_recorder
 from robosandbox.tasks.monitor import ContactMonitor
 from robosandbox.tasks.remote import RemoteSession
@@ -22,6 +28,8 @@ if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
 
 _log = logging.getLogger(__name__)
+# What ails the machine or the connection ends a bench: every episode to come would end in the same way.
+_ENDS_BENCH = (ServiceError, ServiceUnavailableError, RenderingError)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +62,36 @@ class EpisodeRunner:
         self._monitor: ContactMonitor | None = None
 
     def rows(self, chunk: Chunk) -> Iterator[Row]:
-        """Yield a row per episode as it ends.
+        """Yield a row per episode as it ends; the row of one that cannot be run or not be judged says so.
 
         Raises:
-            InputError: The task cannot be loaded or judged.
+            ServiceError: The sim is gone or does not let this bench run.
+            ServiceUnavailableError: The sim is gone.
+            RenderingError: This machine renders no pictures.
         """
         for seed in chunk.seeds:
-            yield self._episode(chunk.task, seed, chunk.settings)
+            try:
+                row = self._episode(chunk.task, seed, chunk.settings)
+            except _ENDS_BENCH:
+                raise
+            except Exception as error:
+                # The next seed gets a world of its own: what is left of this one is not known.
+                self.close()
+                line = _line_of(error, chunk.task)
+                row = Row.of_error(chunk.task.name, seed, error=line, settings=chunk.settings)
+            yield row
+
+    def open(self, task: Task, settings: BenchSettings) -> Workcell:
+        """Return the task's world, which is built if it is not there.
+
+        Raises:
+            InputError: It cannot be built, or not recorded as the settings say.
+        """
+        if self._session is None or self._key != (task, settings):
+            self.close()
+            self._session = self._build(task, settings)
+            self._key = (task, settings)
+        return self._session
 
     def close(self) -> None:
         """Free the world."""
@@ -71,7 +102,7 @@ class EpisodeRunner:
         self._session = self._recorder = self._key = self._monitor = None
 
     def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
-        session = self._session_for(task, settings)
+        session = self.open(task, settings)
         session.reset(seed)
         if self._monitor is not None:
             self._monitor.reset()
@@ -93,7 +124,7 @@ class EpisodeRunner:
         monitor = self._monitor
         verdict = session.judge()
         if verdict is None:
-            raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
+            raise InputError("the sim keeps its truth to itself, so nothing can be judged there")
         if self._recorder is not None and settings.recording is not None:
             keep = verdict.success or not settings.recording.only_success
             self._recorder.finish(judged=(verdict.success, verdict.detail), keep=keep)
@@ -118,14 +149,7 @@ class EpisodeRunner:
             worst_force_n=round(monitor.worst_force, 3) if monitor else None,
         )
 
-    def _session_for(self, task: Task, settings: BenchSettings) -> Workcell:
-        if self._session is None or self._key != (task, settings):
-            self.close()
-            self._session = self._open(task, settings)
-            self._key = (task, settings)
-        return self._session
-
-    def _open(self, task: Task, settings: BenchSettings) -> Workcell:
+    def _build(self, task: Task, settings: BenchSettings) -> Workcell:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
@@ -138,6 +162,8 @@ class EpisodeRunner:
             max_replans=settings.max_replans,
             what_if=settings.what_if,
         )
+        # It is ours to close from here on, also if the recording cannot begin.
+        self._session = session
         if settings.recording is not None:
             self._recorder = open_recorder(settings.recording, session)
             self._recorder.follow(session.agent)
@@ -152,3 +178,25 @@ _runner = EpisodeRunner()
 def run_chunk(chunk: Chunk) -> list[Row]:
     """Run a chunk in this process, which keeps the world for the next one of the same task."""
     return list(_runner.rows(chunk))
+
+
+def try_world(task: Task, settings: BenchSettings) -> str | None:
+    """Build a task's world and free it; return why that cannot be done, or None."""
+    runner = EpisodeRunner()
+    try:
+        runner.open(task, settings)
+    except _ENDS_BENCH:
+        raise
+    except Exception as error:
+        return _line_of(error, task)
+    finally:
+        runner.close()
+    return None
+
+
+def _line_of(error: Exception, task: Task) -> str:
+    """Return an error's line; a fault of the code goes to the log with its traceback, too."""
+    if isinstance(error, RoboSandboxError):
+        return str(error)
+    _log.error("fault in %s", task.name, exc_info=error)
+    return f"{type(error).__name__}: {error}"

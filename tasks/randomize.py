@@ -17,6 +17,8 @@ from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, Sce
 CLEARANCE = 0.02
 EDGE = 0.01
 TABLE_HALF_EXTENT = 0.5
+# What two sums of the same floating-point numbers may differ by, m.
+_SAME = 1e-9
 _ITEM_DRAWS = 200
 _SCENE_DRAWS = 50
 
@@ -51,7 +53,7 @@ def draw_layout(
     """Return the layout of a seed.
 
     Objects that stand on one another as written, or say that they move with another, move as one. Drawn objects keep `CLEARANCE` from one another and stay
-    on the table. The layouts of two seeds differ because they are drawn from a continuum.
+    on the table, or no further out than the task has them. The layouts of two seeds differ because they are drawn from a continuum.
 
     Args:
         task: The task.
@@ -103,11 +105,12 @@ def _draw_scene(
     task: Task, groups: Sequence[Group], extents: Extents, rng: np.random.Generator, accept: Accept | None
 ) -> dict[str, SceneObject] | None:
     placed: dict[str, SceneObject] = {}
+    written = {item.id: _as_seen(item, extents) for group in groups for item in group}
     for group in groups:
         others = [_as_seen(item, extents) for item in placed.values()]
         for _ in range(_ITEM_DRAWS):
             drawn = _draw_group(group, task.randomization, extents, rng)
-            if all(_fits(_as_seen(item, extents), others, accept) for item in drawn):
+            if all(_fits(_as_seen(item, extents), written[item.id], others, accept) for item in drawn):
                 placed.update({item.id: item for item in drawn})
                 break
         else:
@@ -157,9 +160,17 @@ def _standing_as_high_as(item: SceneObject, scaled: SceneObject, extents: Extent
     return scaled.model_copy(update={"pose": Pose(xyz=(x, y, z), quat_xyzw=scaled.pose.quat_xyzw)})
 
 
-def _fits(seen: DetectedObject, others: Iterable[DetectedObject], accept: Accept | None) -> bool:
+def _outermost(seen: DetectedObject) -> float:
+    """Return how far an object reaches from the table's centre along x or y, m."""
     low, high = bounds(seen)
-    on_table = max(float(-low[:2].min()), float(high[:2].max())) < TABLE_HALF_EXTENT - EDGE
+    return max(float(-low[:2].min()), float(high[:2].max()))
+
+
+def _fits(
+    seen: DetectedObject, written: DetectedObject, others: Iterable[DetectedObject], accept: Accept | None
+) -> bool:
+    # What the task puts over the edge or off the table is drawn no further out than it is written.
+    on_table = _outermost(seen) < max(TABLE_HALF_EXTENT - EDGE, _outermost(written) + _SAME)
     apart = all(gap(seen, other) >= CLEARANCE for other in others)
     # Beads are where their container is, and that is asked about itself.
     return on_table and apart and (accept is None or seen.kind == "beads" or accept(seen))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from typing import Any
 
 from robosandbox.errors import ServiceUnavailableError
@@ -45,7 +45,7 @@ class RayEngine:
         self._jobs = jobs
         self._address = address
 
-    def run(self, chunks: Sequence[Chunk]) -> Iterator[Row]:
+    def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:
         """Yield each chunk's rows as it ends."""
         ours = not self._ray.is_initialized()
         if ours:

@@ -1,13 +1,17 @@
-"""What a bench is told and what it tells: settings, a row per episode, rates."""
+"""What a bench is told and what it tells: settings, a row per episode, counts and rates."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Self
 
 from robosandbox.recording.settings import RecordSettings
 from robosandbox.tasks.interval import beta_interval
+from robosandbox.versions import versions
+
+# The reason of a row whose episode could not be run or not be judged.
+ERROR = "error"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -51,8 +55,9 @@ class Row:
         secs: Wall time of the episode, loading excluded.
         sim_secs: Simulated time of it.
         physics_steps: Physics steps of it.
-        reason: Why the agent ended.
-        detail: What success was judged on; and the agent's last sentence where it did not succeed.
+        reason: Why the agent ended; "fault" where the code failed in the episode, "error" where there was none to judge.
+        detail: What success was judged on; and the agent's last sentence where it did not succeed. Under "error" why the
+            episode could not be run or not be judged.
         settings: Those of the bench.
         versions: Of what the outcome depends on.
         assists: Interventions in the physics on the robot's behalf: there are none.
@@ -77,6 +82,39 @@ class Row:
     touched: tuple[str, ...] = ()
     worst_force_n: float | None = None
 
+    @classmethod
+    def of_error(cls, task: str, seed: int, *, error: str, settings: BenchSettings) -> Self:
+        """Return the row of an episode that could not be run or not be judged.
+
+        Args:
+            task: Its name.
+            seed: Its layout.
+            error: Why, in one line.
+            settings: Those of the bench.
+        """
+        return cls(
+            task=task,
+            seed=seed,
+            success=False,
+            claimed=False,
+            steps=0,
+            replans=0,
+            secs=0.0,
+            sim_secs=0.0,
+            physics_steps=0,
+            reason=ERROR,
+            detail={ERROR: " ".join(error.split())},
+            settings=settings.record(),
+            versions=versions(),
+        )
+
+    @property
+    def result(self) -> str:
+        """OK, FAIL, or ERROR where there was no episode to judge."""
+        if self.reason == ERROR:
+            return "ERROR"
+        return "OK" if self.success else "FAIL"
+
     def record(self) -> dict[str, Any]:
         """Return the row as JSON data."""
         return asdict(self)
@@ -93,11 +131,31 @@ class Rate:
     high: float
 
 
-def rates(rows: Sequence[Row]) -> list[Rate]:
-    """Return each task's rate, in the order of the rows."""
-    found = []
-    for task in dict.fromkeys(row.task for row in rows):
-        results = [row.success for row in rows if row.task == task]
-        low, high = beta_interval(sum(results), len(results))
-        found.append(Rate(task=task, successes=sum(results), episodes=len(results), low=low, high=high))
-    return found
+class Tally:
+    """Counts the rows of a bench as they come, so that none has to be kept.
+
+    Attributes:
+        episodes: How many rows.
+        successes: How many of them succeeded.
+        errors: How many of them had no episode to judge; they count as episodes without success.
+    """
+
+    def __init__(self) -> None:
+        self.episodes = self.successes = self.errors = 0
+        self._tasks: dict[str, tuple[int, int]] = {}
+
+    def add(self, row: Row) -> None:
+        """Count a row."""
+        self.episodes += 1
+        self.successes += row.success
+        self.errors += row.reason == ERROR
+        successes, episodes = self._tasks.get(row.task, (0, 0))
+        self._tasks[row.task] = (successes + row.success, episodes + 1)
+
+    def rates(self) -> list[Rate]:
+        """Return each task's rate, in the order in which the tasks came."""
+        found = []
+        for task, (successes, episodes) in self._tasks.items():
+            low, high = beta_interval(successes, episodes)
+            found.append(Rate(task=task, successes=successes, episodes=episodes, low=low, high=high))
+        return found

@@ -4,9 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from robosandbox.commands.bench import RULE, header, line, split_lists, summary
+from robosandbox.commands.bench import split_lists
+from robosandbox.commands.bench_report import RULE, header, line, summary
 from robosandbox.errors import InputError
-from robosandbox.tasks.bench import BenchSettings, Row, rates, run_bench
+from robosandbox.tasks.bench import BenchSettings, Row, Tally, run_bench
 from robosandbox.tasks.loader import bundled_tasks, find_task, tasks_of_suite
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import AllOf, Undisturbed
@@ -28,8 +29,15 @@ ROW = Row(
 )
 
 
+def tallied(rows: list[Row]) -> Tally:
+    tally = Tally()
+    for row in rows:
+        tally.add(row)
+    return tally
+
+
 def test_table_is_the_documented_one() -> None:
-    assert [header(), RULE, line(ROW), "", *summary([ROW])] == [
+    assert [header(), RULE, line(ROW), "", *summary(tallied([ROW]))] == [
         "TASK               SEED  RESULT   SECS  REPLANS DETAIL",
         "------------------------------------------------------------------------",
         "pick_cube_franka   0     OK        1.6        0 dz_mm=166.905, min_mm=50.000",
@@ -44,12 +52,18 @@ def test_a_false_claim_is_shown() -> None:
 
 def test_summary_of_several_seeds_gives_each_rate_with_its_interval() -> None:
     rows = [replace(ROW, seed=seed, success=seed != 3) for seed in range(50)]
-    assert summary(rows) == [
+    assert summary(tallied(rows)) == [
         "SUMMARY: 49/50 successful",
         "  pick_cube_franka  49/50  98.0%  95% Beta interval 91.0..99.8%",
     ]
-    (rate,) = rates(rows)
+    (rate,) = tallied(rows).rates()
     assert (rate.successes, rate.episodes) == (49, 50)
+
+
+def test_an_episode_that_could_not_be_run_is_told_as_an_error() -> None:
+    row = Row.of_error("sunk", 3, error="sunk: starts inside\n'table'", settings=BenchSettings())
+    assert line(row) == "sunk               3     ERROR     0.0        0 error=sunk: starts inside 'table'"
+    assert summary(tallied([ROW, row])) == ["SUMMARY: 1/2 successful, 1 not run"]
 
 
 def test_lists_are_taken_by_space_or_comma() -> None:

@@ -65,16 +65,16 @@ def test_rows_of_other_settings_or_versions_and_other_files_are_refused(rows: li
     path = tmp_path / "rows.jsonl"
     path.write_text(json.dumps(rows[0].record()) + "\n")
     with pytest.raises(InputError, match="what_if was True and is False"):
-        RowFile(path, BenchSettings(what_if=False))
+        RowFile.resume(path, BenchSettings(what_if=False))
     path.write_text(json.dumps({**rows[0].record(), "versions": {**rows[0].versions, "mujoco": "2.0"}}) + "\n")
     with pytest.raises(InputError, match=r"mujoco was '2\.0'"):
-        RowFile(path, BenchSettings())
+        RowFile.resume(path, BenchSettings())
     for text in ('{"task": "home"}\n', "[]\n", "nonsense\n"):
         path.write_text(text)
         with pytest.raises(InputError, match=r"rows\.jsonl, line 1"):
-            RowFile(path, BenchSettings())
+            RowFile.resume(path, BenchSettings())
     with pytest.raises(InputError, match="cannot be used"):
-        RowFile(tmp_path, BenchSettings())
+        RowFile.resume(tmp_path, BenchSettings())
 
 
 # Processes.

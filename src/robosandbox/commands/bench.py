@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import closing, contextmanager, nullcontext
+from contextlib import ExitStack, closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header, line, open_rows, summary
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
@@ -20,13 +22,11 @@ from robosandbox.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robosandbox.tasks.bench import BenchSettings, Row
+    from robosandbox.tasks.bench import BenchSettings, BrokenTask
     from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
 app = plain_app()
-RULE = "-" * 72
-_TASK_WIDTH = 18
 _LISTS = ("--tasks", "--task-file")
 
 
@@ -71,8 +71,8 @@ def bench(
     for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1), ("--max-replans", max_replans, 0)):
         if value < least:
             raise InputError(f"{option}: {value}; give {least} or more")
-    if json not in (None, "-") and not Path(json).absolute().parent.is_dir():
-        raise InputError(f"--json: the folder of {json!r} does not exist; make it first")
+    if json is not None and json != "-":
+        _check_writable(Path(json))
 
     if connect and jobs > 1:
         raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
@@ -88,7 +88,7 @@ def bench(
     from robosandbox.plugins import load_plugin
     from robosandbox.sim.sensors import find_sensor
     from robosandbox.skills.catalogue import load_skills
-    from robosandbox.tasks.bench import BenchSettings, run_bench
+    from robosandbox.tasks.bench import BenchSettings, Tally, run_bench
     from robosandbox.tasks.row_file import RowFile
 
     chosen = _choose(tasks or [], task_file or [], suite)
@@ -118,65 +118,33 @@ def bench(
         print(*lines, sep="\n", file=sys.stderr if json == "-" else sys.stdout, flush=True)
 
     runs_on = load_plugin("engines", engine)(jobs, ray_address) if engine else None
-    kept = RowFile(resume, settings) if resume is not None else None
-
-    width = max(_TASK_WIDTH, *(len(task.name) for task in chosen))
-    rows: list[Row] = []
-    with (
-        _progress(len(chosen) * seeds) as done,
-        _world(connect, robot_id, zenoh_config, settings) as remote,
-        closing(kept) if kept else nullcontext(),
-    ):
-
-        def hear(row: Row) -> None:
-            if kept is not None:
-                kept.add(row)
-            done(1)
-
-        known = kept.rows if kept else ()
+    width = max(TASK_WIDTH, *(len(task.name) for task in chosen))
+    tally = Tally()
+    with ExitStack() as opened:
+        kept = opened.enter_context(closing(RowFile.resume(resume, settings))) if resume is not None else None
+        done = opened.enter_context(_progress(len(chosen) * seeds))
+        remote = opened.enter_context(_world(connect, robot_id, zenoh_config, settings))
+        written: RowArray | None = None
         for row in run_bench(
-            chosen, seeds, jobs=jobs, settings=settings, on_row=hear, known=known, engine=runs_on, remote=remote
+            chosen,
+            seeds,
+            jobs=jobs,
+            settings=settings,
+            on_row=lambda _: done(1),
+            kept=kept,
+            engine=runs_on,
+            remote=remote,
         ):
-            if not rows:
+            if tally.episodes == 0:
                 show(header(width), RULE)
-            rows.append(row)
+                # Not before: a bench that runs nothing leaves an older file alone.
+                written = opened.enter_context(closing(open_rows(json))) if json is not None else None
+            tally.add(row)
             show(line(row, width))
-    show("", *summary(rows))
-    if json is not None:
-        _write(json, rows)
-    return EXIT_DONE if all(row.success for row in rows) else EXIT_FAILED
-
-
-def header(width: int = _TASK_WIDTH) -> str:
-    """Return the table's first line."""
-    return f"{'TASK':<{width}} {'SEED':<5} {'RESULT':<6} {'SECS':>6} {'REPLANS':>8} DETAIL"
-
-
-def line(row: Row, width: int = _TASK_WIDTH) -> str:
-    """Return an episode's line."""
-    result = "OK" if row.success else "FAIL"
-    detail = ", ".join(
-        f"{key}={value:.3f}" if isinstance(value, float) else f"{key}={value}" for key, value in row.detail.items()
-    )
-    if row.claimed and not row.success:
-        detail += ", claimed=true"
-    return f"{row.task:<{width}} {row.seed:<5} {result:<6} {row.secs:>6.1f} {row.replans:>8} {detail}"
-
-
-def summary(rows: Sequence[Row]) -> list[str]:
-    """Return the last lines: the count, and with several seeds each task's rate."""
-    from robosandbox.tasks.bench import rates
-
-    lines = [f"SUMMARY: {sum(row.success for row in rows)}/{len(rows)} successful"]
-    found = [rate for rate in rates(rows) if rate.episodes > 1]
-    width = max((len(rate.task) for rate in found), default=0)
-    for rate in found:
-        percent = 100.0 * rate.successes / rate.episodes
-        lines.append(
-            f"  {rate.task:<{width}}  {rate.successes}/{rate.episodes}  {percent:.1f}%  "
-            f"95% Beta interval {100.0 * rate.low:.1f}..{100.0 * rate.high:.1f}%"
-        )
-    return lines
+            if written is not None:
+                written.add(row)
+    show("", *summary(tally))
+    return EXIT_DONE if tally.successes == tally.episodes else EXIT_FAILED
 
 
 def split_lists(arguments: Sequence[str]) -> list[str]:
@@ -193,8 +161,18 @@ def split_lists(arguments: Sequence[str]) -> list[str]:
     return result
 
 
-def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> list[Task]:
-    from robosandbox.tasks.loader import find_task, load_task, tasks_of_suite
+def _check_writable(file: Path) -> None:
+    folder = file.absolute().parent
+    if not folder.is_dir():
+        raise InputError(f"--json: the folder of {str(file)!r} does not exist; make it first")
+    if file.is_dir():
+        raise InputError(f"--json: {str(file)!r} is a folder; name a file in it")
+    if not os.access(file if file.exists() else folder, os.W_OK):
+        raise InputError(f"--json: {str(file)!r} may not be written; name another file")
+
+
+def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> list[Task | BrokenTask]:
+    from robosandbox.tasks.loader import find_task, tasks_of_suite
     from robosandbox.tasks.task import STANDARD_SUITE
 
     wanted = [name for item in names for name in item.split(",") if name]
@@ -205,16 +183,29 @@ def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> l
             raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
     if not names and not files and suite is None:
         suite = STANDARD_SUITE
-    chosen = tasks_of_suite(suite) if suite is not None else []
+    chosen: list[Task | BrokenTask] = [*tasks_of_suite(suite)] if suite is not None else []
     there = {task.name for task in chosen}
     chosen += [find_task(name) for name in dict.fromkeys(wanted) if name not in there]
-    chosen += [load_task(file) for file in files]
+    chosen += [_from_file(file) for file in files]
     seen: set[str] = set()
     for task in chosen:
         if task.name in seen:
             raise InputError(f"--task-file: a task {task.name!r} is there already; give it another name")
         seen.add(task.name)
     return chosen
+
+
+def _from_file(file: Path) -> Task | BrokenTask:
+    """Return a file's task, broken where the file is no task; a file that is not there is a wrong argument."""
+    from robosandbox.tasks.bench import BrokenTask
+    from robosandbox.tasks.loader import load_task
+
+    try:
+        return load_task(file)
+    except InputError as error:
+        if not file.is_file():
+            raise
+        return BrokenTask(file.stem, str(error))
 
 
 @contextmanager
@@ -253,16 +244,3 @@ def _progress(total: int) -> Iterator[Callable[[int], None]]:
     with Progress(*columns, console=console, transient=True, redirect_stdout=sys.stdout.isatty()) as progress:
         bar = progress.add_task("", total=total)
         yield lambda count: progress.advance(bar, count)
-
-
-def _write(target: str, rows: Sequence[Row]) -> None:
-    import json
-
-    text = json.dumps([row.record() for row in rows], indent=1) + "\n"
-    if target == "-":
-        sys.stdout.write(text)
-        return
-    try:
-        Path(target).write_text(text, encoding="utf-8")
-    except OSError as error:
-        raise InputError(f"--json: {target!r} cannot be written: {error.strerror}") from None
