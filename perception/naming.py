@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import lab_from_rgb
 from robosandbox.types import Array, ObjectKind, SceneObject
@@ -73,6 +72,8 @@ def names_for(
         if tag is not None:
             costs[row, [item.tag not in (None, tag) for item in free]] = 2.0 * _WORST
     found: list[str | None] = [None] * len(seen)
+    from scipy.optimize import linear_sum_assignment
+
     for row, column in zip(*linear_sum_assignment(np.minimum(costs, 2.0 * _WORST)), strict=True):
         if costs[row, column] < _WORST:
             found[row] = free[column].id

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.data_association import TagNumbers, displaced
@@ -272,6 +271,8 @@ class Tracker:
                 for track in tracks
             ]
         )
+        from scipy.optimize import linear_sum_assignment
+
         rows, columns = linear_sum_assignment(np.minimum(costs, _WORST))
         return [(tracks[r], things[c]) for r, c in zip(rows, columns, strict=True) if costs[r, c] < 1.0]
 

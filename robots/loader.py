@@ -10,9 +10,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.derive import DerivedGripper, derive_gripper
+from robosandbox.robots.derive import DerivedGripper
 from robosandbox.robots.fingers import ensure_solid_tool, refine_fingers
-from robosandbox.robots.flange import flange_tool
 from robosandbox.robots.grip import fit_grip
 from robosandbox.robots.imported import ImportedModel, compile_spec
 from robosandbox.robots.importing import import_model
@@ -20,20 +19,18 @@ from robosandbox.robots.infer import infer_imported
 from robosandbox.robots.isolate import keep_arm
 from robosandbox.robots.limits import joint_limits
 from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
+from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.mount import mount
 from robosandbox.robots.placement import Workspace
-from robosandbox.robots.reach import measured_workspace
 from robosandbox.robots.robot import Gripper, Robot, RobotFiles
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.surfaces import world_points
-from robosandbox.robots.sweep import collision_geoms, servo_map
+from robosandbox.robots.sweep import servo_map
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
-_TOOL_LENGTH = 0.025
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -250,66 +247,26 @@ def measure(
             fit_grip(imported, sidecar.gripper, tcp_site)
         model = compile_spec(spec, path.name)
         check_home(sidecar, model)
-        arm_q = {
-            int(model.jnt_qposadr[model.joint(name).id]): value
-            for name, value in zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True)
-        }
-        site = model.site(tcp_site).id
         check_actuators(sidecar, model)
-        oriented = sidecar.ee_site.inject is not None and sidecar.ee_site.inject.quat_xyzw is not None
-        gripper = derive_gripper(model, sidecar.gripper, site, arm_q, oriented=oriented) if sidecar.gripper else None
+        found = measurements(model, sidecar, tcp_site, table_height=table_height, workspace=workspace)
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
-    R_site_tcp = gripper.R_site_tcp if gripper else _bare_tool(model, sidecar, site, oriented)
-    _add_wrist_camera(spec, model, tcp_site, R_site_tcp)
-    velocity, acceleration = _limits(sidecar, spec, model, arm_q, imported.velocity)
-    if workspace is None:
-        workspace = measured_workspace(model, sidecar, site, R_site_tcp, gripper, table_height)
+    _add_wrist_camera(spec, model, tcp_site, found.R_site_tcp)
+    velocity, acceleration = _limits(sidecar, spec, model, home_by_address(model, sidecar), imported.velocity)
     return RobotModel(
         name=path.stem,
         path=path,
         sidecar=sidecar,
         spec=spec,
         tcp_site=tcp_site,
-        gripper=gripper,
-        R_site_tcp=frozen_array(R_site_tcp),
+        gripper=found.gripper,
+        R_site_tcp=frozen_array(found.R_site_tcp),
         velocity_limits=velocity,
         acceleration_limits=acceleration,
-        workspace=workspace,
-        tool_bounds=_tool_bounds(model, site, R_site_tcp),
+        workspace=found.workspace,
+        tool_bounds=found.tool_bounds,
         notes=tuple(imported.notes),
     )
-
-
-def _tool_bounds(model: mujoco.MjModel, site: int, R_site_tcp: Array) -> tuple[float, float, float, float]:
-    """Return x_min, x_max, y_min, y_max of what is at the TCP, near its end and in its frame."""
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    body = int(model.body_weldid[model.site_bodyid[site]])
-    while body:
-        bodies = frozenset(b for b in range(1, model.nbody) if int(model.body_weldid[b]) == body)
-        points = world_points(model, data, collision_geoms(model, bodies), 0.004)
-        local = (points - data.site_xpos[site]) @ data.site_xmat[site].reshape(3, 3) @ R_site_tcp
-        near = local[(local[:, 2] > -_TOOL_LENGTH) & (local[:, 2] < _TOOL_LENGTH)]
-        if len(near):
-            (x_min, y_min), (x_max, y_max) = near[:, :2].min(axis=0), near[:, :2].max(axis=0)
-            return float(x_min), float(x_max), float(y_min), float(y_max)
-        # A last link without a shape: the one before it does the work.
-        body = int(model.body_weldid[model.body_parentid[body]])
-    return -0.01, 0.01, -0.01, 0.01
-
-
-def _bare_tool(model: mujoco.MjModel, sidecar: Sidecar, site: int, oriented: bool) -> Array:
-    """Return R_site_tcp of an arm without a gripper: z as given, else along the last joint's axis, outwards."""
-    if oriented:
-        return np.eye(3)
-    data = mujoco.MjData(model)
-    mujoco.mj_fwdPosition(model, data)
-    joints = tuple(model.joint(name).id for name in sidecar.arm.joints)
-    body, _, rotation, _ = flange_tool(model, joints, str(model.body(model.site_bodyid[site]).name))
-    R_world = data.xmat[model.body(body).id].reshape(3, 3) @ rotation
-    turned: Array = data.site_xmat[site].reshape(3, 3).T @ R_world
-    return turned
 
 
 def _place_tcp(spec: mujoco.MjSpec, sidecar: Sidecar) -> str:

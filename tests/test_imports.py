@@ -16,7 +16,7 @@ LAYERS = (
     {"types"},
     {"evidence"},
     {"skill_errors", "shapes"},
-    {"wire", "validation", "versions", "extras"},
+    {"wire", "validation", "versions", "extras", "cache"},
     {"access"},
     {"transport"},
     {"protocols", "plugins"},

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import re
-
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.composing import discard, unstack
 from robosandbox.agent.language.destination import placed
 from robosandbox.agent.language.frame import ASIDE, DOWN, MUTUAL, TOGETHER, UP, Frame
@@ -20,7 +19,7 @@ from robosandbox.agent.language.intent import (
 )
 from robosandbox.agent.language.whereabouts import Axis
 
-_AIMED = re.compile(
+_AIMED = lazy_regex.compile(
     r" (to|towards?) (the|your) (left|right|far|near|back|front)( hand)?( (edge|side|end)( of the table)?)?$"
 )
 

@@ -10,6 +10,7 @@ import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.wordlist import phrase_list, word_set
 
 if TYPE_CHECKING:
@@ -66,8 +67,8 @@ def _framed(phrases: str) -> str:
     return rf"(?:{_pattern(_BEFORE)})*(?:{_pattern(phrases)})(?:{_pattern(_AFTER)})*"
 
 
-_CLAUSE = re.compile(_framed(f"{_ALONE}, {_WITH_AN_ORDER}"))
-_TAIL = re.compile(rf"(?<= )(?:{_framed(_WITH_AN_ORDER)})$")
+_CLAUSE = lazy_regex.compile(_framed(f"{_ALONE}, {_WITH_AN_ORDER}"))
+_TAIL = lazy_regex.compile(rf"(?<= )(?:{_framed(_WITH_AN_ORDER)})$")
 _ALL_WORDS = word_set(re.sub(r"[^a-z]", " ", " ".join((_ALONE, _WITH_AN_ORDER, _BEFORE, _AFTER, *_PARTS.values()))))
 
 

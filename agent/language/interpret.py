@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from functools import lru_cache
 
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
@@ -40,8 +41,10 @@ _ON_THE_WAY = word_set(
 )
 _NEVERTHELESS = frozenset({"back", ".", ";", ":"})
 _AT_HOME = frozenset({"live", "lives", "belong", "belongs"})
-_WHERE_IT_GOES = re.compile(r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b")
-_STAYS_OPEN = re.compile(
+_WHERE_IT_GOES = lazy_regex.compile(
+    r"[.;:] (?:but |and |oh,? |well,? )?(?:the|my|our|that) [^.;:]*\b(?:goes|go|belongs?)\b"
+)
+_STAYS_OPEN = lazy_regex.compile(
     r"[.,;!] (?!.*\b(?:not|never|without)\b)(?!.*n't)[^.,;!]*\b(?:stays?|remains?|leave|keep|left|kept)\b[^.,;!]*\bopen\b[^.,;!]*$"
 )
 # What `typography` writes for words that must not pass for others.

@@ -41,17 +41,17 @@ class _Node:
 
 
 class Phrases:
-    """Phrases as a tree of their words."""
+    """Phrases by their first word; those with the same one become a tree of words when it is first looked up."""
 
     def __init__(self) -> None:
-        self._root = _Node()
+        self._written: dict[str, list[tuple[str, str, Any]]] = {}
+        self._trees: dict[str, _Node] = {}
 
     def add(self, phrase: str, tag: str, value: Any = None) -> None:
         """Add one phrase with its tag and value."""
-        node = self._root
-        for word in phrase.split():
-            node = node.next.setdefault(word, _Node())
-        node.hits.append((tag, value))
+        first = phrase.partition(" ")[0]
+        self._written.setdefault(first, []).append((phrase, tag, value))
+        self._trees.pop(first, None)
 
     def add_all(self, phrases: str | Iterable[str], tag: str, value: Any = None) -> None:
         """Add phrases, given as a list or separated by commas."""
@@ -61,7 +61,7 @@ class Phrases:
     def at(self, tokens: Sequence[Token], i: int) -> list[tuple[int, str, Any]]:
         """Return (end, tag, value) of every phrase that starts at token `i`, the shorter first."""
         found: list[tuple[int, str, Any]] = []
-        node = self._root.next.get(tokens[i].text) if tokens[i].kind == "word" else None
+        node = self._tree(tokens[i].text) if tokens[i].kind == "word" else None
         count = len(tokens)
         while node is not None:
             i += 1
@@ -72,7 +72,7 @@ class Phrases:
 
     def match(self, tokens: Sequence[Token], i: int) -> int:
         """Return the length of the longest phrase at token `i`, 0 for none."""
-        node = self._root.next.get(tokens[i].text) if tokens[i].kind == "word" else None
+        node = self._tree(tokens[i].text) if tokens[i].kind == "word" else None
         start, longest, count = i, 0, len(tokens)
         while node is not None:
             i += 1
@@ -82,13 +82,19 @@ class Phrases:
 
     def words(self) -> set[str]:
         """Return every word that occurs."""
-        found: set[str] = set()
-        nodes = [self._root]
-        while nodes:
-            for word, node in nodes.pop().next.items():
-                found.add(word)
-                nodes.append(node)
-        return found
+        return {word for entries in self._written.values() for phrase, _, _ in entries for word in phrase.split()}
+
+    def _tree(self, first: str) -> _Node | None:
+        """Return the phrases that begin with a word as a tree; None if there are none."""
+        tree = self._trees.get(first)
+        if tree is None and first in self._written:
+            tree = self._trees[first] = _Node()
+            for phrase, tag, value in self._written[first]:
+                node = tree
+                for word in phrase.split()[1:]:
+                    node = node.next.setdefault(word, _Node())
+                node.hits.append((tag, value))
+        return tree
 
 
 def _plural(noun: str) -> str:

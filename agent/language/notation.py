@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 
-from rapidfuzz.distance import OSA
+from robosandbox.agent.language import lazy_regex
 
 _BETWEEN = {
     "put": "to", "place": "to", "move": "to", "transfer": "to", "drop": "to", "pick_and_place": "to", "pick_place": "to",
@@ -17,12 +17,12 @@ _BETWEEN = {
 }  # fmt: skip
 """What stands between the two things that a call takes."""
 _ARGUMENT = r"\s*[\"']?([A-Za-z_][\w ]*?)[\"']?\s*"
-_CALL_OF_TWO = re.compile(
+_CALL_OF_TWO = lazy_regex.compile(
     rf"(?:\b(?:robot|arm|gripper)\.)?\b({'|'.join(_BETWEEN)})\({_ARGUMENT},{_ARGUMENT}\)", re.IGNORECASE
 )
-_ANY_CALL_OF_TWO = re.compile(rf"\b([a-z_]{{4,}})(?=\({_ARGUMENT},{_ARGUMENT}\))", re.IGNORECASE)
-_CALL_OF_ONE = re.compile(rf"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\({_ARGUMENT}\)", re.IGNORECASE)
-_CALL_OF_NONE = re.compile(r"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\(\s*\)", re.IGNORECASE)
+_ANY_CALL_OF_TWO = lazy_regex.compile(rf"\b([a-z_]{{4,}})(?=\({_ARGUMENT},{_ARGUMENT}\))", re.IGNORECASE)
+_CALL_OF_ONE = lazy_regex.compile(rf"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\({_ARGUMENT}\)", re.IGNORECASE)
+_CALL_OF_NONE = lazy_regex.compile(r"(?:\b(?:robot|arm|gripper)\.)?\b([a-z_]+)\(\s*\)", re.IGNORECASE)
 _LABEL = (
     r"(?:(?:(?:step|task|operation|op|phase|stage|action|command|cmd|seq|item|point|no|nr|pos|[tsp#])\.?\s*#?\s*)?"
     r"\(?{number}(?:[.):]|\s+[-=]+>?)|(?:step|task|phase|stage|action)\s+{word}(?:[:,]|\s+[-=]+>?)|\(?{roman}\))\s+(?=[a-z])"
@@ -31,31 +31,37 @@ _LABEL = (
 _WORDS = ("zero", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 _ROMAN = ("", "i", "ii", "iii", "iv", "v", "vi", "vii", "viii", "ix", "x")
 _LENGTH = r"(\d[\d.]*\s?(?:mm|cm|m))"
-_CHANGE = re.compile(rf"(?<=\s)(?:by\s+)?[dΔ]([xy])\s*[=:]?\s*([-+−]?)\s*{_LENGTH}\b", re.IGNORECASE)
-_ALONG = re.compile(rf"(?<=\s)(?:by\s+)?([-+−])\s?{_LENGTH}\s+(?:in |along |on )?([xy])\b(?!\s*[-=\d])", re.IGNORECASE)
-_CALL_AT = re.compile(
+_CHANGE = lazy_regex.compile(rf"(?<=\s)(?:by\s+)?[dΔ]([xy])\s*[=:]?\s*([-+−]?)\s*{_LENGTH}\b", re.IGNORECASE)
+_ALONG = lazy_regex.compile(
+    rf"(?<=\s)(?:by\s+)?([-+−])\s?{_LENGTH}\s+(?:in |along |on )?([xy])\b(?!\s*[-=\d])", re.IGNORECASE
+)
+_CALL_AT = lazy_regex.compile(
     rf"\b(?:put|place|move|place_at|put_at|move_to)\({_ARGUMENT},\s*\(?\s*(-?[\d.]+)\s*,\s*(-?[\d.]+)\s*\)?\s*\)",
     re.IGNORECASE,
 )
-_CALL_ALONG = re.compile(
+_CALL_ALONG = lazy_regex.compile(
     rf"\b(push|slide|move)\({_ARGUMENT},\s*[\"']?(left|right|forwards?|backwards?|back)[\"']?\s*(?:,\s*([\d.]+ ?[cm]?m)\s*)?\)",
     re.IGNORECASE,
 )
-_RANGE = re.compile(
+_RANGE = lazy_regex.compile(
     r"\b([a-z]{2,}s) (?:no\.?\s|nos\.?\s)?[#\[(]?(\d+)(?:\s*[-–—]\s*|\.{2,}|…)#?(\d+)[\])]?(?!\s?[-–—](?![->])|\d|\.\d|\s*(?:cm|mm|m|inch|inches|times|x)\b)",
     re.IGNORECASE,
 )
-_NAMED_RANGE = re.compile(r"\b([a-z]+)([_ ]?)(\d+)(?:[-–—]|\.{2,}|…| (?:through|thru) )\1\2(\d+)\b", re.IGNORECASE)
-_LETTERS = re.compile(r"\b([a-z]{2,}s) ([a-w])(?: ?[-–—] ?|\.{2,}|…)([a-w])(?!\s?[-–—](?![->])|\w)", re.IGNORECASE)
-_HEADING = re.compile(
+_NAMED_RANGE = lazy_regex.compile(
+    r"\b([a-z]+)([_ ]?)(\d+)(?:[-–—]|\.{2,}|…| (?:through|thru) )\1\2(\d+)\b", re.IGNORECASE
+)
+_LETTERS = lazy_regex.compile(
+    r"\b([a-z]{2,}s) ([a-w])(?: ?[-–—] ?|\.{2,}|…)([a-w])(?!\s?[-–—](?![->])|\w)", re.IGNORECASE
+)
+_HEADING = lazy_regex.compile(
     r"^\s*(?:seq|sequence|prog|program|cmd|cmds|req|todo|to-do|instr|instruction|instructions)\s*:\s+(?=\w)",
     re.IGNORECASE,
 )
-_NOT_APPLICABLE = re.compile(
+_NOT_APPLICABLE = lazy_regex.compile(
     r"[:=]?\s+\(?n/a\b\)?[\s,:(-]*(?:(?:to )?(?:stays?|remains?)\b\)?)?|[:=]\s*\(?(?:stays?|remains?)\)?(?=\s*(?:[.,;]|$))",
     re.IGNORECASE,
 )
-_TIMES = re.compile(r"(?<=\s)[x×*] ?([2-9])(?=\s*(?:[.,;!?)]|$))|(?<=[\s(])([2-9]) ?[x×](?=\s*(?:[.,;!?)]|$))")
+_TIMES = lazy_regex.compile(r"(?<=\s)[x×*] ?([2-9])(?=\s*(?:[.,;!?)]|$))|(?<=[\s(])([2-9]) ?[x×](?=\s*(?:[.,;!?)]|$))")
 _OF_SKILLS = {
     ("pick", "object"): "pick up {object}",
     ("tap", "object"): "tap {object}",
@@ -70,7 +76,7 @@ _OF_SKILLS = {
     ("push", "object", "direction", "distance"): "push {object} {direction} {distance} m",
 }
 """Calls as plans print them, by skill and names of arguments."""
-_NAMED_CALL = re.compile(
+_NAMED_CALL = lazy_regex.compile(
     r"\b([a-z_]+)\((\s*\w+\s*=\s*[\"']?[\w.-]+[\"']?\s*(?:,\s*\w+\s*=\s*[\"']?[\w.-]+[\"']?\s*)*)\)", re.IGNORECASE
 )
 
@@ -131,6 +137,8 @@ def _call_of_two(call: re.Match[str]) -> str:
 
 def _respelled_call(call: re.Match[str]) -> str:
     """As in "stcak(cup, tray)": without its name nothing tells which of the two goes where."""
+    from rapidfuzz.distance import OSA
+
     name = call[1].lower()
     near = [known for known in _BETWEEN if OSA.distance(name, known, score_cutoff=1) == 1]
     return near[0] if len(near) == 1 and name not in _BETWEEN else call[1]

@@ -6,9 +6,6 @@ import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 
-from rapidfuzz import process
-from rapidfuzz.distance import OSA, Indel
-
 from robosandbox.agent.language.lexicon import MEANING, REAL_WORDS, VOCABULARY, WORDS
 from robosandbox.agent.language.speech import GRAMMAR_WORDS
 from robosandbox.agent.language.verbs import BASE_FORMS, UNSUPPORTED_VERBS
@@ -24,6 +21,9 @@ def nearest_word(word: str, extra: Iterable[str] = ()) -> str | None:
 
 @lru_cache(maxsize=4096)
 def _nearest(word: str, extra: frozenset[str]) -> str | None:
+    from rapidfuzz import process
+    from rapidfuzz.distance import OSA, Indel
+
     if len(word) < 3 or len(word) > 24 or not word.isalpha():
         return None
     allowed = 1 if len(word) < 7 else 2
@@ -122,6 +122,8 @@ def _names(word: str, parts: frozenset[str]) -> bool:
 
 @lru_cache(maxsize=1024)
 def _function_word(word: str) -> str | None:
+    from rapidfuzz.distance import OSA
+
     near = [known for known in _FUNCTION_WORDS if known[0] == word[0] and OSA.distance(word, known) == 1]
     return near[0] if len(near) == 1 else None
 
@@ -158,6 +160,8 @@ _REAL_SLIPS = {
 
 @lru_cache(maxsize=1024)
 def _nearest_verb(word: str) -> str | None:
+    from rapidfuzz.distance import OSA
+
     if word in _REAL_SLIPS:
         slip: str = _REAL_SLIPS[word]
         return slip or None
@@ -179,6 +183,8 @@ def _nearest_verb(word: str) -> str | None:
 @lru_cache(maxsize=1024)
 def _sounding(word: str, parts: frozenset[str]) -> str | None:
     """Return the one word of the scene that sounds like this, or lies a letter beside it: "qube", "bowel" for "bowl"."""
+    from rapidfuzz.distance import OSA
+
     sound = _sound(word)
     same: list[str] = list({*_sounds().get(sound, ()), *_sounding_alike(sound, parts)})
     if len(same) == 1:
@@ -237,5 +243,8 @@ def _vowels_left_out(word: str, parts: frozenset[str]) -> str | None:
 
 def suggestions(word: str, names: Iterable[str], limit: int = 3) -> tuple[str, ...]:
     """Return the names that look most like `word`, best first."""
+    from rapidfuzz import process
+    from rapidfuzz.distance import Indel
+
     found = process.extract(word, list(names), scorer=Indel.normalized_similarity, limit=limit)
     return tuple(name for name, score, _ in found if score > 0.4)

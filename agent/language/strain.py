@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import re
 from itertools import pairwise
 from typing import Any
 
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
 
 # A second list of things, or a second place, beside one verb.
@@ -14,8 +14,8 @@ _AGAIN = 0.5
 _SHARED = 1.6
 _LEVELS = frozenset({"bottom", "top", "middle"})
 _SIDES = frozenset({"left", "right", "front", "back"})
-_TO_ONE_SIDE = re.compile(r" (?:to the (?:left|right)|in front|behind)$")
-_AT_LEVEL = re.compile(r" (?:at|on|in) (?:the )?\w+$")
+_TO_ONE_SIDE = lazy_regex.compile(r" (?:to the (?:left|right)|in front|behind)$")
+_AT_LEVEL = lazy_regex.compile(r" (?:at|on|in) (?:the )?\w+$")
 
 
 Known = dict[int, tuple[Any, float]]

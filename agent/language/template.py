@@ -215,15 +215,26 @@ class Constructions:
     """A table of templates, tried in order; those without a word of the sentence cost nothing."""
 
     def __init__(self, *tables: Mapping[str, str], parts: Mapping[str, str] | None = None) -> None:
-        self.templates = [
-            Template.read(_with_parts(pattern, parts or {}), outcome)
-            for table in tables
+        self._tables = tables
+        self._parts = parts or {}
+
+    @cached_property
+    def templates(self) -> list[Template]:
+        """All templates, read from the tables when a sentence is first compared with them; most sentences never are."""
+        return [
+            Template.read(_with_parts(pattern, self._parts), outcome)
+            for table in self._tables
             for pattern, outcome in table.items()
         ]
-        self._by_word: dict[str, list[int]] = {}
+
+    @cached_property
+    def _by_word(self) -> dict[str, list[int]]:
+        """The templates that need one of some words, by each of those words."""
+        found: dict[str, list[int]] = {}
         for k, template in enumerate(self.templates):
             for word in template.needed[0]:
-                self._by_word.setdefault(word, []).append(k)
+                found.setdefault(word, []).append(k)
+        return found
 
     def applied(self, tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
         """Return the tokens of a sentence in plainer words; the same tokens if no template fits."""

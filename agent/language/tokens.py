@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
 
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.chat import without_chat
 from robosandbox.agent.language.hesitations import HESITATIONS, WAYS, takes_back
 from robosandbox.agent.language.lexicon import (
@@ -70,12 +71,12 @@ ABBREVIATIONS = {
 _TAKING_BACK = frozenset(phrase.split()[-1] for phrase in CORRECTION.split(", ")) - {"that", "it", "on", "one", "say"}
 """Last words of what takes back what was said before: "oops", "I mean"."""
 _BEFORE_RIGHT = frozenset({"the", "your", "its", "to", "far"})
-_RUN_TOGETHER = re.compile(
+_RUN_TOGETHER = lazy_regex.compile(
     r"(in|into|on|onto|to|up|of|off|from|at|and|with|by|over|next|down|behind|under|between|beside|around|all|both)"
     r"(the|it|them|that|this|those)|(cm|mm)(left|right|forward|back|backwards|away|to)|(a)(bit|little)"
 )
-_DRAWN_OUT = re.compile(r"(.)\1{2,}")
-_PIECES = re.compile(
+_DRAWN_OUT = lazy_regex.compile(r"(.)\1{2,}")
+_PIECES = lazy_regex.compile(
     r"(?P<ordinal>\d+(?:st|nd|rd|th)\b)"
     r"|(?P<number>(?<![\w.])[-+]?(?:\d+\.\d+|\d+|\.\d+))"
     r"|(?P<numeral>(?<=[^\W\d_])\d+)"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 
+from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.notation import in_steps
 
 _SOME = r"(?:the|those|these|my|your|red|green|blue|yellow|orange|purple|pink|brown|black|white|gr[ea]y)\b(?! (?:other|rest)\b)"
@@ -25,7 +26,7 @@ def _which_one(match: re.Match[str]) -> str:
 
 
 _CONTRACTIONS = [
-    (re.compile(pattern), replacement)
+    (lazy_regex.compile(pattern), replacement)
     for pattern, replacement in (
         (r"\b(do|does|did|is|are|should|could|would|must|was|were|have|has|had)n'?t\b", r"\1 not"),
         (r"\bcan'?t\b|\bcannot\b", "can not"),
@@ -191,11 +192,11 @@ _CONTRACTIONS = [
         (r"(^|\b(?:you|to|please)\s+)be an? (?:\w+ )?\w+ and\b", r"\1"),
     )
 ]
-_GROUP = re.compile(r"\((?:\\.|\[(?:\\.|[^\]\\])*\]|[^()\[\\])*\)(?:[*+?]|\{[^}]*\})*")
-_NO_LITERAL = re.compile(r"(?:\\.|\[(?:\\.|[^\]\\])*\]|.(?=[*+?{])|[.^$])(?:[*+?]|\{[^}]*\})*")
+_GROUP = lazy_regex.compile(r"\((?:\\.|\[(?:\\.|[^\]\\])*\]|[^()\[\\])*\)(?:[*+?]|\{[^}]*\})*")
+_NO_LITERAL = lazy_regex.compile(r"(?:\\.|\[(?:\\.|[^\]\\])*\]|.(?=[*+?{])|[.^$])(?:[*+?]|\{[^}]*\})*")
 
 
-_CHOICE = re.compile(r"(?<!\\)\((?:\?:)?([^()?][^()]*)\)(?![*?{])")
+_CHOICE = lazy_regex.compile(r"(?<!\\)\((?:\?:)?([^()?][^()]*)\)(?![*?{])")
 
 
 def _cues(pattern: str) -> tuple[str, ...]:
@@ -255,10 +256,12 @@ _MARKS = str.maketrans(
     }
 )
 _BRACKETS = str.maketrans({"(": ",", ")": ",", "[": ",", "]": ","})
-_BULLETS = re.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
-_DECIMAL_COMMA = re.compile(r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)")
-_ARROWS = re.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
-_ITS_SIDE = re.compile(
+_BULLETS = lazy_regex.compile(r"(?:^|\n)\s*[-*•]+\s+|(?<!\w)\*+|\*+(?!\w)")
+_DECIMAL_COMMA = lazy_regex.compile(
+    r"(?<!at )(?<![\d,.(])(\d+),(\d+)(?=\s?(?:cm|mm|m|centi\w+|milli\w+|met\w+|inch\w*)\b)"
+)
+_ARROWS = lazy_regex.compile(r"\s*(?:-+>|=+>|→|⇒|➔|>>+)\s*")
+_ITS_SIDE = lazy_regex.compile(
     r" (?:over )?(?:on|to|at|by)(?: to)? ((?:the |that |this |my )?(?!robot|arm|table|desk|your|you)[a-z_]+(?: (?!robot|arm|table|desk)[a-z_]+)?)'s (left|right)(?:[- ]?hand)?(?: side)?\b"
 )
 

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
-from importlib.metadata import entry_points
+from functools import cache
+from importlib.metadata import EntryPoint, EntryPoints, entry_points
 from typing import Any
 
 from robosandbox.errors import InputError
-from robosandbox.validation import did_you_mean
+
+
+def plugins(group: str) -> tuple[EntryPoint, ...]:
+    """Return what is registered under `robosandbox.<group>`, by name; of two of one name the first that was found."""
+    found = {point.name: point for point in reversed(tuple(_all().select(group=f"robosandbox.{group}")))}
+    return tuple(found[name] for name in sorted(found))
 
 
 def plugin_names(group: str) -> tuple[str, ...]:
     """Return the names registered under `robosandbox.<group>`, sorted."""
-    return tuple(sorted({point.name for point in entry_points(group=f"robosandbox.{group}")}))
+    return tuple(point.name for point in plugins(group))
 
 
 def load_plugin(group: str, name: str) -> Any:
@@ -20,11 +26,28 @@ def load_plugin(group: str, name: str) -> Any:
     Raises:
         InputError: Nothing is.
     """
-    for point in entry_points(group=f"robosandbox.{group}"):
-        if point.name == name:
-            return point.load()
+    check_plugin(group, name)
+    return next(point for point in plugins(group) if point.name == name).load()
+
+
+def check_plugin(group: str, name: str) -> None:
+    """Find out whether there is something of this name under `robosandbox.<group>`, without importing it.
+
+    Raises:
+        InputError: There is nothing.
+    """
     names = plugin_names(group)
+    if name in names:
+        return
+    from robosandbox.validation import did_you_mean
+
     singular = group.removesuffix("s")
     raise InputError(
         f"--{singular}: no {singular} {name[:60]!r}; there is {', '.join(names)}{did_you_mean(name, names)}"
     )
+
+
+@cache
+def _all() -> EntryPoints:
+    """Return the entry points of everything that is installed; reading them takes as long as a plan."""
+    return entry_points()

@@ -51,7 +51,8 @@ SIDE_AXES: Mapping[str, tuple[float, float]] = {
 class StrictModel(BaseModel):
     """A frozen pydantic model that refuses unknown fields."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    # A schema is built when its class is first used: a process needs a few of the hundred, and each takes part of a millisecond.
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 def _unit_quaternion(quat_xyzw: tuple[float, ...]) -> tuple[float, ...]:
