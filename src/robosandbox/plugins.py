@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
-from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from robosandbox.errors import InputError
@@ -11,7 +11,7 @@ from robosandbox.errors import InputError
 
 def plugins(group: str) -> tuple[EntryPoint, ...]:
     """Return what is registered under `robosandbox.<group>`, by name; of two of one name the first that was found."""
-    found = {point.name: point for point in reversed(tuple(_all().select(group=f"robosandbox.{group}")))}
+    found = {point.name: point for point in reversed(_all()) if point.group == f"robosandbox.{group}"}
     return tuple(found[name] for name in sorted(found))
 
 
@@ -48,6 +48,9 @@ def check_plugin(group: str, name: str) -> None:
 
 
 @cache
-def _all() -> EntryPoints:
+def _all() -> tuple[EntryPoint, ...]:
     """Return the entry points of everything that is installed; reading them takes as long as a plan."""
-    return entry_points()
+    groups = entry_points()
+    return tuple(
+        point for group in groups.groups if group.startswith("robosandbox.") for point in groups.select(group=group)
+    )
