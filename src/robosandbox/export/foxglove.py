@@ -1,93 +1,60 @@
-"""MCAP files that Foxglove and its like show: transforms, pictures, joint states and the log, as JSON messages.
+"""MCAP files that Foxglove and its like show: the arm and the things moving, pictures, joint states and the log.
 
-The schemas are Foxglove's well-known ones (https://docs.foxglove.dev/docs/sdk/schemas), by name and field.
+The messages are Foxglove's own (https://docs.foxglove.dev/docs/sdk/schemas), as the package foxglove-schemas-protobuf has
+them; what they have no message for is on /state, as JSON.
 """
 
 from __future__ import annotations
 
-import base64
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from foxglove_schemas_protobuf.CameraCalibration_pb2 import CameraCalibration
+from foxglove_schemas_protobuf.CompressedImage_pb2 import CompressedImage
+from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
+from foxglove_schemas_protobuf.JointState_pb2 import JointState
+from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
+from foxglove_schemas_protobuf.Log_pb2 import Log
+from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
+from google.protobuf.message import Message
+from google.protobuf.timestamp_pb2 import Timestamp
+from mcap.writer import Writer
+from mcap_protobuf.schema import register_schema
+
 from robosandbox.errors import InputError
+from robosandbox.export.bodies import entities
+from robosandbox.export.frames import WORLD, Frames, camera_frame, pose, transform
 from robosandbox.export.pictures import pictures
 from robosandbox.recording.drawing import contact_force
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.settings import rows_per_frame
 from robosandbox.sim.cameras import encode
-from robosandbox.types import Array
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.sensors import perfect_intrinsics
+from robosandbox.tasks.replay import open_replay
 
-_TEXT: dict[str, Any] = {"type": "string"}
-_NUMBER: dict[str, Any] = {"type": "number"}
-_INTEGER: dict[str, Any] = {"type": "integer"}
-
-
-def _object(**properties: Any) -> dict[str, Any]:
-    return {"type": "object", "properties": properties}
-
-
-_TIME = _object(sec=_INTEGER, nsec=_INTEGER)
-_VECTOR = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER)
-_QUATERNION = _object(x=_NUMBER, y=_NUMBER, z=_NUMBER, w=_NUMBER)
-_POSE = _object(position=_VECTOR, orientation=_QUATERNION)
-_TRANSFORM = _object(
-    timestamp=_TIME, parent_frame_id=_TEXT, child_frame_id=_TEXT, translation=_VECTOR, rotation=_QUATERNION
-)
-_COLOR = _object(r=_NUMBER, g=_NUMBER, b=_NUMBER, a=_NUMBER)
-_CUBE = _object(pose=_POSE, size=_VECTOR, color=_COLOR)
-_SPHERE = _object(pose=_POSE, size=_VECTOR, color=_COLOR)
-_CYLINDER = _object(pose=_POSE, size=_VECTOR, bottom_scale=_NUMBER, top_scale=_NUMBER, color=_COLOR)
+_TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
 _NUMBERS = {"type": "array", "items": _NUMBER}
-_ENTITY = _object(
-    timestamp=_TIME,
-    frame_id=_TEXT,
-    id=_TEXT,
-    lifetime=_object(sec=_INTEGER, nsec=_INTEGER),
-    frame_locked={"type": "boolean"},
-    metadata={"type": "array", "items": _object(key=_TEXT, value=_TEXT)},
-    **{
-        f"{name}": {"type": "array", "items": item}
-        for name, item in {
-            "arrows": _object(),
-            "cubes": _CUBE,
-            "spheres": _SPHERE,
-            "cylinders": _CYLINDER,
-            "lines": _object(),
-            "triangles": _object(),
-            "texts": _object(),
-            "models": _object(),
-        }.items()
+# What Foxglove's plots draw by path, such as /state.action[3], and what no message of Foxglove's holds.
+STATE_SCHEMA: dict[str, Any] = {
+    "title": "robosandbox.State",
+    "type": "object",
+    "properties": {
+        "action": _NUMBERS,
+        "action_gripper": _NUMBER,
+        "contact_force": _NUMBER,
+        "skill": _TEXT,
+        "phase": _TEXT,
     },
-)
-SCHEMAS: dict[str, dict[str, Any]] = {
-    "foxglove.FrameTransforms": _object(transforms={"type": "array", "items": _TRANSFORM}),
-    "foxglove.PoseInFrame": _object(timestamp=_TIME, frame_id=_TEXT, pose=_POSE),
-    "foxglove.SceneUpdate": _object(
-        deletions={"type": "array", "items": _object(timestamp=_TIME, type=_INTEGER, id=_TEXT)},
-        entities={"type": "array", "items": _ENTITY},
-    ),
-    "foxglove.CompressedImage": _object(
-        timestamp=_TIME, frame_id=_TEXT, data={"type": "string", "contentEncoding": "base64"}, format=_TEXT
-    ),
-    "foxglove.Log": _object(timestamp=_TIME, level=_INTEGER, message=_TEXT, name=_TEXT, file=_TEXT, line=_INTEGER),
-    # Not Foxglove's: what its plots draw by path, such as /state.q[3].
-    "robosandbox.State": _object(
-        timestamp=_TIME,
-        names={"type": "array", "items": _TEXT},
-        q=_NUMBERS,
-        qd=_NUMBERS,
-        action=_NUMBERS,
-        gripper=_NUMBERS,
-        action_gripper=_NUMBER,
-        contact_force=_NUMBER,
-        skill=_TEXT,
-        phase=_TEXT,
-    ),
 }
-_INFO, _ERROR = 2, 4
 _NANO = 1_000_000_000
+# Quaternions are recorded as x, y, z, w.
+_WXYZ = [6, 3, 4, 5]
 
 
 def export_mcap(
@@ -103,31 +70,41 @@ def export_mcap(
         size: (height, width) of the pictures, pixels.
 
     Raises:
-        InputError: The file exists, or no such camera.
+        InputError: The file exists, there is no such camera, or the episode's task cannot be loaded any more.
     """
-    from mcap.writer import Writer
-
     if target.exists():
         raise InputError(f"{str(target)!r} exists already; name another file, or remove it")
     every = rows_per_frame(fps, episode.meta.control_timestep, "--fps")
+    world = open_replay(episode).session
+    try:
+        with _file(target) as writer:
+            _EpisodeLog(writer, episode, world.sim).write(cameras, every, size)
+    finally:
+        world.close()
+
+
+@contextmanager
+def _file(target: Path) -> Iterator[Writer]:
+    """Open an MCAP file that appears under its name when it is whole."""
     new = target.with_name(f".{target.name}.new")
     try:
         with new.open("wb") as stream:
             writer = Writer(stream)
             writer.start(library="robosandbox")
-            _Log(writer, episode).write(cameras, every, size)
+            yield writer
             writer.finish()
         new.replace(target)
     finally:
         new.unlink(missing_ok=True)
 
 
-class _Log:
+class _EpisodeLog:
     """The messages of an episode, stamped with the time at which it began plus simulated time."""
 
-    def __init__(self, writer: Any, episode: RecordedEpisode) -> None:
+    def __init__(self, writer: Writer, episode: RecordedEpisode, sim: MuJoCoBackend) -> None:
         self._writer = writer
         self._episode = episode
+        self._sim = sim
         self._begun = int(episode.meta.started.timestamp() * _NANO)
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
@@ -135,44 +112,27 @@ class _Log:
 
     def write(self, cameras: Sequence[str], every: int, size: tuple[int, int]) -> None:
         episode = self._episode
-        episode_meta = episode.meta.model_dump(mode="json", exclude={"checkpoint", "task", "skills", "robot"})
-        self._writer.add_metadata("robosandbox", {key: json.dumps(value) for key, value in episode_meta.items()})
+        meta = episode.meta.model_dump(mode="json", exclude={"checkpoint", "task", "skills", "robot"})
+        self._writer.add_metadata("robosandbox", {key: json.dumps(value) for key, value in meta.items()})
         shown = iter(pictures(episode, cameras, every, size)) if cameras else iter(())
         events = episode.events()
-        forces = contact_force(episode)
-        q, qd, action, tcp = episode["q"], episode["qd"], episode["action_q"], episode["tcp_pose"]
-        gripper = episode.get("gripper")
-        closing = episode.get("action_gripper")
-        skills, phases, poses = episode["skill"], episode["phase"], episode.object_poses
+        frames = Frames(self._sim, cameras)
+        qpos, tcp, states, joints = episode["qpos"], episode["tcp_pose"], _States(episode), _Joints(episode)
         self._scene()
         for row in range(len(episode)):
             at = self._at(row)
+            stamp = _stamp(at)
             while events and events[0]["row"] <= row:
                 self._event(events.pop(0), at)
-            self._send(
-                "/state",
-                "robosandbox.State",
-                at,
-                {
-                    "names": list(episode.meta.robot.joints),
-                    "q": q[row].tolist(),
-                    "qd": qd[row].tolist(),
-                    "action": action[row].tolist(),
-                    "gripper": gripper[row].tolist() if gripper is not None else [],
-                    "action_gripper": float(closing[row]) if closing is not None else 0.0,
-                    "contact_force": float(forces[row]),
-                    "skill": str(skills[row]),
-                    "phase": str(phases[row]),
-                },
-            )
-            named = [("tcp", tcp[row]), *zip(episode.meta.objects, poses[row], strict=True)]
-            self._send("/tf", "foxglove.FrameTransforms", at, {"transforms": [_transform(n, p, at) for n, p in named]})
-            self._send("/tcp", "foxglove.PoseInFrame", at, {"frame_id": "world", "pose": _pose(tcp[row])})
+            hand = transform(WORLD, "tcp", tcp[row][:3], tcp[row][_WXYZ], stamp)
+            self._send("/tf", FrameTransforms(transforms=[*frames.at(qpos[row], stamp), hand]), at)
+            self._send("/joint_states", joints.at(row, stamp), at)
+            here = pose(tcp[row][:3], tcp[row][_WXYZ])
+            self._send("/tcp", PoseInFrame(timestamp=stamp, frame_id=WORLD, pose=here), at)
+            self._send("/state", states.at(row), at)
             if cameras and row % every == 0:
                 for camera, picture in next(shown, {}).items():
-                    data = base64.b64encode(encode(picture, "jpeg")).decode()
-                    message = {"frame_id": camera, "data": data, "format": "jpeg"}
-                    self._send(f"/camera/{camera}", "foxglove.CompressedImage", at, message)
+                    self._picture(camera, picture, at)
         for event in events:
             self._event(event, self._at(len(episode) - 1))
 
@@ -180,99 +140,101 @@ class _Log:
         return self._begun + round(float(self._episode.seconds[row]) * _NANO)
 
     def _scene(self) -> None:
-        """Draw the objects, each in its own moving frame."""
+        """Draw every body once; the frames carry them from then on."""
         at = self._at(0)
-        entities = [_entity(item, at) for item in self._episode.meta.task["scene"]["objects"]]
-        self._send("/scene", "foxglove.SceneUpdate", at, {"deletions": [], "entities": entities}, stamped=False)
+        kinds = {item["id"]: item["kind"] for item in self._episode.meta.task["scene"]["objects"]}
+        self._send("/scene", SceneUpdate(entities=list(entities(self._sim, kinds, _stamp(at)))), at)
+
+    def _picture(self, camera: str, picture: np.ndarray[Any, np.dtype[np.uint8]], at: int) -> None:
+        frame, stamp = camera_frame(camera), _stamp(at)
+        data = encode(picture, "jpeg")
+        image = CompressedImage(timestamp=stamp, frame_id=frame, data=data, format="jpeg")
+        self._send(f"/camera/{camera}/image", image, at)
+        model = self._sim.model
+        fovy = np.radians(model.cam_fovy[model.camera(self._sim.camera_in_model(camera)).id])
+        lens = perfect_intrinsics((picture.shape[0], picture.shape[1]), float(fovy))
+        matrix = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
+        calibration = CameraCalibration(
+            timestamp=stamp,
+            frame_id=frame,
+            width=lens.width,
+            height=lens.height,
+            distortion_model="plumb_bob",
+            D=lens.distortion,
+            K=matrix,
+            R=np.eye(3).ravel().tolist(),
+            P=[*matrix[:3], 0.0, *matrix[3:6], 0.0, *matrix[6:], 0.0],
+        )
+        self._send(f"/camera/{camera}/calibration", calibration, at)
 
     def _event(self, event: dict[str, Any], at: int) -> None:
-        level = _ERROR if event["event"] == "skill_failed" else _INFO
+        level = Log.ERROR if event["event"] == "skill_failed" else Log.INFO
         content = {key: value for key, value in event.items() if key not in ("event", "time", "row", "stamp")}
         message = f"{event['event']} {json.dumps(content)}" if content else event["event"]
-        self._send(
-            "/log", "foxglove.Log", at, {"level": level, "message": message, "name": "agent", "file": "", "line": 0}
-        )
+        self._send("/log", Log(timestamp=_stamp(at), level=level, message=message, name="agent"), at)
 
-    def _send(self, topic: str, schema: str, at: int, message: dict[str, Any], *, stamped: bool = True) -> None:
+    def _send(self, topic: str, message: Message | dict[str, Any], at: int) -> None:
         if topic not in self._channels:
-            if schema not in self._schemas:
-                document = {"title": schema, **SCHEMAS[schema]}
-                self._schemas[schema] = self._writer.register_schema(
-                    name=schema, encoding="jsonschema", data=json.dumps(document).encode()
-                )
-            self._channels[topic] = self._writer.register_channel(
-                topic=topic, message_encoding="json", schema_id=self._schemas[schema]
-            )
-        if stamped:
-            message = {"timestamp": _stamp(at), **message}
-        if schema == "foxglove.FrameTransforms":
-            message.pop("timestamp")
+            self._channels[topic] = self._open(topic, message)
         number = self._counts[topic] = self._counts.get(topic, -1) + 1
         self._writer.add_message(
             channel_id=self._channels[topic],
             log_time=at,
             publish_time=at,
             sequence=number,
-            data=json.dumps(message).encode(),
+            data=json.dumps(message).encode() if isinstance(message, dict) else message.SerializeToString(),
         )
 
-
-def _stamp(at: int) -> dict[str, int]:
-    return {"sec": at // _NANO, "nsec": at % _NANO}
-
-
-def _vector(values: Sequence[float] | Array) -> dict[str, float]:
-    return dict(zip("xyz", (float(value) for value in values), strict=True))
-
-
-def _quaternion(values: Sequence[float] | Array) -> dict[str, float]:
-    return dict(zip("xyzw", (float(value) for value in values), strict=True))
-
-
-def _pose(values: Array) -> dict[str, Any]:
-    return {"position": _vector(values[:3]), "orientation": _quaternion(values[3:])}
+    def _open(self, topic: str, message: Message | dict[str, Any]) -> int:
+        name = STATE_SCHEMA["title"] if isinstance(message, dict) else type(message).DESCRIPTOR.full_name
+        if name not in self._schemas:
+            if isinstance(message, dict):
+                data = json.dumps(STATE_SCHEMA).encode()
+                self._schemas[name] = self._writer.register_schema(name=name, encoding="jsonschema", data=data)
+            else:
+                self._schemas[name] = register_schema(self._writer, type(message))
+        encoding = "json" if isinstance(message, dict) else "protobuf"
+        channel: int = self._writer.register_channel(
+            topic=topic, message_encoding=encoding, schema_id=self._schemas[name]
+        )
+        return channel
 
 
-def _transform(name: str, pose: Array, at: int) -> dict[str, Any]:
-    return {
-        "timestamp": _stamp(at),
-        "parent_frame_id": "world",
-        "child_frame_id": name,
-        "translation": _vector(pose[:3]),
-        "rotation": _quaternion(pose[3:]),
-    }
+class _Joints:
+    """Joint states by row: the arm's joints, and the primary joint of the gripper."""
+
+    def __init__(self, episode: RecordedEpisode) -> None:
+        self._names = episode.meta.robot.joints
+        self._q, self._qd = episode["q"], episode["qd"]
+        # Of the gripper the value of its primary joint comes first.
+        self._gripper = episode.get("gripper")
+        self._finger = (episode.meta.robot.sidecar.get("gripper") or {}).get("primary_joint") or "gripper"
+
+    def at(self, row: int, stamp: Timestamp) -> JointStates:
+        values = zip(self._names, self._q[row].tolist(), self._qd[row].tolist(), strict=True)
+        joints = [JointState(name=name, position=q, velocity=qd) for name, q, qd in values]
+        if self._gripper is not None:
+            joints.append(JointState(name=self._finger, position=float(self._gripper[row][0])))
+        return JointStates(timestamp=stamp, joints=joints)
 
 
-def _entity(item: dict[str, Any], at: int) -> dict[str, Any]:
-    """Return an object of the scene as primitives in its own frame; a mesh or container has a frame and no body."""
-    size = item["size"]
-    colour = dict(zip("rgba", item["rgba"], strict=True))
-    middle = {"position": _vector((0.0, 0.0, 0.0)), "orientation": _quaternion((0.0, 0.0, 0.0, 1.0))}
-    cubes, spheres, cylinders = [], [], []
-    match item["kind"]:
-        case "box":
-            cubes.append({"pose": middle, "size": _vector([2.0 * half for half in size]), "color": colour})
-        case "sphere":
-            spheres.append({"pose": middle, "size": _vector([2.0 * size[0]] * 3), "color": colour})
-        case "cylinder" | "capsule":
-            extent = [2.0 * size[0], 2.0 * size[0], 2.0 * size[1]]
-            scales = {"bottom_scale": 1.0, "top_scale": 1.0}
-            cylinders.append({"pose": middle, "size": _vector(extent), **scales, "color": colour})
-        case _:
-            pass
-    return {
-        "timestamp": _stamp(at),
-        "frame_id": item["id"],
-        "id": item["id"],
-        "lifetime": {"sec": 0, "nsec": 0},
-        "frame_locked": True,
-        "metadata": [{"key": "kind", "value": item["kind"]}],
-        "arrows": [],
-        "cubes": cubes,
-        "spheres": spheres,
-        "cylinders": cylinders,
-        "lines": [],
-        "triangles": [],
-        "texts": [],
-        "models": [],
-    }
+class _States:
+    """Commands, forces and phases by row."""
+
+    def __init__(self, episode: RecordedEpisode) -> None:
+        self._action, self._closing = episode["action_q"], episode.get("action_gripper")
+        self._forces = contact_force(episode)
+        self._skills, self._phases = episode["skill"], episode["phase"]
+
+    def at(self, row: int) -> dict[str, Any]:
+        return {
+            "action": self._action[row].tolist(),
+            "action_gripper": float(self._closing[row]) if self._closing is not None else 0.0,
+            "contact_force": float(self._forces[row]),
+            "skill": str(self._skills[row]),
+            "phase": str(self._phases[row]),
+        }
+
+
+def _stamp(at: int) -> Timestamp:
+    return Timestamp(seconds=at // _NANO, nanos=at % _NANO)
