@@ -248,11 +248,15 @@ class RemoteRobot:
 
     def step(self, seconds: float) -> TrueState:
         """Let simulated time pass, the arm holding."""
-        return self._change("clock", Clock, {"step": seconds, "client_id": self._client.id}, TrueState)
+        return self._change("clock", Clock, {"step": seconds}, TrueState)
+
+    def give_up(self) -> None:
+        """End the load, reset or step that is under way at the sim; whoever asked for it gets a CancelledError."""
+        self._change("clock", Clock, {"cancel": True}, TrueState)
 
     def set_pace(self, pace: str) -> None:
         """Let simulated time pass at `realtime` or `fast` for as long as this client lives."""
-        self._change("clock", Clock, {"pace": pace, "client_id": self._client.id}, TrueState)
+        self._change("clock", Clock, {"pace": pace}, TrueState)
 
     # Presence.
 
@@ -288,7 +292,8 @@ class RemoteRobot:
 
     def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any], answer: type[MessageT]) -> MessageT:
         try:
-            return self.ask(suffix, _message(model, **fields), answer, _LOAD_SECONDS)
+            message = _message(model, **fields, client_id=self._client.id)
+            return self.ask(suffix, message, answer, _LOAD_SECONDS)
         except (InvalidArgumentError, InvalidMessageError) as error:
             raise InputError(error.message) from None
 

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from robosandbox import errors, wire
+from robosandbox.tasks.hosting import MOST_BODIES, MOST_GEOMS
 
 PAGE = Path(__file__).with_name("protocol.md")
 PROSE = Path(__file__).with_name("protocol.in.md")
@@ -71,6 +72,8 @@ def page() -> str:
         **{name.lower(): str(getattr(wire, name)) for name in ("PROTOCOL", "ROOT", "DEFAULT_ENDPOINT")},
         "max_message_bytes": f"{wire.MAX_MESSAGE_BYTES:,}",
         "kept_results": str(wire.KEPT_RESULTS),
+        "most_bodies": str(MOST_BODIES),
+        "most_geoms": str(MOST_GEOMS),
         "max_request_bytes": f"{wire.MAX_REQUEST_BYTES:,}",
     }
     text = re.sub(r"\{\{(\w+)\}\}", lambda found: parts[found[1]], PROSE.read_text())

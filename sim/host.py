@@ -81,5 +81,5 @@ class Host(Protocol):
         ...
 
 
-# Returns another loaded task; raises InputError.
-Loader = Callable[[Load], Host]
+# Returns another loaded task, calling the second argument often on the way; raises InputError, and what that raises.
+Loader = Callable[[Load, Callable[[], None]], Host]

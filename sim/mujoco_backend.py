@@ -50,6 +50,7 @@ class MuJoCoBackend:
 
     Attributes:
         tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
+        wait_hooks: Called again and again while a scene is loaded and settles. One that raises ends that.
         jump_hooks: Called after the state was set in another way than by letting time pass.
         physics_steps: Physics steps since the last reset.
         episode: Counts how often the world was put into another state than time alone brings.
@@ -69,6 +70,7 @@ class MuJoCoBackend:
         self.sensor = sensor
         self._board = board
         self.tick_hooks: list[Callable[[], None]] = []
+        self.wait_hooks: list[Callable[[], None]] = []
         self.jump_hooks: list[Callable[[], None]] = []
         self.physics_steps = 0
         self.compilations = 0
@@ -462,7 +464,13 @@ class MuJoCoBackend:
             raise RuntimeError("no scene is loaded; call load(scene) first")
         return self._data
 
+    def wait(self) -> None:
+        """Ask the wait hooks whether to go on; they raise where not."""
+        for hook in self.wait_hooks:
+            hook()
+
     def _compile(self, scene: Scene) -> None:
+        self.wait()
         config = Path(scene.robot_config) if scene.robot_config else None
         self._world = world = build_world(
             scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height), board=self._board
@@ -520,6 +528,7 @@ class MuJoCoBackend:
         chunk = round(_SETTLE_CHUNK_SECONDS / model.opt.timestep)
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
+            self.wait()
             mujoco.mj_step(model, data, chunk)
             calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
             if calm >= _CALM_CHUNKS:

@@ -13,7 +13,7 @@ import mujoco
 import zenoh
 
 from robosandbox.errors import (
-    BusyError,
+    CancelledError,
     ConnectionLostError,
     ForbiddenError,
     InputError,
@@ -23,9 +23,10 @@ from robosandbox.errors import (
     ServiceUnavailableError,
     UnknownGoalError,
 )
-from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
+from robosandbox.evidence import ConnectionEvidence, MessageEvidence
 from robosandbox.protocols import Skill
 from robosandbox.sim.cameras import Studio
+from robosandbox.sim.changes import Changes
 from robosandbox.sim.checkpoint import Checkpoint, SavedWorld, StateFile
 from robosandbox.sim.execution import Executor
 from robosandbox.sim.goals import Ledger
@@ -55,7 +56,10 @@ from robosandbox.wire import (
 )
 
 _log = logging.getLogger(__name__)
+# A planning skill hears of its cancellation between two samples or solutions.
 _STOP_SECONDS = 10.0
+# A hundred physics steps of the largest scene that a client may load take 0.2 s of CPU.
+_GIVE_UP_SECONDS = 0.5
 
 
 class SimServer:
@@ -99,14 +103,14 @@ class SimServer:
         self._worker = Worker(host.sim, pace)
         self._loads = 0
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
-        self._lock = threading.Lock()
-        self._doing: str | None = None
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
         self._info = self._survey()
         self.studio = Studio(host.sim, self._worker.read, self.boot_id)
         self._saver = Saver(state_file, self._worker.read, self._freeze)
         self._ledger = Ledger(self.boot_id, self._saver.keep)
+        self._changes = Changes(self._ledger, self._worker.order)
+        host.sim.wait_hooks.append(self._changes.check)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._saver.save)
         self._clients = Clients(session, robot_id, self._on_client_gone)
         self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
@@ -143,17 +147,21 @@ class SimServer:
             declared.undeclare()
         self._declared.clear()
         self._clients.stop()
+        # A goal comes to rest first. A change is given up between two steps, or left where it compiles: what it builds
+        # is not the world that is saved.
+        patience = _STOP_SECONDS if self._ledger.live() else _GIVE_UP_SECONDS
         for goal_id in self._ledger.live():
             self._cancel(goal_id)
+        self._changes.cancel()
         idle = threading.Event()
         # Behind the goals that wait for the journal.
         self._saver.when_flushed(lambda: self._worker.order(idle.set))
-        if not idle.wait(_STOP_SECONDS):
-            _log.error("a skill does not stop; its goal is left open")
+        if not idle.wait(patience):
+            _log.error("%s does not stop and is left open", self._changes.occupation())
         self.studio.stop()
         self._state.stop()
         self._objects.stop()
-        stopped = self._worker.stop(_STOP_SECONDS)
+        stopped = self._worker.stop(_GIVE_UP_SECONDS)
         self._saver.stop()
         if stopped:
             self._saver.save()
@@ -206,7 +214,7 @@ class SimServer:
 
     def _on_info(self, request: Request) -> None:
         request.message(Ask)
-        request.answer(self._info.model_copy(update={"doing": self._occupation(), "pace": self._worker.pace}))
+        request.answer(self._info.model_copy(update={"doing": self._changes.occupation(), "pace": self._worker.pace}))
 
     def _on_state(self, request: Request) -> None:
         request.message(Ask)
@@ -242,9 +250,6 @@ class SimServer:
             self._checkpoints.popitem(last=False)
         return Saved(checkpoint=name, time=self._host.sim.time)
 
-    def _occupation(self) -> str | None:
-        return self._ledger.doing() or self._doing
-
     # Changes of the world.
 
     def _on_reset(self, request: Request) -> None:
@@ -254,15 +259,21 @@ class SimServer:
 
         def reset() -> TrueState:
             with self.studio.lock:
-                if message.seed is not None:
-                    self._host.reset(message.seed)
-                else:
-                    self._host.restore(self._checkpoint(str(message.checkpoint)))
+                before = self._host.checkpoint()
+                try:
+                    if message.seed is not None:
+                        self._host.reset(message.seed)
+                    else:
+                        self._host.restore(self._checkpoint(str(message.checkpoint)))
+                except CancelledError:
+                    # Half a reset is no layout of any seed.
+                    self._host.restore(before)
+                    raise
             self._info = self._survey()
             self._saver.save()
             return self._read_truth()
 
-        self._exclusively("reset", request, reset)
+        self._change("reset", request, reset, message.client_id)
 
     def _checkpoint(self, name: str) -> Checkpoint:
         found = self._checkpoints.get(name)
@@ -276,7 +287,8 @@ class SimServer:
             raise _wrong("task", "give a task's name or a document, one of the two")
 
         def load() -> TrueState:
-            host = self._load(message)
+            self._changes.check()
+            host = self._load(message, self._changes.check)
             with self.studio.lock:
                 before, self._host = self._host, host
                 self._loads += 1
@@ -289,10 +301,12 @@ class SimServer:
             self._saver.save()
             return self._read_truth()
 
-        self._exclusively("load", request, load)
+        self._change("load", request, load, message.client_id)
 
     def _on_clock(self, request: Request) -> None:
         message = request.message(Clock)
+        if message.cancel:
+            self._changes.cancel()
         if message.pace is not None:
             self._worker.set_pace(message.pace)
             self._pace_owner = message.client_id
@@ -302,33 +316,17 @@ class SimServer:
             return
 
         def step() -> TrueState:
-            self._host.sim.step(seconds)
+            for _ in range(max(1, round(seconds / self._host.sim.control_timestep))):
+                self._changes.check()
+                self._host.sim.step()
             return self._read_truth()
 
-        self._exclusively("clock", request, step)
+        self._change("clock", request, step, message.client_id)
 
-    def _exclusively(self, name: str, request: Request, job: Callable[[], Message]) -> None:
-        """Run a job that changes the world when no goal does."""
-        with self._lock:
-            doing = self._occupation()
-            if doing is not None:
-                live = self._ledger.live()
-                raise BusyError(
-                    f"the robot is busy with {doing}; cancel it or wait for it",
-                    evidence=BusyEvidence(
-                        doing=doing, goal_id=live[0] if live else None, waiting=max(0, len(live) - 1)
-                    ),
-                )
-            self._doing = name
-
-        def run() -> Message:
-            try:
-                return job()
-            finally:
-                # Before the answer is sent: whoever has it may go on.
-                self._doing = None
-
-        self._worker.order(lambda: request.run(run))
+    def _change(self, name: str, request: Request, job: Callable[[], Message], client_id: str | None) -> None:
+        self._changes.begin(name, request, job, client_id=client_id)
+        if client_id is not None:
+            self._clients.expect(client_id)
 
     def _survey(self) -> Info:
         self._skills = {skill.name: skill for skill in self._host.skills}
@@ -353,7 +351,7 @@ class SimServer:
             )
         checked = skill.check(message.arguments)
         try:
-            goal, new = self._ledger.admit(message, name, checked, self._doing)
+            goal, new = self._ledger.admit(message, name, checked, self._changes.doing)
         except OSError as error:
             raise InternalError(
                 f"not accepted: the sim cannot write beside its state file ({error.strerror}); make room there"
@@ -392,6 +390,7 @@ class SimServer:
         for goal_id in self._ledger.of_client(client_id):
             _log.info("client %s is gone; its goal %s is cancelled", client_id, goal_id)
             self._cancel(goal_id, abandoned=True)
+        self._changes.lose(client_id)
         if self._pace_owner == client_id:
             self._pace_owner = None
             self._worker.set_pace(self._default_pace)

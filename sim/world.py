@@ -222,7 +222,13 @@ def check_start(world: World, data: mujoco.MjData) -> None:
     Raises:
         InputError: The first such pair and how deep.
     """
-    mujoco.mj_fwdPosition(world.model, data)
+    try:
+        mujoco.mj_fwdPosition(world.model, data)
+    except mujoco.FatalError:
+        # More contacts than MuJoCo reserves memory for.
+        raise InputError(
+            "objects: start inside one another in more places than can be computed; move them apart"
+        ) from None
     bodies = world.model.geom_bodyid
     by_body = world.owners
     for contact in data.contact[: data.ncon]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Self
@@ -183,6 +183,7 @@ def open_session(
     max_replans: int = 3,
     what_if: bool = True,
     render_size: tuple[int, int] = (240, 320),
+    wait_hook: Callable[[], None] | None = None,
 ) -> Session:
     """Load a world and put an agent in it.
 
@@ -201,6 +202,7 @@ def open_session(
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
         render_size: (height, width) of camera pictures, pixels.
+        wait_hook: Called again and again while the world is loaded and settles; what it raises ends that.
 
     Raises:
         InputError: A name, file or value is wrong.
@@ -211,6 +213,8 @@ def open_session(
         chosen = chosen.model_copy(update={"scene": scene})
     skills = load_skills()
     sim = MuJoCoBackend(render_size=render_size, sensor=find_sensor(sensor))
+    if wait_hook is not None:
+        sim.wait_hooks.append(wait_hook)
     options = dict(planner_options or {})
     if camera is not None:
         options["picture"] = lambda: sim.observe([camera]).images[camera]
@@ -333,6 +337,7 @@ class _ReachCheck:
         return self._exempt[obj.id] or self._reaches(obj)
 
     def _reaches(self, obj: DetectedObject) -> bool:
+        self._sim.wait()
         middle = centre(obj)
         base = self._sim.robot.base_position
         if float(np.hypot(*(middle - base)[:2])) < _BASE_RADIUS:

@@ -15,7 +15,17 @@ from robosandbox.sim.objects.primitives import PRIMITIVES, bounding_radius, half
 from robosandbox.sim.objects.tags import add_tag
 from robosandbox.types import Array, Scene, SceneObject
 
-__all__ = ["BOX", "PREFIX", "add_objects", "can_rewrite", "mesh_bounds", "place", "rewrite"]
+__all__ = [
+    "BOX",
+    "PREFIX",
+    "add_objects",
+    "can_rewrite",
+    "count_bodies",
+    "count_geoms",
+    "mesh_bounds",
+    "place",
+    "rewrite",
+]
 
 _SHAPE_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
 
@@ -44,6 +54,22 @@ def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
                 add_geom(body, item, item.mass, type=PRIMITIVES[item.kind], size=padded(item.size))
                 # Behind the shape: `rewrite` takes a body's first geom for it.
                 add_tag(spec, body, item)
+
+
+def count_bodies(scene: Scene) -> int:
+    """Return of how many bodies a scene's objects are made."""
+    return sum(item.count or (2 if item.kind == "drawer" else 1) for item in scene.objects)
+
+
+def count_geoms(scene: Scene) -> int:
+    """Return of how many geoms a scene's objects are made.
+
+    Raises:
+        InputError: As `add_objects` does.
+    """
+    spec = mujoco.MjSpec()
+    add_objects(spec, scene)
+    return len(spec.geoms)
 
 
 def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:

@@ -160,10 +160,12 @@ class Reset(FromClient):
     Attributes:
         seed: The layout; 0 is the task as written.
         checkpoint: What `checkpoint` returned; in place of a seed.
+        client_id: The client's liveliness token: the reset is given up when the client is lost.
     """
 
     seed: Count | None = None
     checkpoint: Annotated[str, Field(max_length=64)] | None = None
+    client_id: GoalId | None = None
 
 
 class Load(FromClient):
@@ -173,6 +175,7 @@ class Load(FromClient):
         task: A bundled task's name.
         document: A task as its YAML would have it; in place of a name.
         robot: A bundled robot's name or an allowed file, in place of the task's.
+        client_id: The client's liveliness token: the load is given up when the client is lost.
     """
 
     max_bytes: ClassVar[int] = MAX_MESSAGE_BYTES
@@ -180,6 +183,7 @@ class Load(FromClient):
     task: Annotated[str, Field(max_length=64)] | None = None
     document: dict[str, Any] | None = None
     robot: Annotated[str, Field(max_length=1000)] | None = None
+    client_id: GoalId | None = None
 
 
 class Clock(FromClient):
@@ -188,11 +192,13 @@ class Clock(FromClient):
     Attributes:
         step: Simulated seconds to pass now, the arm holding.
         pace: `realtime`, or `fast`: as fast as it computes, and between goals not at all. What a client set ends with it.
-        client_id: The client's liveliness token, to which the pace is tied.
+        cancel: Give up the load, reset or step that is under way; its query ends in the error `cancelled`.
+        client_id: The client's liveliness token, to which the pace and the step are tied.
     """
 
     step: Annotated[float, Field(gt=0.0, le=60.0, allow_inf_nan=False)] | None = None
     pace: Literal["realtime", "fast"] | None = None
+    cancel: bool = False
     client_id: GoalId | None = None
 
 
