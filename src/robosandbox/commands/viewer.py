@@ -128,9 +128,10 @@ def _log(news: News) -> None:
         case operator.Began(doing, what):
             line = f"{doing}: {what}"
         case operator.Finished(episode, _):
-            line = f"{episode.final_reason}: {episode.final_detail}"
+            how = "done" if episode.success else episode.final_reason.replace("_", " ")
+            line = f"{how}: {episode.final_detail}"
         case operator.Complaint(message):
-            line = f"refused: {message}"
+            line = f"not done: {message}"
         case _:
             return
     print(line, file=sys.stderr, flush=True)

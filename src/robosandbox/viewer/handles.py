@@ -6,6 +6,9 @@ from typing import TypeVar
 
 import viser
 
+# White letters on it have a contrast of 6.9.
+BRAND = (32, 92, 158)
+
 ValueT = TypeVar("ValueT")
 
 

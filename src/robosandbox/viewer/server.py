@@ -19,6 +19,7 @@ from websockets.http11 import Request, Response
 
 from robosandbox.errors import InputError
 from robosandbox.viewer.access import refusal
+from robosandbox.viewer.handles import BRAND
 from robosandbox.viewer.orders import PATH, TakeOrder
 
 HOST = "127.0.0.1"
@@ -55,7 +56,7 @@ def open_server(port: int, take_order: TakeOrder) -> LocalServer:
     # Viser announces itself on stdout; the command says where the viewer is.
     with _own_pages_only(take_order), contextlib.redirect_stdout(io.StringIO()):
         server = LocalServer(host=HOST, port=port, label="RoboSandbox", verbose=False)
-    server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=(32, 92, 158))
+    server.gui.configure_theme(show_logo=False, show_share_button=False, brand_color=BRAND)
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(400)
     _light(server)

@@ -11,6 +11,7 @@ from robosandbox.agent.episode import SkillFailed
 from robosandbox.errors import ErrorRecord, Repair
 from robosandbox.types import Plan
 from robosandbox.viewer import html, operator
+from robosandbox.viewer.handles import BRAND
 from robosandbox.viewer.operator import Doing, News, Operator
 
 # Of the evidence, what is in metres whatever the error.
@@ -86,7 +87,7 @@ class RepairsPanel:
         """Add what a repair does, and under it the button that carries it out."""
         self._say(html.line(f"{repair.why}: {', '.join(map(str, repair.calls))}", mark=str(number)))
         button = self._gui.add_button(
-            f"Repair {number} ({repair.cost:.0f} s)", color="blue", icon=viser.Icon.TOOL, hint=repair.why
+            f"Repair {number} ({repair.cost:.0f} s)", color=BRAND, icon=viser.Icon.TOOL, hint=repair.why
         )
         button.on_click(lambda _: self._control.follow(Plan(steps=repair.calls)))
         self._made.append(button)
