@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from importlib import resources
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.task import ALL_SUITES, Task
+from robosandbox.tasks.bundled import ALL_SUITES
+from robosandbox.tasks.bundled import bundled_tasks as bundled_tasks
+from robosandbox.tasks.task import Task
 from robosandbox.types import Scene, SceneObject
 from robosandbox.validation import did_you_mean, load_yaml_model
 
@@ -25,16 +26,6 @@ def load_task(path: Path | str) -> Task:
     objects = tuple(_with_mesh(item, index, folder, path.name) for index, item in enumerate(task.scene.objects))
     scene = task.scene.model_copy(update={"objects": objects, **_robot_files(task.scene, folder, path.name)})
     return task.model_copy(update={"scene": scene})
-
-
-def bundled_tasks() -> dict[str, Path]:
-    """Return the YAML files in `tasks/definitions` by task name, sorted."""
-    return {path.stem: path for path in sorted(definitions_folder().glob("*.yaml"))}
-
-
-def definitions_folder() -> Path:
-    """Return the folder of the bundled tasks; a file dropped there is one more."""
-    return Path(str(resources.files("robosandbox.tasks"))) / "definitions"
 
 
 def find_task(name: str) -> Task:

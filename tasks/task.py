@@ -8,11 +8,11 @@ from typing import Annotated, Self
 
 from pydantic import Field, field_validator, model_validator
 
+from robosandbox.tasks.bundled import ALL_SUITES, STANDARD_SUITE
 from robosandbox.tasks.success import TABLE, Check, Criterion, On, Tapped
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
-STANDARD_SUITE, ALL_SUITES = "standard", "all"
 DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
 DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)
 

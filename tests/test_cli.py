@@ -184,7 +184,7 @@ def test_a_file_dropped_into_the_definitions_is_benched(
 ) -> None:
     bundled = bundled_tasks()["pick_cube_franka"].read_text()
     (tmp_path / "my_pick.yaml").write_text(bundled.replace("pick_cube_franka", "my_pick"))
-    monkeypatch.setattr("robosandbox.tasks.loader.definitions_folder", lambda: tmp_path)
+    monkeypatch.setattr("robosandbox.tasks.bundled.definitions_folder", lambda: tmp_path)
     assert run_bench("--tasks", "my_pick") == EXIT_DONE
     assert "my_pick " in capsys.readouterr().out
 

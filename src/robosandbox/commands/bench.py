@@ -172,8 +172,8 @@ def _check_writable(file: Path) -> None:
 
 
 def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> list[Task | BrokenTask]:
+    from robosandbox.tasks.bundled import STANDARD_SUITE
     from robosandbox.tasks.loader import find_task, tasks_of_suite
-    from robosandbox.tasks.task import STANDARD_SUITE
 
     wanted = [name for item in names for name in item.split(",") if name]
     if names and not wanted:

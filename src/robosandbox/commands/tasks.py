@@ -17,15 +17,12 @@ Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on s
 @app.command("list")
 def list_tasks(json: Json = False) -> None:
     """List the bundled tasks."""
-    from robosandbox.tasks.loader import bundled_tasks, find_task
+    from robosandbox.tasks.bundled import task_entries
 
-    tasks = [find_task(name) for name in bundled_tasks()]
+    tasks = task_entries()
     if json:
         print_json(
-            [
-                {"name": task.name, "suite": task.suite, "prompt": task.prompt, "success": task.success.kind}
-                for task in tasks
-            ]
+            [{"name": task.name, "suite": task.suite, "prompt": task.prompt, "success": task.success} for task in tasks]
         )
         return
     width, wide = (max(len(getattr(task, field)) for task in tasks) for field in ("name", "suite"))
