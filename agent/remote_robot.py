@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import time
+import logging
+import threading
 import uuid
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import zenoh
 from pydantic import ValidationError
-from pydantic_core import from_json
 
+from robosandbox.agent.asking import ANSWER_SECONDS, Asker
 from robosandbox.agent.remote import RemoteContext, RemoteSkill
 from robosandbox.agent.remote_goal import RemoteGoal
 from robosandbox.errors import (
-    ErrorRecord,
-    ForbiddenError,
     InputError,
     InvalidArgumentError,
     InvalidMessageError,
@@ -49,10 +48,8 @@ from robosandbox.wire import (
 if TYPE_CHECKING:
     from robosandbox.agent.client import Client
 
-_ANSWER_SECONDS = 10.0
+_log = logging.getLogger(__name__)
 _LOAD_SECONDS = 120.0
-_POLL_SECONDS = 0.02
-_DENIED_SECONDS = 1.5
 
 
 _NEWS: dict[str, type[Goal] | type[Feedback] | type[Intended]] = {
@@ -75,11 +72,12 @@ class RemoteRobot:
         self.ctx = RemoteContext(self)
         self._client = client
         self._session = client.session
+        self._asker = Asker(client, robot_id)
         self._goals: dict[str, set[RemoteGoal]] = {}
         self._info: Info | None = None
         self._skills: list[RemoteSkill] = []
         self._token = self._session.liveliness().declare_token(key(robot_id, "client", client.id))
-        self._news = self._session.declare_subscriber(key(robot_id, "goal", "*", "*"), self._on_news)
+        self._news = self.watch("goal/*/*", self._on_news)
         self.survey()
 
     # What it is.
@@ -137,14 +135,23 @@ class RemoteRobot:
         """
         parameters = f"?format={_plain('format', format)}" if format else ""
         sample = self._get(
-            f"obs/camera/{_plain('camera', camera)}/{'depth' if depth else 'rgb'}{parameters}", None, _ANSWER_SECONDS
+            f"obs/camera/{_plain('camera', camera)}/{'depth' if depth else 'rgb'}{parameters}", None, ANSWER_SECONDS
         )
         attachment = sample.attachment
         return sample.payload.to_bytes(), Picture.read(attachment.to_bytes() if attachment else b"")
 
     def watch(self, suffix: str, handler: Callable[[zenoh.Sample], None]) -> zenoh.Subscriber[None]:
-        """Subscribe to one of the robot's keys, "obs/state" for example; undeclare what is returned to end it."""
-        return self._session.declare_subscriber(key(self.id, suffix), handler)
+        """Subscribe to one of the robot's keys, "obs/state" for example; undeclare what is returned to end it.
+
+        What another session than the sim's publishes there is not handed on.
+        """
+
+        def hear(sample: zenoh.Sample) -> None:
+            origin = sample.source_info
+            if self._asker.source.believes(origin.source_id if origin else None, suffix):
+                handler(sample)
+
+        return self._session.declare_subscriber(key(self.id, suffix), hear)
 
     # Acting.
 
@@ -270,7 +277,11 @@ class RemoteRobot:
 
     def on_presence(self, came: bool) -> None:
         """Take note that the sim came or went; from Zenoh's thread."""
-        if not came:
+        if came:
+            # Whoever only listens asks nothing that would tell who is to be believed now.
+            threading.Thread(target=self._meet_again, name="meet again", daemon=True).start()
+        else:
+            self._asker.source.forget()
             for goal in self._followed(*self._goals):
                 goal.lose()
 
@@ -281,7 +292,7 @@ class RemoteRobot:
 
     # Asking.
 
-    def ask(self, suffix: str, message: Message, answer: type[MessageT], timeout: float = _ANSWER_SECONDS) -> MessageT:
+    def ask(self, suffix: str, message: Message, answer: type[MessageT], timeout: float = ANSWER_SECONDS) -> MessageT:
         """Send a request that may be sent twice, and return its answer; waits for a sim that is away.
 
         Raises:
@@ -298,32 +309,13 @@ class RemoteRobot:
             raise InputError(error.message) from None
 
     def _get(self, suffix: str, message: Message | None, timeout: float) -> zenoh.Sample:
-        payload = message.encode() if message is not None else None
-        give_up = time.monotonic() + self._client.reconnect
-        denied_since: float | None = None
-        while True:
-            for reply in self._session.get(key(self.id, suffix), payload=payload, timeout=timeout):
-                if reply.ok is not None:
-                    return reply.ok
-                raise _error(reply.err.payload.to_bytes() if reply.err else b"", self.id)
-            # No answer at all: nobody is there, a connection in the making has not brought the key yet, or access
-            # control hides it, which a sim that goes on answering `info` tells.
-            now = time.monotonic()
-            denied_since = (denied_since or now) if self._answers_info() else None
-            if denied_since is not None and now - denied_since > _DENIED_SECONDS:
-                raise ForbiddenError(
-                    f"{suffix.partition('?')[0]}: the sim of {self.id!r} is there and does not let this client ask it; "
-                    "its access control wants other credentials, such as an operator's"
-                )
-            left = give_up - now
-            if left <= 0.0:
-                raise ServiceUnavailableError(f"the sim of {self.id!r} does not answer on {suffix}")
-            self._client.wait_for(self.id, left)
-            time.sleep(_POLL_SECONDS)
+        return self._asker.get(suffix, message.encode() if message is not None else None, timeout)
 
-    def _answers_info(self) -> bool:
-        replies = self._session.get(key(self.id, "info"), timeout=_ANSWER_SECONDS)
-        return any(reply.ok is not None for reply in replies)
+    def _meet_again(self) -> None:
+        try:
+            self._asker.source.find(ANSWER_SECONDS)
+        except (ServiceUnavailableError, zenoh.ZError) as error:
+            _log.warning("news of robot %s is not heard: %s", self.id, error)
 
     def _on_news(self, sample: zenoh.Sample) -> None:
         *_, goal_id, kind = str(sample.key_expr).split("/")
@@ -337,16 +329,6 @@ class RemoteRobot:
 
     def _followed(self, *goal_ids: str) -> list[RemoteGoal]:
         return [goal for goal_id in goal_ids for goal in tuple(self._goals.get(goal_id, ()))]
-
-
-def _error(payload: bytes, robot_id: str) -> Exception:
-    """Return the exception that an error reply stands for."""
-    if payload == b"Timeout":
-        return ServiceUnavailableError(f"the sim of {robot_id!r} did not answer in time")
-    try:
-        return ErrorRecord.model_validate(from_json(payload)).exception()
-    except (ValueError, ValidationError):
-        return ServiceUnavailableError(f"the sim of {robot_id!r} answered {payload[:80]!r}, which is no message")
 
 
 def _message(model: type[MessageT], **fields: Any) -> MessageT:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import logging
 import threading
 import time
@@ -20,6 +21,18 @@ from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, M
 
 _log = logging.getLogger(__name__)
 _OBJECTS_HZ = 5.0
+
+
+class _Origin:
+    """Numbers what an entity of the sim's session publishes: clients believe what comes from that session."""
+
+    def __init__(self, entity: zenoh.EntityGlobalId) -> None:
+        self._entity = entity
+        self._numbers = itertools.count()
+
+    def next(self) -> zenoh.SourceInfo:
+        """Return what goes with the next publication."""
+        return zenoh.SourceInfo(self._entity, next(self._numbers))
 
 
 class _Ticker:
@@ -102,6 +115,8 @@ class StateStream(_Stream):
             encoding=JSON,
             congestion_control=zenoh.CongestionControl.DROP,
             cache=ext.CacheConfig(max_samples=1),
+            # Has samples carry where they come from.
+            sample_miss_detection=ext.MissDetectionConfig(heartbeat=None, sporadic_heartbeat=None),
         )
         self._latest: Message | None = None
         self._seq = 0
@@ -127,13 +142,14 @@ class ObjectStream(_Stream):
         self._publisher = session.declare_publisher(
             key(robot_id, "obs", "objects"), encoding=JSON, congestion_control=zenoh.CongestionControl.DROP
         )
+        self._origin = _Origin(self._publisher.id)
 
     def _tick(self) -> None:
         if self._publisher.matching_status:
             self._ask()
 
     def _hear(self, message: Message) -> None:
-        self._publisher.put(message.encode())
+        self._publisher.put(message.encode(), source_info=self._origin.next())
 
     def _undeclare(self) -> None:
         self._publisher.undeclare()
@@ -149,6 +165,7 @@ class GoalNews:
     def __init__(self, session: zenoh.Session, robot_id: str) -> None:
         self._session = session
         self._robot_id = robot_id
+        self._origin = _Origin(session.id)
 
     def status(self, goal: Goal) -> None:
         """Publish how far a goal is."""
@@ -168,6 +185,7 @@ class GoalNews:
             message.encode(),
             encoding=JSON,
             congestion_control=zenoh.CongestionControl.DROP,
+            source_info=self._origin.next(),
         )
 
 
@@ -219,9 +237,10 @@ class CameraStreams:
             congestion_control=zenoh.CongestionControl.DROP,
         )
         self._publishers[name, kind] = publisher
+        origin = _Origin(publisher.id)
 
         def deliver(payload: bytes, attachment: Picture) -> None:
-            publisher.put(payload, attachment=attachment.encode())
+            publisher.put(payload, attachment=attachment.encode(), source_info=origin.next())
 
         def match(status: zenoh.MatchingStatus) -> None:
             self._studio.stream(view, deliver if status.matching else None)
