@@ -149,6 +149,28 @@ def on_table(obj: DetectedObject, table_height: float) -> Relation:
     return Relation(abs(clearance) < REST_TOLERANCE, {"clearance_mm": 1e3 * clearance})
 
 
+def above(
+    obj: DetectedObject, target: DetectedObject, *, within: float | None = None, rise: float | None = None
+) -> Relation:
+    """Tell whether `obj` is above `target`, touching it or not.
+
+    Args:
+        obj: The upper one.
+        target: The lower one.
+        within: Most that the centres may lie apart seen from above, metres; None asks for the centre of `obj` to lie over
+            the target's footprint.
+        rise: Least height of the centre of `obj` over the target's centre, metres; None asks for more than the target's top.
+    """
+    apart = centre(obj) - centre(target)
+    aside = float(np.hypot(apart[0], apart[1]))
+    margin = footprint_margin(target, centre(obj)) if within is None else within - aside
+    height = float(centre(obj)[2] - top(target)) if rise is None else float(apart[2]) - rise
+    return Relation(
+        margin > 0.0 and height > 0.0,
+        {"aside_mm": 1e3 * aside, "dz_mm": 1e3 * float(apart[2]), "margin_mm": 1e3 * margin},
+    )
+
+
 def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
     """Tell whether `obj` is in `container`: its centre within the inner walls, its bottom below the rim.
 

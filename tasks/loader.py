@@ -7,6 +7,7 @@ from pathlib import Path
 from robosandbox.errors import InputError
 from robosandbox.tasks.bundled import ALL_SUITES
 from robosandbox.tasks.bundled import bundled_tasks as bundled_tasks
+from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene, SceneObject
 from robosandbox.validation import did_you_mean, load_yaml_model
@@ -63,17 +64,25 @@ def _robot_files(scene: Scene, folder: Path, source: str) -> dict[str, Path]:
     found: dict[str, Path] = {}
     robot = scene.robot_urdf
     # A name without a suffix is a bundled robot's, one with a colon comes from elsewhere.
-    if robot is not None and robot.suffix.lower() in _MODEL_SUFFIXES and ":" not in str(robot):
+    if robot is not None and str(robot).startswith(BUILTIN):
+        found["robot_urdf"] = builtin_file(robot, f"{source}: scene.robot_urdf")
+    elif robot is not None and robot.suffix.lower() in _MODEL_SUFFIXES and ":" not in str(robot):
         found["robot_urdf"] = _existing(robot, folder, f"{source}: scene.robot_urdf")
     if scene.robot_config is not None:
-        found["robot_config"] = _existing(scene.robot_config, folder, f"{source}: scene.robot_config")
+        field = f"{source}: scene.robot_config"
+        bundled = str(scene.robot_config).startswith(BUILTIN)
+        config = scene.robot_config
+        found["robot_config"] = builtin_file(config, field) if bundled else _existing(config, folder, field)
     return found
 
 
 def _with_mesh(item: SceneObject, index: int, folder: Path, source: str) -> SceneObject:
     if item.mesh is None:
         return item
-    mesh = _existing(item.mesh, folder, f"{source}: scene.objects[{index}].mesh")
+    field = f"{source}: scene.objects[{index}].mesh"
+    if str(item.mesh).startswith(YCB):
+        return ycb_object(item, field)
+    mesh = _existing(item.mesh, folder, field)
     return item.model_copy(update={"mesh": mesh})
 
 

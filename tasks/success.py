@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -19,6 +20,7 @@ from robosandbox.types import (
     Direction,
     Fraction,
     NonNegative,
+    Pose,
     Positive,
     Side,
     StrictModel,
@@ -128,7 +130,7 @@ class Beside(Pair):
 
 
 class Displaced(Check):
-    """The object went that way."""
+    """The object went that way; of a drawer, its box did, on its slide or with the whole."""
 
     kind: Literal["displaced"]
     object: str
@@ -141,7 +143,7 @@ class Displaced(Check):
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare where it was and is."""
-        before, after = _seen(start, self.object), _seen(now, self.object)
+        before, after = _front(start, self.object), _front(now, self.object)
         return relations.displacement(before, after, self.direction, self.min_mm / 1e3)
 
 
@@ -166,6 +168,37 @@ class InPlaceOf(Check):
         touched = "robot" in now.objects[self.object].contacts
         holds = 1e3 * off <= self.max_mm and step < relations.REST_TOLERANCE and not touched
         return Relation(holds, {"off_mm": 1e3 * off, "within_mm": self.max_mm, "touched": float(touched)})
+
+
+class MovedAbove(Check):
+    """The object is above the target and was not there at the start; whether it rests there or hangs in the gripper is all one.
+
+    Attributes:
+        object: Id.
+        target: Id.
+        xy_tol: Most that their centres may lie apart seen from above, metres; left out, the object's centre has to lie
+            within the target's outline.
+        min_dz: Least that the object's centre is above the target's, metres; left out, it has to be above the target's top.
+    """
+
+    kind: Literal["moved_above"]
+    object: str
+    target: str
+    xy_tol: Positive | None = None
+    min_dz: Positive | None = None
+
+    def references(self) -> Iterator[Reference]:
+        """Return the objects that the check names."""
+        yield "object", self.object, _ANY
+        yield "target", self.target, _ANY
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Compare centres, outline and top, now and at the start."""
+        before, after = (
+            relations.above(_seen(truth, self.object), _seen(truth, self.target), within=self.xy_tol, rise=self.min_dz)
+            for truth in (start, now)
+        )
+        return Relation(after.holds and not before.holds, {**after.detail, "above_at_start": float(before.holds)})
 
 
 class Opened(Check):
@@ -362,6 +395,7 @@ Criterion = Annotated[
     | Beside
     | InPlaceOf
     | Displaced
+    | MovedAbove
     | Opened
     | Closed
     | Poured
@@ -380,6 +414,13 @@ NotOf.model_rebuild()
 
 def _seen(truth: Truth, name: str) -> DetectedObject:
     return truth.objects[name].detected()
+
+
+def _front(truth: Truth, name: str) -> DetectedObject:
+    """Return an object where it is; a drawer is where its sliding box is, which opens towards local -x."""
+    seen = _seen(truth, name)
+    slide = Pose(xyz=(-(seen.opening or 0.0), 0.0, 0.0))
+    return replace(seen, pose=seen.pose @ slide) if seen.kind == "drawer" else seen
 
 
 def _opening(truth: Truth, name: str) -> float:

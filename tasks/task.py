@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, field_validator, model_validator
 
@@ -13,6 +13,8 @@ from robosandbox.tasks.success import TABLE, Check, Criterion, On, Tapped
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
+# Longer than any file of the bundled tasks; a note is a paragraph.
+MAX_NOTES_LENGTH = 10_000
 DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
 DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)
 
@@ -30,6 +32,7 @@ class Task(StrictModel):
         start_q: Where the arm starts, one value per arm joint; at home when left out.
         limits: What no planner can pass.
         suite: Which of the bench's suites it belongs to.
+        notes: Free text for people; `seed_note` in a file is the same.
     """
 
     name: str
@@ -40,6 +43,16 @@ class Task(StrictModel):
     start_q: tuple[Finite, ...] | None = None
     limits: Limits | None = None
     suite: str = STANDARD_SUITE
+    notes: Annotated[str | None, Field(max_length=MAX_NOTES_LENGTH)] = None
+
+    @model_validator(mode="before")
+    @classmethod
+    def _seed_note_is_notes(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or "seed_note" not in data:
+            return data
+        if "notes" in data:
+            raise ValueError("seed_note: is the same as notes, which is there too; keep one of them")
+        return {"notes" if name == "seed_note" else name: value for name, value in data.items()}
 
     @property
     def randomization(self) -> Randomize:

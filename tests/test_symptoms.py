@@ -20,7 +20,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "docs" / "troubleshooting.md"
 PANDA = ROOT / "robots" / "franka_panda"
 HEADER = "| what one sees | what was broken |"
-NEAR, FAR, TOO_FAR = 0.15, 0.45, 1.2
+NEAR, TOO_FAR = 0.15, 1.2
 
 Change = Callable[[dict[str, Any]], object]
 
@@ -53,7 +53,8 @@ BROKEN: Mapping[str, tuple[float, Change]] = {
     "`ee_site` 30 mm to the side": (NEAR, _tcp(0, 0.03, 0.1034)),
     "`ee_site` 30 mm across": (NEAR, _tcp(0.03, 0, 0.1034)),
     "`ee_site` 30 mm beyond the fingertips": (NEAR, _tcp(0, 0, 0.1334)),
-    "`ee_site` 600 mm beyond, cube 0.75 m away": (FAR, _tcp(0, 0, 0.7)),
+    "`ee_site` 600 mm beyond": (NEAR, _tcp(0, 0, 0.7)),
+    "`ee_site` on the forearm": (NEAR, lambda side: side["ee_site"]["inject"].update(attach_body="link5")),
     "`base_pose` 250 mm too low": (NEAR, _base(-0.3, 0, -0.25)),
     "`joints`, `actuators`, `home_qpos` skip one": (NEAR, _skip("joints", "actuators", "home_qpos")),
     "`joints` alone skips one": (NEAR, _skip("joints")),

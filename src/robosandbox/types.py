@@ -301,6 +301,20 @@ class SceneObject(StrictModel):
             return {**data, "pose": Pose(xyz=(0.0, 0.0, 0.0))}
         return data
 
+    @model_validator(mode="before")
+    @classmethod
+    def _drawer_max_open_is_the_last_size(cls, data: Any) -> Any:
+        if not isinstance(data, dict) or data.get("kind") != "drawer" or "drawer_max_open" not in data:
+            return data
+        size = data.get("size")
+        if not isinstance(size, list | tuple) or len(size) != len(OBJECT_SIZES["drawer"]) - 1:
+            raise ValueError(
+                "drawer_max_open: stands for max_open in size [width, depth, height, max_open]; give three numbers and "
+                "drawer_max_open, or four numbers"
+            )
+        rest = {name: value for name, value in data.items() if name != "drawer_max_open"}
+        return {**rest, "size": [*size, data["drawer_max_open"]]}
+
     @field_validator("id")
     @classmethod
     def _id_is_plain(cls, value: str) -> str:
