@@ -19,6 +19,7 @@ from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.board import Board
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
+from robosandbox.sim.plausible import check_state
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
 from robosandbox.sim.states import object_truth
@@ -426,14 +427,11 @@ class MuJoCoBackend:
             physics_steps: As counted there.
 
         Raises:
-            InputError: The snapshot is of another model.
+            InputError: The snapshot is of another model, or of no world.
         """
         if scene != self.scene:
             self._adopt(scene)
-        if len(state) != mujoco.mj_stateSize(self.model, _STATE):
-            raise InputError(
-                f"the saved state has {len(state)} numbers and does not fit {self.robot.name} in this scene"
-            )
+        check_state(self.model, state, robot=self.robot.name)
         self.restore(state)
         self.physics_steps = physics_steps
 

@@ -85,12 +85,14 @@ class TaskHouse:
         Raises:
             InputError: The task cannot be loaded any more, or the state does not fit it.
         """
-        session = self.open(validate(world.task, Task, source="state file"))
+        task = validate(world.task, Task, source="--state-file: task")
+        _check_same_robot(task.scene, world.checkpoint.scene)
+        session = self.open(task)
         try:
             session.restore(world.checkpoint)
-        except InputError:
+        except InputError as error:
             session.close()
-            raise
+            raise InputError(f"--state-file: {error}; the file is damaged: remove it or bring back a copy") from None
         return session
 
     def load(self, message: Load, wait_hook: Callable[[], None]) -> Session:
@@ -129,6 +131,17 @@ class TaskHouse:
             raise InputError(
                 f"{field}: {str(path)!r} is in no folder that clients may load from; start the sim with "
                 "--allow-files FOLDER, or with the task itself"
+            )
+
+
+def _check_same_robot(task: Scene, saved: Scene) -> None:
+    """Refuse a world that was saved with another robot or table than its task has."""
+    for field in ("robot_urdf", "robot_config", "table_height"):
+        mine, theirs = getattr(task, field), getattr(saved, field)
+        if mine != theirs:
+            raise InputError(
+                f"--state-file: checkpoint.scene.{field}: {str(theirs)[:60]!r} is not the task's, {str(mine)[:60]!r}; "
+                "the file is damaged: remove it or bring back a copy"
             )
 
 

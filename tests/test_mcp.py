@@ -45,9 +45,10 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
         assert line.startswith("serving on http://127.0.0.1:"), line + process.stderr.read()
         async with Client(line.split()[-1]) as client:
             yield client
-    finally:
         process.terminate()
-        process.wait(timeout=20)
+        assert await asyncio.to_thread(process.wait, 20) == 0
+    finally:
+        process.kill()
 
 
 def here(session: Session, timeout: float = 120.0) -> Robot:

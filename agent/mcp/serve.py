@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import signal
 import socket
 import sys
 from collections.abc import Callable
@@ -52,7 +53,7 @@ async def serve_stdio(server: Server[Any]) -> None:
 
 
 async def serve_http(server: Server[Any], port: int) -> None:
-    """Serve clients of this machine until interrupted; the address goes to stderr.
+    """Serve clients of this machine until interrupted or ended by SIGTERM; the address goes to stderr.
 
     Args:
         server: The server.
@@ -74,5 +75,7 @@ async def serve_http(server: Server[Any], port: int) -> None:
         raise InputError(f"--http: port {port} cannot be had: {error}; give another, or 0 for a free one") from None
     with listener:
         print(f"serving on http://{HOST}:{listener.getsockname()[1]}{PATH}", file=sys.stderr, flush=True)
+        # uvicorn ends in order at SIGTERM, then raises it again for the handler before its own: by default a death by signal.
+        signal.signal(signal.SIGTERM, lambda *_: None)
         config = uvicorn.Config(app, log_level="warning", timeout_graceful_shutdown=3)
         await uvicorn.Server(config).serve(sockets=[listener])
