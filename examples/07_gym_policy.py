@@ -15,7 +15,7 @@ def grasp(env=None):
 
     def policy(seen):
         nonlocal closed_for
-        to_cube = seen["objects"][0, :3] - seen["tcp_pose"][:3]
+        to_cube = seen["environment_state"][:3] - seen["tcp_pose"][:3]
         over = np.linalg.norm(to_cube[:2]) < 0.01
         there = over and abs(to_cube[2]) < 0.01
         closed_for += there or closed_for > 0

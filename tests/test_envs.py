@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import warnings
 from pathlib import Path
@@ -15,10 +16,12 @@ from gymnasium.utils.env_checker import check_env
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.envs import ManipulationEnv, env_id
+from robosandbox.envs.progress import distance, potential
 from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.tasks.replay import open_replay
+from robosandbox.tasks.session import open_session
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
 
@@ -56,12 +59,12 @@ def test_pixels_pass_the_checker_and_are_pictures() -> None:
         "pick_cube_franka", observation="pixels", render_size=(64, 80), cameras=("wrist",), render_mode="rgb_array"
     )
     seen, _ = env.reset(seed=1)
-    assert seen["pixels"]["wrist"].shape == (64, 80, 3) and seen["pixels"]["wrist"].std() > 5.0
-    assert "objects" not in seen and seen in env.observation_space
+    assert seen["pixels"].shape == (64, 80, 3) and seen["pixels"].std() > 5.0
+    assert "environment_state" not in seen and seen in env.observation_space
     picture = env.render()
     assert picture is not None and picture.shape == (64, 80, 3)
     after, *_ = env.step(np.array([1.0, 0, 0, 0, 0, 0, 0], np.float32))
-    assert (after["pixels"]["wrist"] != seen["pixels"]["wrist"]).any()
+    assert (after["pixels"] != seen["pixels"]).any()
     env.close()
 
 
@@ -74,7 +77,7 @@ def test_ids_are_those_of_gymnasium_and_the_tasks_own_names() -> None:
 def test_a_seed_is_the_layout_of_the_bench() -> None:
     env = ManipulationEnv("pick_cube_scrambled")
     first, info = env.reset(seed=3)
-    assert info == {"is_success": False, "layout": 3}
+    assert info == {"is_success": False, "layout": 3, "task_description": "pick up the red cube"}
     cube = env.session.start.objects["red_cube"].pose
     env.close()
     with ManipulationEnv("pick_cube_scrambled") as other:
@@ -82,7 +85,7 @@ def test_a_seed_is_the_layout_of_the_bench() -> None:
         assert other.session.start.objects["red_cube"].pose == cube
         drawn = [other.reset()[1]["layout"] for _ in range(2)]
         assert drawn[0] != drawn[1]
-    assert np.allclose(first["objects"][0, :3], cube.xyz, atol=1e-6)
+    assert np.allclose(first["environment_state"][:3], cube.xyz, atol=1e-6)
 
 
 def test_ee_actions_move_the_tcp_by_what_they_say() -> None:
@@ -105,7 +108,7 @@ def test_joint_actions_lead_to_the_joints_that_they_name() -> None:
     goal = robot.home_q + np.array([0.3, -0.2, 0.1, 0.2, -0.1, 0.2, 0.3])
     for _ in range(40):
         seen, *_ = env.step(env.controller.joint_action(goal, closed=1.0))
-    assert np.abs(seen["q"] - goal).max() < 0.02 and seen["gripper"][0] > 0.95
+    assert np.abs(seen["agent_pos"][:-1] - goal).max() < 0.02 and seen["agent_pos"][-1] > 0.95
     env.close()
 
 
@@ -147,6 +150,65 @@ def test_scripted_policy_of_twenty_lines_solves_pick_cube_franka(
 def test_wrong_policies_are_told(arguments: list[str], complaint: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run_app(app, "robo-sandbox", ["run", *arguments]) == 2
     assert complaint in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("task", bundled_tasks())
+def test_observations_are_flat_and_named_as_lerobot_names_them(task: str) -> None:
+    # Stable-Baselines3 takes a Dict of Boxes of one dimension and of pictures; LeRobot reads these names.
+    with ManipulationEnv(task) as env:
+        found = env.observation_space
+        assert isinstance(found, gymnasium.spaces.Dict)
+        count, objects = env.session.sim.robot.n, len(env.session.task.scene.objects)
+        shapes = {"agent_pos": (count + 1,), "agent_vel": (count,), "tcp_pose": (7,)}
+        wanted = shapes | ({"environment_state": (7 * objects,)} if objects else {})
+        assert {name: space.shape for name, space in found.items()} == wanted
+        assert all(isinstance(space, gymnasium.spaces.Box) for space in found.values())
+        assert env.task_description == env.session.task.prompt
+
+
+def test_pictures_are_flat_for_one_camera_and_by_name_for_several() -> None:
+    with ManipulationEnv("home", observation="pixels", render_size=(32, 48)) as env:
+        assert isinstance(env.observation_space, gymnasium.spaces.Dict)
+        assert env.observation_space["pixels"] == gymnasium.spaces.Box(0, 255, (32, 48, 3), np.uint8)
+    with ManipulationEnv("home", observation="pixels", cameras=("scene", "wrist")) as env:
+        assert isinstance(env.observation_space, gymnasium.spaces.Dict)
+        inner = env.observation_space["pixels"]
+        assert isinstance(inner, gymnasium.spaces.Dict) and set(inner) == {"scene", "wrist"}
+
+
+def test_dense_rewards_add_up_to_what_was_gained_and_lead_to_the_task() -> None:
+    env = ManipulationEnv("pick_cube_franka", reward="dense")
+    spec = importlib.util.spec_from_file_location("policy", EXAMPLES / "07_gym_policy.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    policy = module.grasp(env)
+    seen, _ = env.reset(options={"layout": 2})
+    tcp = seen["tcp_pose"][:3].astype(float)
+    begun = potential(env.session.task.success, env.session.start, env.session.sim.truth(), tcp)
+    rewards = []
+    for _ in range(200):
+        seen, reward, ended, *_ = env.step(policy(seen))
+        rewards.append(reward)
+        if ended:
+            break
+    # At success the potential is 0: what is gained in all is 1 and the distance that there was.
+    assert ended and begun < -0.05 and sum(rewards) == pytest.approx(1.0 - begun, abs=1e-5)
+    assert np.mean(np.array(rewards[:10]) > 0.0) > 0.8 and rewards[-1] > 0.9
+    env.close()
+
+
+@pytest.mark.parametrize("task", ["pick_ball", "place_beside", "stack_two", "put_in_bin", "push_left", "open_drawer"])
+def test_tasks_have_a_distance_that_is_measured_and_goes_to_nothing(task: str) -> None:
+    with open_session(task) as session:
+        start, criterion = session.start, session.task.success
+        if not criterion.evaluate(start, session.sim.truth()).holds:
+            assert distance(criterion, start, session.sim.truth()) > 0.0
+        session.run()
+        assert session.judge().success
+        tcp = session.sim.observe().tcp_pose.position
+        assert distance(criterion, start, session.sim.truth()) == 0.0
+        assert potential(criterion, start, session.sim.truth(), tcp) == 0.0
 
 
 def test_wrong_kinds_are_told() -> None:

@@ -12,6 +12,7 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from robosandbox.envs.control import ActionKind, Controller
+from robosandbox.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
 from robosandbox.recording.settings import rows_per_frame
 from robosandbox.tasks.judge import longest_hold
@@ -20,20 +21,27 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import Array
 
 ObservationKind = Literal["state", "pixels"]
+RewardKind = Literal["sparse", "dense"]
 Observation = dict[str, Any]
 _LAYOUTS = 2**31 - 1
 _DRAWS = 20
+# Numbers of a pose: x, y, z, quaternion x, y, z, w.
+_POSE = 7
 
 
 class ManipulationEnv(gymnasium.Env[Observation, Array]):
     """A task that a policy is to fulfil, judged on the simulated state as by the bench.
 
-    Observations are dicts. Both kinds have `q` and `qd` (n,), `tcp_pose` (7,) as x, y, z, quaternion x, y, z, w in the
-    world and, with a gripper, `gripper` (1,): 0 open, 1 closed. `state` adds `objects` (k, 7), their poses in the order of
-    the task's scene, zeros for one that this layout leaves out; `pixels` adds `pixels`, an RGB picture (height, width, 3) uint8 per camera.
+    Observations are flat dicts under the names that LeRobot's environments use; Stable-Baselines3 takes them as they are.
+    Both kinds have `agent_pos`, the arm's joints and, with a gripper, how far it is closed (0 to 1), shape (n,) or (n + 1,);
+    `agent_vel` (n,), the joints' rates; and `tcp_pose` (7,) as x, y, z, quaternion x, y, z, w in the world. `state` adds
+    `environment_state` (7 k,): such a pose of each object in the order of the task's scene, zeros for one that this layout
+    leaves out. `pixels` adds `pixels`, an RGB picture (height, width, 3) uint8; with more than one camera a dict of them by
+    camera, which LeRobot takes and Stable-Baselines3 does not. `task_description` is the sentence.
 
-    The reward is 1 in the step in which the task succeeds, which ends the episode, and 0 before. `info["is_success"]`
-    says the same; what has to hold for a while has held by then.
+    With `reward="sparse"` it is 1 in the step in which the task succeeds, which ends the episode, and 0 before.
+    `info["is_success"]` says the same; what has to hold for a while has held by then. `reward="dense"` adds by how much
+    the step brought the world closer to success, in metres: `robosandbox.envs.progress.potential`.
 
     `reset(seed=s)` is the layout that the bench calls seed `s`, without a seed one is drawn;
     `reset(options={"layout": 0})` is the scene as written.
@@ -46,6 +54,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             where each joint is to be, -1 and 1 its limits. The gripper comes last, -1 open and 1 closed.
         control_hz: Actions per simulated second; the control rate divided by a whole number.
         cameras: Those of `pixels`.
+        reward: `sparse` or `dense`.
         render_mode: `rgb_array`, or None.
         render_size: (height, width) of pictures.
     """
@@ -60,13 +69,15 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         observation: ObservationKind = "state",
         action: ActionKind = "ee",
         control_hz: float = 20.0,
-        cameras: Sequence[str] = ("scene", "wrist"),
+        cameras: Sequence[str] = ("scene",),
+        reward: RewardKind = "sparse",
         render_mode: str | None = None,
         render_size: tuple[int, int] = (240, 320),
     ) -> None:
         for name, value, known in (
             ("observation", observation, ("state", "pixels")),
             ("action", action, ("ee", "joint")),
+            ("reward", reward, ("sparse", "dense")),
         ):
             if value not in known:
                 raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
@@ -76,14 +87,23 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         rows_per_frame(control_hz, sim.control_timestep, "control_hz")
         self.render_mode = render_mode
         self._cameras = tuple(cameras) if observation == "pixels" else ()
+        if observation == "pixels" and not self._cameras:
+            raise InputError(f"cameras: pixels need one; the world has {', '.join(sim.cameras)}")
         for camera in self._cameras:
             sim.camera_in_model(camera)
         self._controller = Controller(sim, action, 1.0 / control_hz)
         self._held_since: float | None = None
+        self._dense = reward == "dense"
+        self._potential = 0.0
         self.action_space: spaces.Space[Any] = spaces.Box(-1.0, 1.0, (self._controller.size,), np.float32)
         named = tuple(item.id for item in self.session.task.scene.objects)
         self._objects = named if observation == "state" else ()
         self.observation_space = self._space()
+
+    @property
+    def task_description(self) -> str:
+        """What is to be done, as a sentence: the task's prompt."""
+        return self.session.task.prompt
 
     @property
     def controller(self) -> Controller:
@@ -106,6 +126,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             self._draw()
         self._controller.reset()
         self._held_since = None
+        self._potential = self._closeness() if self._dense else 0.0
         return self._observe(), self._info(False)
 
     def step(self, action: Array) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -122,7 +143,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             stopped = error.message
         success = self._succeeded()
         info = self._info(success) | ({"stopped": stopped} if stopped else {})
-        return self._observe(), float(success), success or bool(stopped), False, info
+        return self._observe(), self._reward(success), success or bool(stopped), False, info
 
     def render(self) -> NDArray[np.uint8] | None:
         """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""
@@ -155,39 +176,48 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             self._held_since = now.time
         return now.time - self._held_since >= longest_hold(criterion) - 1e-9
 
+    def _reward(self, success: bool) -> float:
+        if not self._dense:
+            return float(success)
+        before, self._potential = self._potential, self._closeness()
+        return float(success) + self._potential - before
+
+    def _closeness(self) -> float:
+        sim = self.session.sim
+        return potential(self.session.task.success, self.session.start, sim.truth(), sim.observe().tcp_pose.position)
+
     def _info(self, success: bool) -> dict[str, Any]:
-        return {"is_success": success, "layout": self.session.seed}
+        return {"is_success": success, "layout": self.session.seed, "task_description": self.task_description}
 
     def _observe(self) -> Observation:
         seen = self.session.sim.observe(self._cameras)
+        closed = [] if seen.gripper is None else [seen.gripper.closed]
         found: Observation = {
-            "q": seen.q.astype(np.float32),
-            "qd": seen.qd.astype(np.float32),
+            "agent_pos": np.array([*seen.q, *closed], dtype=np.float32),
+            "agent_vel": seen.qd.astype(np.float32),
             "tcp_pose": np.array([*seen.tcp_pose.xyz, *seen.tcp_pose.quat_xyzw], dtype=np.float32),
         }
-        if seen.gripper is not None:
-            found["gripper"] = np.array([seen.gripper.closed], dtype=np.float32)
         if self._objects:
             there = self.session.sim.truth().objects
             poses = [there[item].pose if item in there else None for item in self._objects]
-            rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * 7 for pose in poses]
-            found["objects"] = np.array(rows, dtype=np.float32)
+            rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * _POSE for pose in poses]
+            found["environment_state"] = np.array(rows, dtype=np.float32).ravel()
         if self._cameras:
-            found["pixels"] = {name: seen.images[name] for name in self._cameras}
+            pictures = {name: seen.images[name] for name in self._cameras}
+            found["pixels"] = pictures if len(pictures) > 1 else pictures[self._cameras[0]]
         return found
 
     def _space(self) -> spaces.Dict:
         sim = self.session.sim
         count = sim.robot.n
-        shapes: dict[str, tuple[int, ...]] = {"q": (count,), "qd": (count,), "tcp_pose": (7,)}
-        if sim.robot.gripper is not None:
-            shapes["gripper"] = (1,)
+        lengths = {"agent_pos": count + (sim.robot.gripper is not None), "agent_vel": count, "tcp_pose": _POSE}
         if self._objects:
-            shapes["objects"] = (len(self._objects), 7)
+            lengths["environment_state"] = _POSE * len(self._objects)
         found: dict[str, spaces.Space[Any]] = {
-            name: spaces.Box(-np.inf, np.inf, shape, np.float32) for name, shape in shapes.items()
+            name: spaces.Box(-np.inf, np.inf, (length,), np.float32) for name, length in lengths.items()
         }
         if self._cameras:
             picture = spaces.Box(0, 255, (*sim.render_size, 3), np.uint8)
-            found["pixels"] = spaces.Dict(dict.fromkeys(self._cameras, picture))
+            several = len(self._cameras) > 1
+            found["pixels"] = spaces.Dict(dict.fromkeys(self._cameras, picture)) if several else picture
         return spaces.Dict(found)
