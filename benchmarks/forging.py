@@ -18,6 +18,7 @@ import uuid
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 
 import zenoh
@@ -137,7 +138,7 @@ def answer(forging: zenoh.Session, victim: zenoh.Session, key: str, *, complete:
     for target in (zenoh.QueryTarget.ALL, zenoh.QueryTarget.BEST_MATCHING):
         got += list(victim.get(key + UNDRAWN, payload=QUESTION, target=target, consolidation=UNMERGED, timeout=TIMEOUT))
     queryable.undeclare()
-    return any((reply.ok.payload if reply.ok else reply.err.payload).to_bytes() == MARK for reply in got)
+    return any(said.payload.to_bytes() == MARK for said in (reply.result for reply in got))
 
 
 def _forge_reply(query: zenoh.Query) -> None:
@@ -241,16 +242,16 @@ def main() -> None:
     parser.add_argument("--times", type=int, default=20)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    rows = list(measure(arguments.kits or KITS, arguments.times))
+    rows = measure(arguments.kits or KITS, arguments.times)
     if arguments.json:
         json.dump([row.__dict__ for row in rows], sys.stdout, indent=2)
         return
     print("| kit | role | mode | forgery | keys | forged | tried |\n|---|---|---|---|---|---|---|")
-    for kit, role, mode, kind in dict.fromkeys((row.kit, row.role, row.mode, row.kind) for row in rows):
-        same = [row for row in rows if (row.kit, row.role, row.mode, row.kind) == (kit, role, mode, kind)]
-        worst = [row.key for row in same if row.forged]
-        forged, tried = sum(row.forged for row in same), sum(row.tried for row in same)
-        print(f"| {kit} | {role} | {mode} | {kind} | {len(same)} | {forged} {', '.join(worst)} | {tried} |")
+    for (kit, role, mode, kind), group in groupby(rows, lambda row: (row.kit, row.role, row.mode, row.kind)):
+        same = list(group)
+        reached = ", ".join(f"{row.key} {row.forged}" for row in same if row.forged)
+        tried = sum(row.tried for row in same)
+        print(f"| {kit} | {role} | {mode} | {kind} | {len(same)} | {reached or 0} | {tried} |", flush=True)
 
 
 if __name__ == "__main__":
