@@ -60,7 +60,7 @@ class Candidates:
 
     def _before_grasp(self, name: str) -> Iterator[tuple[Calls, str]]:
         item = self._scene.find(name)
-        if item is None or item.kind == "drawer":
+        if item is None or item.shape.opens:
             return
         held = self._scene.held
         if held and held != name:
@@ -198,7 +198,7 @@ class Candidates:
     def _target_nearer(self, held: str, target: str) -> Iterator[tuple[Calls, str]]:
         """Put down what is held, push what it was meant for into reach, and fetch it again."""
         item = self._scene.find(target)
-        if self._error.code is not ErrorCode.UNREACHABLE or item is None or item.kind == "drawer":
+        if self._error.code is not ErrorCode.UNREACHABLE or item is None or item.shape.opens:
             return
         down = self._set_down(held)
         pick = SkillCall(skill="pick", arguments={"object": held})

@@ -10,12 +10,11 @@ from collections.abc import Sequence
 from typing import Any
 
 from robosandbox.protocols import Skill
-from robosandbox.types import CONTAINER_KINDS, DetectedObject, ObservedScene, Plan, SkillCall
+from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
 from robosandbox.validation import did_you_mean
 
 MAX_STEPS = 40
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
-_FILLED = ("bin", "bowl")
 _PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at", "pour"})
 _EMPTY_HANDED = frozenset({"pick", "stack", "push", "tap", "open_drawer", "close_drawer"})
 
@@ -83,21 +82,21 @@ def _order_problems(plan: Plan, scene: ObservedScene, skills: dict[str, Skill[An
 
 def _thing_problem(call: SkillCall, things: dict[str, DetectedObject], held: str | None) -> str | None:
     moved, target = things.get("object"), things.get("target")
-    if moved is not None and call.skill in ("pick", "stack") and moved.kind == "drawer":
-        return f"{moved.id} is a drawer, which stays where it is"
+    if moved is not None and call.skill in ("pick", "stack") and moved.shape.opens:
+        return f"{moved.id} is {moved.shape.name}, which stays where it is"
     if target is not None:
         if target.id in (held, moved.id if moved else None):
             return f"{target.id} cannot be its own target"
-        if call.skill in ("place_on", "stack") and (target.kind == "sphere" or target.kind in CONTAINER_KINDS):
-            return f"{target.id} is a {target.kind}: nothing stays on top of it" + (
-                "; use place_in" if target.kind in _FILLED else ""
+        if call.skill in ("place_on", "stack") and not target.shape.flat_top:
+            return f"{target.id} is {target.shape.name}: nothing stays on top of it" + (
+                "; use place_in" if target.shape.is_open_container else ""
             )
     vessel = things.get("container")
     if vessel is not None:
         if vessel.id == held:
             return f"{vessel.id} cannot be put into itself"
-        if vessel.kind not in CONTAINER_KINDS:
-            return f"{vessel.id} is a {vessel.kind} and holds nothing; use place_on"
+        if not vessel.shape.holds_things:
+            return f"{vessel.id} is {vessel.shape.name} and holds nothing; use place_on"
     return None
 
 

@@ -93,7 +93,7 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
                 colour=colour_name(item.rgba),
                 rgba=item.rgba,
                 pose=places[item.id],
-                opening=item.open if item.kind == "drawer" else None,
+                opening=item.open if item.shape.opens else None,
                 tag=item.tag,
             )
             for item in scene.objects

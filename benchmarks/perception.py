@@ -29,7 +29,6 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
-from robosandbox.perception.naming import extents
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import bottom, centre, gap, support
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
@@ -226,7 +225,7 @@ def _compare(
                 found=True,
                 seen_kind=other.kind,
                 position_mm=1e3 * float(np.linalg.norm(centre(item) - centre(other))),
-                size_mm=1e3 * float(np.abs(extents(item.kind, item.size) - extents(other.kind, other.size)).mean()),
+                size_mm=1e3 * float(np.abs(item.shape.extents(item.size) - other.shape.extents(other.size)).mean()),
                 yaw_deg=_yaw_error(item, other),
                 colour=colour_name(item.rgba) == other.colour,
                 confidence=other.confidence,

@@ -10,7 +10,8 @@ from robosandbox.perception.frame import Table
 from robosandbox.perception.frames import BARE_STRIDE, FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import median
 from robosandbox.perception.segments import Segment
-from robosandbox.types import CONTAINER_WALL, Array
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.types import Array
 
 # Light is read off the table so many pixels around, or farther where there is none, as within a bin.
 _AROUND = (40, 120)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -17,8 +17,9 @@ from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.perception.silhouette import Rows, tangents
-from robosandbox.perception.support import Shape
-from robosandbox.types import CONTAINER_WALL, Array, ObjectKind
+from robosandbox.perception.support import Form
+from robosandbox.shapes import CONTAINER_WALL, shape_of
+from robosandbox.types import Array, ObjectKind
 
 _NEAR = 0.015
 _SECTORS = 20
@@ -39,19 +40,18 @@ _MORE = 0.8
 _INSIDE = 0.8
 _SHELL = 0.5
 _SAME_SIZE = 0.12
-# A cup is at least so many times as high as its inner radius; a bowl is flatter.
-_TALL = 1.4
 
 # Where a hull's walls are, as shares of its half-extents; the rim, and what it hides of the table, is left out.
 _ALONG, _UP = (-0.7, -0.35, 0.0, 0.35, 0.7), (-0.5, 0.0, 0.3)
 _ANGLES = np.arange(16) * np.pi / 8.0
-_WALLS: dict[Shape, Array] = {
+_WALLS: dict[Form, Array] = {
     "box": np.array([w for u in _ALONG for z in _UP for s in (-0.97, 0.97) for w in ((s, u, z), (u, s, z))]),
     "cylinder": np.array([(0.97 * np.cos(angle), 0.97 * np.sin(angle), z) for angle in _ANGLES for z in _UP]),
 }
 _GAPS = 0.12
 
-_HULLS: tuple[tuple[ObjectKind, Shape], ...] = (("bin", "box"), ("bowl", "cylinder"))
+# The kind that an open container with a hull counts as, where no other has its proportions.
+_HULLS: tuple[tuple[ObjectKind, Form], ...] = (("bin", "box"), ("bowl", "cylinder"))
 
 Container = tuple[ObjectKind, Fit, Group]
 Hull = tuple[ObjectKind, Fit]
@@ -92,6 +92,25 @@ def find_containers(
         added = (segment for stray in strays for segment in stray.segments)
         containers[number] = (kind, hull, Group((*members.segments, *added)))
     return containers, rest + contents, frames
+
+
+def kind_by_proportions(kind: ObjectKind, hull: Fit, kinds: Collection[ObjectKind]) -> ObjectKind:
+    """Return which of some kinds an open container is: the first with its form and proportions, else the usual one.
+
+    Args:
+        kind: The usual kind for its form.
+        hull: Its outer hull.
+        kinds: What else it may be.
+    """
+    usual = shape_of(kind)
+    size = usual.size_of_hull([float(value) for value in hull.sizes])
+    form = type(usual.hull(size))
+    for name in sorted(kinds):
+        other = shape_of(name)
+        alike = other.is_open_container and other.size_fields == usual.size_fields and type(other.hull(size)) is form
+        if alike and name not in dict(_HULLS) and other.is_likely(size):
+            return name
+    return kind
 
 
 def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[Hull]) -> Container | None:
@@ -190,17 +209,15 @@ def _as_container(chosen: Sequence[Group], family: Sequence[Group], frames: Fram
         return None
     seen = outer(members, [segment for item in family for segment in item.segments], rim, frames)
     fits: list[tuple[ObjectKind, Fit]] = []
-    for kind, shape in _HULLS:
+    for usual, shape in _HULLS:
         found = fit(shape, seen, frames.table.height)
         if found is not None:
-            fits.append((kind, found))
-    for kind, found in sorted(fits, key=lambda option: option[1].cost):
+            fits.append((usual, found))
+    for usual, found in sorted(fits, key=lambda option: option[1].cost):
         if found.cost >= worst:
             return None
         if _holds_something(found) and not _shows_gaps(found, frames) and _is_hollow(found, frames):
-            if kind == "bowl" and 2.0 * found.sizes[1] > _TALL * (found.sizes[0] - CONTAINER_WALL):
-                return "cup", found, members
-            return kind, found, members
+            return usual, found, members
     return None
 
 

@@ -11,7 +11,8 @@ from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Mask
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.segments import Segment, jumps, segment_of
-from robosandbox.types import CONTAINER_WALL, Array
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.types import Array
 
 _LEAST_PIXELS = 40
 _LEAST_RISE = 0.008

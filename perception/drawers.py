@@ -13,8 +13,8 @@ from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows, tangents
-from robosandbox.perception.support import Shape
-from robosandbox.shapes import DrawerShape
+from robosandbox.perception.support import Form
+from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import Array, Pose
 
 _LARGEST_GRIP = 0.065
@@ -33,7 +33,7 @@ _EMPTY = 0.25
 _SHUT = 0.012
 _ROOM = 0.006
 _MOSTLY = 0.8
-_ROUND: tuple[Shape, ...] = ("lying", "cylinder", "sphere")
+_ROUND: tuple[Form, ...] = ("lying", "cylinder", "sphere")
 # How far it slides is not seen before it is opened.
 _MOST_OPEN = 0.75
 
@@ -94,7 +94,7 @@ def _may_be_grip(item: Group, table: float) -> bool:
 
 def _is_of_grip(item: Group, drawer: Drawer) -> bool:
     """Tell whether a group lies where a drawer's grip is, or between that and the front."""
-    shape = DrawerShape.of(drawer.size)
+    shape = DrawerParts.of(drawer.size)
     local = (item.points - grip_of(drawer.size, drawer.pose, drawer.opening)) @ drawer.pose.rotation
     to_front = -float(shape.cabinet[0]) - float(shape.grip_centre[0])
     before = (local[:, 0] > -shape.grip[0] - _ROOM) & (local[:, 0] < to_front + _ROOM)
@@ -194,4 +194,4 @@ def opened(size: tuple[float, ...], total: float) -> float:
 
 def grip_of(size: tuple[float, ...], pose: Pose, opening: float) -> Array:
     """Return the middle of a drawer's grip in the world, (3,)."""
-    return np.asarray(pose.position + pose.rotation @ (DrawerShape.of(size).grip_centre - [opening, 0.0, 0.0]))
+    return np.asarray(pose.position + pose.rotation @ (DrawerParts.of(size).grip_centre - [opening, 0.0, 0.0]))

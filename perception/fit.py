@@ -18,7 +18,7 @@ from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows
-from robosandbox.perception.support import SIZES, TURNS, Shape, axes_of, support_terms, turn_terms
+from robosandbox.perception.support import SIZES, TURNS, Form, axes_of, support_terms, turn_terms
 from robosandbox.types import Array
 
 _GRID = np.radians(6.0)
@@ -60,7 +60,7 @@ class Fit:
         lean: The rotation (3, 3) by which it leans over from standing upright; None where it does not.
     """
 
-    shape: Shape
+    shape: Form
     centre: Array
     sizes: Array
     yaw: float
@@ -129,12 +129,12 @@ class Prior:
     spread: float
 
 
-def usual(shape: Shape) -> Prior:
+def usual(shape: Form) -> Prior:
     """Return how large things on a table are as a rule, very loosely."""
     return Prior(np.full(SIZES[shape], 0.025), 0.06)
 
 
-def fit(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None = None) -> Fit | None:
+def fit(shape: Form, seen: Evidence, resting: float | None, prior: Prior | None = None) -> Fit | None:
     """Return the shape that fits best, or None where the measurements do not determine it.
 
     Args:
@@ -153,7 +153,7 @@ def fit_near(known: Fit, seen: Evidence, resting: float | None, prior: Prior) ->
     return min((each for each in fits if each is not None), key=lambda each: each.cost, default=None)
 
 
-def best_fit(shapes: Sequence[Shape], seen: Evidence, resting: float | None, charge: float) -> Fit | None:
+def best_fit(shapes: Sequence[Form], seen: Evidence, resting: float | None, charge: float) -> Fit | None:
     """Return the cheapest of several shapes, None where the measurements determine none.
 
     Args:
@@ -210,7 +210,7 @@ def fit_leaning(seen: Evidence) -> Fit | None:
     return None if found is None else replace(found, centre=lean @ found.centre, lean=lean)
 
 
-def _start(shape: Shape, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
+def _start(shape: Form, seen: Evidence, resting: float | None, prior: Prior | None) -> Fit | None:
     """Return the shape as the silhouettes and the points' extents have it."""
     if seen.count < _LEAST_EVIDENCE:
         return None
@@ -234,7 +234,7 @@ def cost_of(known: Fit, seen: Evidence) -> float:
     return float((np.minimum(np.abs(rest), _CLIP) ** 2).mean()) if len(rest) else np.inf
 
 
-def _grid(shape: Shape, rows: Rows, prior: Prior) -> Fit | None:
+def _grid(shape: Form, rows: Rows, prior: Prior) -> Fit | None:
     yaws = _HEADINGS[shape]
     design = np.empty((len(yaws), len(rows.values), 3 + SIZES[shape]))
     design[..., :3] = rows.normals
@@ -328,7 +328,7 @@ def normals_on(found: Fit, surface: Surface) -> Array:
 
 
 def _faces(
-    shape: Shape, centre: Array, sizes: Array, axes: Array, surface: Surface
+    shape: Form, centre: Array, sizes: Array, axes: Array, surface: Surface
 ) -> tuple[Array, NDArray[np.intp] | None, Array]:
     """Return the faces that points lie on, of those that the camera sees.
 

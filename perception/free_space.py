@@ -6,7 +6,6 @@ import numpy as np
 
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.recognize import Thing
-from robosandbox.types import CONTAINER_KINDS
 
 _SEEN_THROUGH = 0.03
 _SHARE_THROUGH = 0.6
@@ -20,7 +19,7 @@ def seen_through(thing: Thing, frames: FrameSet) -> bool:
     if thing.fit.shape in ("cylinder", "lying"):
         half = np.array([sizes[0], sizes[0], sizes[1]])
     # One looks into a container, and at no more than two of its walls.
-    walls = thing.kind in CONTAINER_KINDS
+    walls = thing.shape.holds_things
     across, heights = ((-0.97, 0.0, 0.97), (0.3,)) if walls else ((-0.5, 0.0, 0.5), (-0.3, 0.3))
     corners = np.array([[x, y, z] for x in across for y in across for z in heights if x or y or not walls])
     points = centre + (corners * half) @ axes.T

@@ -12,7 +12,8 @@ from robosandbox.perception.relations import support
 from robosandbox.perception.track import Track, carry
 from robosandbox.perception.tracker import slide_contents
 from robosandbox.robots.robot import GripperGeometry
-from robosandbox.shapes import DrawerShape
+from robosandbox.shapes.drawer import DrawerParts
+from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import Array, GripperState, Observation, Pose
 
 _SOMETHING = 0.0015
@@ -89,9 +90,9 @@ class Hands:
             return
         for track in known:
             thing = track.thing
-            if thing.kind != "drawer" or thing.opening is None:
+            if not thing.shape.opens or thing.opening is None:
                 continue
-            shape = DrawerShape.of(thing.size)
+            shape = DrawerParts.of(thing.size)
             local = thing.pose.rotation.T @ (tcp.position - grip_of(thing.size, thing.pose, 0.0))
             if abs(float(local[1])) > _WITHIN or abs(float(local[2])) > float(shape.grip[2]) + _WITHIN:
                 continue
@@ -131,7 +132,7 @@ def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks:
     options = []
     for track in tracks:
         item = track.detected()
-        if item.kind == "drawer":
+        if item.shape.opens:
             continue
         directions = np.vstack([np.eye(3), -np.eye(3), closing, -closing])
         reach = support(item, directions)
@@ -146,7 +147,7 @@ def _centred(track: Track, tcp: Pose, width: float, geometry: GripperGeometry) -
     """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads."""
     item, closing = track.detected(), tcp.rotation[:, 1]
     rotation = item.pose.rotation
-    if item.kind in ("box", "mesh") and abs(closing[2]) < 0.2:
+    if isinstance(item.shape.hull(item.size), BoxHull) and not item.shape.holds_things and abs(closing[2]) < 0.2:
         rotation = _squared(rotation, closing)
     turned = Pose.from_matrix(item.pose.position, rotation)
     reach = support(replace(item, pose=turned), np.vstack([closing, -closing]))

@@ -8,22 +8,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.perception.colour import lab_from_rgb
+from robosandbox.shapes import shape_of
 from robosandbox.types import Array, ObjectKind, SceneObject
 
+# Cost of another kind that a camera may take for it, and of any other.
+_LIKE_KIND = 0.3
 _WRONG_KIND = 1.5
 _COLOUR_STEP = 20.0
 _SIZE_STEP = 0.35
 _WORST = 3.0
-# Kinds that a camera may well take for one another.
-_ALIKE = (
-    frozenset({"box", "mesh"}),
-    frozenset({"cylinder", "capsule", "mesh"}),
-    frozenset({"sphere", "capsule", "mesh"}),
-    frozenset({"bowl", "cylinder", "bin"}),
-    frozenset({"bowl", "cup"}),
-    frozenset({"cup", "cylinder"}),
-    frozenset({"drawer", "box", "bin"}),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -33,7 +26,7 @@ class Declared:
     Attributes:
         id: What it is called.
         kind: Its shape.
-        size: Metres, as in `OBJECT_SIZES`; empty for a mesh.
+        size: Metres, as its shape names them; empty for a mesh.
         rgb: Its colour, channels 0..1.
         tag: Number of its tag; None without one.
         tag_size: Edge of the tag's black square, metres.
@@ -95,31 +88,12 @@ def colour_difference(a: Sequence[float] | Array, b: Sequence[float] | Array) ->
     return float(np.linalg.norm(lab_from_rgb(np.asarray(a, dtype=float)) - lab_from_rgb(np.asarray(b, dtype=float))))
 
 
-def extents(kind: ObjectKind, size: Sequence[float]) -> Array:
-    """Return a shape's three full extents, the smallest first, metres."""
-    match kind:
-        case "sphere" | "beads":
-            found = [2.0 * size[0]] * 3
-        case "cylinder":
-            found = [2.0 * size[0], 2.0 * size[0], 2.0 * size[1]]
-        case "capsule":
-            found = [2.0 * size[0], 2.0 * size[0], 2.0 * (size[0] + size[1])]
-        case "bin":
-            found = [2.0 * size[0], 2.0 * size[1], size[2]]
-        case "bowl" | "cup":
-            found = [2.0 * size[0], 2.0 * size[0], size[1]]
-        case "drawer":
-            found = [size[0], size[1], size[2]]
-        case _:
-            found = [2.0 * value for value in size]
-    return np.sort(np.array(found))
-
-
 def _difference(kind: ObjectKind, size: tuple[float, ...], rgb: Array, item: Declared) -> float:
     cost = min(colour_difference(rgb, item.rgb) / _COLOUR_STEP, 2.0 * _WORST)
     if kind != item.kind:
-        cost += 0.3 if any({kind, item.kind} <= pair for pair in _ALIKE) else _WRONG_KIND
+        alike = item.kind in shape_of(kind).looks_like or kind in shape_of(item.kind).looks_like
+        cost += _LIKE_KIND if alike else _WRONG_KIND
     if item.size:
-        ratio = np.log(extents(kind, size) / extents(item.kind, item.size))
+        ratio = np.log(shape_of(kind).extents(size) / shape_of(item.kind).extents(item.size))
         cost += min(float(np.abs(ratio).mean()) / _SIZE_STEP, _WORST)
     return cost

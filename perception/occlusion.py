@@ -9,7 +9,8 @@ import numpy as np
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.track import SURELY, Track
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.types import Array
 
 _STAYED = 0.005
 _INTO_THE_WALL = 0.006
@@ -28,7 +29,7 @@ def is_its_contents(track: Track, thing: Thing, pairs: Iterable[tuple[Track, Thi
         thing: What a look shows of it.
         pairs: What else is known, each with what the same look shows of it.
     """
-    hollow = thing.kind == track.thing.kind and thing.kind in CONTAINER_KINDS - {"drawer"}
+    hollow = thing.kind == track.thing.kind and thing.shape.is_open_container
     if not hollow or track.confidence <= SURELY:
         return False
     for other, seen in pairs:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
 
 from robosandbox.perception.albedo import albedo_of
-from robosandbox.perception.containers import Hull, families, find_containers, outer
+from robosandbox.perception.containers import Hull, families, find_containers, kind_by_proportions, outer
 from robosandbox.perception.drawers import Drawer, find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import Fit, best_fit, fit_leaning
@@ -21,9 +21,9 @@ from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.shape_prior import GAIN, WORST, Known, as_one_of, candidates, is_gone, pairs
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
-from robosandbox.perception.support import Shape
-from robosandbox.shapes import DrawerShape
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
+from robosandbox.perception.support import Form
+from robosandbox.shapes import Shape, shape_of
+from robosandbox.types import Array, ObjectKind, Pose
 
 _CORRELATED = 9.0
 _LEAST_SIGMA = 0.0015
@@ -47,7 +47,7 @@ _STACK_CHARGE = 0.3
 _WELL = 0.45
 _TOLERABLY = 0.9
 _WORSE = 0.3
-_SHAPES: tuple[Shape, ...] = get_args(Shape)
+_SHAPES: tuple[Form, ...] = get_args(Form)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True, eq=False)
@@ -56,7 +56,7 @@ class Thing:
 
     Attributes:
         kind: Its shape.
-        size: Metres, as in `OBJECT_SIZES`.
+        size: Metres, as its shape names them.
         pose: In the world.
         rgb: Its colour, channels 0..1, (3,).
         confidence: 0..1.
@@ -83,13 +83,22 @@ class Thing:
     tag: int | None = None
 
     @property
+    def shape(self) -> Shape:
+        """What its kind answers for."""
+        return shape_of(self.kind)
+
+    @property
     def top(self) -> float:
         """Height of its highest point, metres."""
         return self.fit.top
 
 
 def recognize(
-    groups: Sequence[Group], frames: FrameSet, hulls: Sequence[Hull] = (), known: Sequence[Known] = ()
+    groups: Sequence[Group],
+    frames: FrameSet,
+    hulls: Sequence[Hull] = (),
+    known: Sequence[Known] = (),
+    kinds: Collection[ObjectKind] = (),
 ) -> list[Thing]:
     """Return what the groups are, the lowest first.
 
@@ -98,11 +107,19 @@ def recognize(
         frames: Where they are seen.
         hulls: Of containers that were seen before.
         known: Solid things that were clearly seen before.
+        kinds: Kinds of open containers that may be there beside the usual ones.
     """
     drawers, groups = find_drawers(families(groups), frames)
     containers, rest, frames = find_containers(groups, frames, hulls)
     things = [
-        _thing(kind, hull, members, outer(members, (), hull.top, frames), frames.table.height, frames)
+        _thing(
+            kind_by_proportions(kind, hull, kinds),
+            hull,
+            members,
+            outer(members, (), hull.top, frames),
+            frames.table.height,
+            frames,
+        )
         for kind, hull, members in containers
     ]
     things += [_as_thing(drawer, frames) for drawer in drawers]
@@ -161,7 +178,7 @@ def _cuts(members: Group, frames: FrameSet, known: Sequence[Known]) -> Iterator[
 def _joined(things: Sequence[Thing], new: Thing, frames: FrameSet, known: Sequence[Known]) -> list[Thing]:
     """Return the things with a new one, made one with those that turn out to be the same."""
     for other in things:
-        if other.kind in CONTAINER_KINDS or not same_colour(other.group, new.group):
+        if other.shape.holds_things or not same_colour(other.group, new.group):
             continue
         same = explains(other.fit, new.group) or explains(new.fit, other.group)
         if not (same or may_be_one(other.group, new.group, frames)):
@@ -252,7 +269,7 @@ def _as_any(members: Group, seen: Evidence, under: float) -> tuple[Fit | None, f
     return found, resting
 
 
-def named(shape: Shape) -> ObjectKind:
+def named(shape: Form) -> ObjectKind:
     """Return the kind of a solid shape."""
     return "cylinder" if shape == "lying" else shape
 
@@ -270,7 +287,7 @@ def _thing(
         kind=kind,
         size=size,
         pose=pose,
-        rgb=albedo_of(members.segments, found, frames, hollow=kind in CONTAINER_KINDS),
+        rgb=albedo_of(members.segments, found, frames, hollow=shape_of(kind).holds_things),
         confidence=_confidence(found, seen.rows),
         sigma=_sigma(found),
         group=members,
@@ -281,13 +298,12 @@ def _thing(
 
 
 def described(kind: ObjectKind, found: Fit) -> tuple[tuple[float, ...], Pose]:
-    """Return size and pose, as `OBJECT_SIZES` has them, of a kind whose outer hull is fitted."""
+    """Return size and pose, as its shape names them, of a kind whose outer hull is fitted."""
     sizes = [float(value) for value in found.sizes]
-    if kind not in CONTAINER_KINDS:
-        return tuple(sizes), Pose.from_matrix(found.centre, found.axes)
-    origin = np.array([found.centre[0], found.centre[1], found.bottom])
-    inner = [value - CONTAINER_WALL for value in sizes[:-1]]
-    return (*inner, 2.0 * sizes[-1]), Pose.from_matrix(origin, found.axes)
+    shape = shape_of(kind)
+    # Containers have their origin in their bottom face.
+    origin = np.array([*found.centre[:2], found.bottom]) if shape.holds_things else found.centre
+    return shape.size_of_hull(sizes), Pose.from_matrix(origin, found.axes)
 
 
 def aligned(found: Fit, known: Fit) -> Fit:
@@ -336,14 +352,13 @@ def _stands_on(thing: Thing, place: Array) -> float | None:
         if thing.fit.shape == "box"
         else False
     )
-    if thing.kind == "drawer":
-        box = DrawerShape.of(thing.size)
-        slid = np.abs(local[:2] - box.box_centre[:2] + [thing.opening or 0.0, 0.0])
+    room = thing.shape.room(thing.size, thing.opening)
+    if room is not None and thing.shape.opens:
         # Of the box that slides out of it what is still in the cabinet is covered.
-        return thing.top if within else thing.fit.bottom + box.floor if (slid < box.inner).all() else None
+        return thing.top if within else thing.fit.bottom + room.floor if room.margin(local) > 0.0 else None
     if not within:
         return None
-    return thing.fit.bottom + CONTAINER_WALL if thing.kind in CONTAINER_KINDS else thing.top
+    return thing.top if room is None else thing.fit.bottom + room.floor
 
 
 def _confidence(found: Fit, rows: Rows) -> float:

@@ -9,18 +9,14 @@ h(d) = max over its points of d . x, from which extents, footprints and gaps fol
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from robosandbox.shapes import DrawerShape
+from robosandbox.shapes import Room, kinds_that_hold
 from robosandbox.types import (
-    CONTAINER_KINDS,
-    CONTAINER_WALL,
     DIRECTION_AXES,
-    ROUND_CONTAINERS,
     SIDE_AXES,
     Array,
     DetectedObject,
@@ -58,12 +54,7 @@ class Relation:
 
 def centre(obj: DetectedObject) -> Array:
     """Return the centre of the object's hull in the world, shape (3,)."""
-    if obj.kind == "beads" and obj.grains:
-        return np.asarray(np.mean(obj.grains, axis=0), dtype=np.float64)
-    if obj.kind not in CONTAINER_KINDS:
-        return obj.pose.position
-    height = obj.size[1] if obj.kind in ROUND_CONTAINERS else obj.size[2]
-    return obj.pose.position + obj.pose.rotation[:, 2] * (height / 2.0)
+    return obj.shape.centre(obj)
 
 
 def support(obj: DetectedObject, directions: Array) -> Array:
@@ -76,28 +67,7 @@ def support(obj: DetectedObject, directions: Array) -> Array:
     Returns:
         h(d) measured from the world's origin, metres, shape (n,).
     """
-    local = directions @ obj.pose.rotation
-    reach = directions @ centre(obj)
-    axial = np.abs(local[:, 2])
-    radial = np.sqrt(np.maximum(1.0 - axial**2, 0.0))
-    match obj.kind:
-        case "sphere":
-            extent = np.full(len(directions), obj.size[0])
-        case "cylinder":
-            extent = obj.size[0] * radial + obj.size[1] * axial
-        case "capsule":
-            extent = obj.size[0] + obj.size[1] * axial
-        case "bowl" | "cup":
-            extent = (obj.size[0] + CONTAINER_WALL) * radial + obj.size[1] / 2.0 * axial
-        case "box" | "mesh" | "bin":
-            extent = np.abs(local) @ _half_extents(obj)
-        case "drawer":
-            extent = _drawer_extent(obj, local)
-        case "beads":
-            extent = np.full(len(directions), obj.size[0])
-            if obj.grains:
-                return np.asarray((directions @ np.array(obj.grains).T).max(axis=1) + extent, dtype=np.float64)
-    return np.asarray(reach + extent, dtype=np.float64)
+    return obj.shape.support(obj, directions)
 
 
 def bounds(obj: DetectedObject) -> tuple[Array, Array]:
@@ -136,7 +106,7 @@ def gap(a: DetectedObject, b: DetectedObject) -> float:
 def on_top(obj: DetectedObject, target: DetectedObject) -> Relation:
     """Tell whether `obj` rests on `target`: its centre over the target's footprint, its bottom at the target's top."""
     margin = footprint_margin(target, centre(obj))
-    clearance = bottom(obj) - top(target)
+    clearance = bottom(obj) - rest_height(obj, target)
     return Relation(
         margin > 0.0 and abs(clearance) < REST_TOLERANCE,
         {"margin_mm": 1e3 * margin, "clearance_mm": 1e3 * clearance},
@@ -177,19 +147,10 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
     Raises:
         ValueError: The target is no container.
     """
-    if container.kind not in CONTAINER_KINDS:
-        raise ValueError(
-            f"{container.id!r} is a {container.kind}; only {', '.join(sorted(CONTAINER_KINDS))} hold things"
-        )
+    room = room_of(container)
     rotation = container.pose.rotation
     local = rotation.T @ (centre(obj) - container.pose.position)
-    if container.kind in ROUND_CONTAINERS:
-        margin = container.size[0] - math.hypot(local[0], local[1])
-        height = container.size[1]
-    else:
-        room = box_room(container)
-        margin = float(np.min(room.half - np.abs(local[:2] - room.middle)))
-        height = room.rim
+    margin, height = room.margin(local), room.rim
     axis = rotation[:, 2]
     lowest = -float(support(obj, -axis[None])[0]) - float(axis @ container.pose.position)
     below_rim = height - lowest
@@ -199,36 +160,39 @@ def inside(obj: DetectedObject, container: DetectedObject) -> Relation:
     )
 
 
-@dataclass(frozen=True, slots=True)
-class BoxRoom:
-    """The inside of a bin or drawer, in the frame of its pose.
+def room_of(container: DetectedObject) -> Room:
+    """Return the inside of a container, or of a drawer's sliding box as far open as it is; closed where that is not seen.
 
-    Attributes:
-        middle: Of the floor, x and y, metres, shape (2,).
-        half: Half-extents along x and y, shape (2,).
-        floor: Height of the floor.
-        rim: Height of the rim.
+    Raises:
+        ValueError: Nothing can be put into it.
     """
+    room = container.shape.room(container.size, container.opening)
+    if room is None:
+        raise ValueError(
+            f"{container.id!r} is {container.shape.name}; only {', '.join(sorted(kinds_that_hold()))} hold things"
+        )
+    return room
 
-    middle: Array
-    half: Array
-    floor: float
-    rim: float
+
+def mouth_of(container: DetectedObject) -> Room:
+    """Return the part of a container's inside that can be reached from above.
+
+    Raises:
+        ValueError: Nothing can be put into it.
+    """
+    mouth = container.shape.mouth(container.size, container.opening)
+    return room_of(container) if mouth is None else mouth
 
 
-def box_room(container: DetectedObject) -> BoxRoom:
-    """Return the inside of a bin, or of a drawer's sliding box as far open as it is; closed where that is not seen."""
-    if container.kind == "bin":
-        half_x, half_y, height = container.size
-        return BoxRoom(np.zeros(2), np.array([half_x, half_y]), CONTAINER_WALL, height)
-    shape = DrawerShape.of(container.size)
-    middle = shape.box_centre[:2] - [container.opening or 0.0, 0.0]
-    return BoxRoom(middle, shape.inner, shape.floor, shape.rim)
+def rest_height(obj: DetectedObject, target: DetectedObject) -> float:
+    """Return the height at which `obj` stands that is set on `target`, metres."""
+    low, high = bounds(obj)
+    return target.shape.rest_height(target, float(np.min((high - low)[:2])) / 2.0)
 
 
 def loose(obj: DetectedObject) -> list[DetectedObject]:
     """Return the balls that beads are, or the object itself."""
-    if obj.kind != "beads":
+    if not obj.shape.is_granular:
         return [obj]
     return [replace(obj, kind="sphere", pose=Pose(xyz=grain), grains=()) for grain in obj.grains]
 
@@ -313,32 +277,6 @@ def displacement(
 def moved(before: DetectedObject, after: DetectedObject) -> float:
     """Return the distance between the object's centres then and now, metres."""
     return float(np.linalg.norm(centre(after) - centre(before)))
-
-
-def _half_extents(obj: DetectedObject) -> Array:
-    """Return the half-extents (3,) of the box around the object's hull in its own frame."""
-    match obj.kind:
-        case "box" | "mesh":
-            return np.array(obj.size)
-        case "bin":
-            return np.array([obj.size[0] + CONTAINER_WALL, obj.size[1] + CONTAINER_WALL, obj.size[2] / 2.0])
-        case "drawer":
-            width, depth, height, _ = obj.size
-            return np.array([depth / 2.0, width / 2.0, height / 2.0])
-        case _:
-            raise ValueError(f"a {obj.kind} has no half-extents")
-
-
-def _drawer_extent(obj: DetectedObject, local: Array) -> Array:
-    """Return how far a drawer reaches from its cabinet's middle, open as far as it is, its grip included."""
-    extent: Array = np.abs(local) @ _half_extents(obj)
-    if obj.opening is None:
-        return extent
-    shape = DrawerShape.of(obj.size)
-    offset = np.array([-obj.opening, 0.0, -obj.size[2] / 2.0])
-    for middle, half in ((shape.box_centre, shape.box), (shape.grip_centre, shape.grip)):
-        extent = np.maximum(extent, local @ (middle + offset) + np.abs(local) @ half)
-    return extent
 
 
 def _plan_directions(obj: DetectedObject) -> Array:

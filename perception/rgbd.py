@@ -58,6 +58,7 @@ class RgbdPerception:
         self._calibration = Calibration.load(calibration) if calibration else None
         self._silhouette: tuple[object, RobotMask] | None = None
         self._tracker = Tracker(setup.declared)
+        self._containers = frozenset({"cup", *(item.kind for item in setup.declared)})
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._hands = Hands(None, 0.0)
         self._episode = -1
@@ -109,7 +110,9 @@ class RgbdPerception:
         self.frames = self._frames(captures, sim)
         segments = [segment for segmented in self.frames.by_camera.values() for segment in segmented.segments]
         held = self._hands.hold.id if self._hands.hold else None
-        things = recognize(group(segments), self.frames, self._tracker.hulls(held), self._tracker.solids(held))
+        things = recognize(
+            group(segments), self.frames, self._tracker.hulls(held), self._tracker.solids(held), self._containers
+        )
         self.things = labelled(things, self.tags)
         return self.things
 

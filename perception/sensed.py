@@ -167,7 +167,8 @@ def _alike(a: DetectedObject, b: DetectedObject) -> bool:
 
 
 def _as_object(item: DetectedObject) -> SceneObject:
-    kind = "box" if item.kind == "mesh" else item.kind
+    # Of a mesh no file is known where it was only seen.
+    kind = item.kind if item.shape.size_fields else "box"
     # What is badly seen may look like less than a world can be built of.
     size = tuple(max(measure, _LEAST_SIZE) for measure in item.size)
     apart = Pose(xyz=item.pose.xyz, quat_xyzw=item.pose.quat_xyzw)

@@ -11,15 +11,15 @@ import numpy as np
 
 from robosandbox.types import Array
 
-Shape = Literal["box", "cylinder", "lying", "sphere"]
-SIZES: dict[Shape, int] = {"box": 3, "cylinder": 2, "lying": 2, "sphere": 1}
+Form = Literal["box", "cylinder", "lying", "sphere"]
+SIZES: dict[Form, int] = {"box": 3, "cylinder": 2, "lying": 2, "sphere": 1}
 # After so much of a turn a shape looks the same; 0 where it always does.
-TURNS: dict[Shape, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.pi, "sphere": 0.0}
+TURNS: dict[Form, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.pi, "sphere": 0.0}
 
 _ROUNDING = 1e-12
 
 
-def axes_of(shape: Shape, yaw: float) -> Array:
+def axes_of(shape: Form, yaw: float) -> Array:
     """Return the axes (3, 3), as columns, of a shape at a heading."""
     c, s = np.cos(yaw), np.sin(yaw)
     if shape == "lying":
@@ -28,7 +28,7 @@ def axes_of(shape: Shape, yaw: float) -> Array:
     return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
 
 
-def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
+def support_terms(shape: Form, yaw: float | Array, normals: Array) -> Array:
     """Return d h(m) / d sizes for unit vectors m (n, 3): (n, k), or (g, n, k) for g headings."""
     headings = np.asarray(yaw)
     terms = np.empty((*headings.shape, len(normals), SIZES[shape]))
@@ -48,7 +48,7 @@ def support_terms(shape: Shape, yaw: float | Array, normals: Array) -> Array:
     return terms
 
 
-def turn_terms(shape: Shape, yaw: float, normals: Array) -> Array:
+def turn_terms(shape: Form, yaw: float, normals: Array) -> Array:
     """Return the derivatives (n, k) of `support_terms` by the heading; where it has an edge the mean of both sides."""
     c, s = np.cos(yaw), np.sin(yaw)
     x, y = normals[:, 0], normals[:, 1]

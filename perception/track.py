@@ -9,10 +9,9 @@ import numpy as np
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
-from robosandbox.perception.naming import extents
 from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.shape_prior import AS_MUCH
-from robosandbox.types import CONTAINER_KINDS, DetectedObject, Pose
+from robosandbox.types import DetectedObject, Pose
 
 _STILL = 0.004
 _AS_CLEAR = 0.8
@@ -86,12 +85,12 @@ def update_from(track: Track, thing: Thing) -> None:
     old = track.thing
     track.hidden = False
     track.tag = track.tag if thing.tag is None else thing.tag
-    if old.kind == "drawer" and thing.kind == "drawer":
+    if old.shape.opens and thing.shape.opens:
         total = thing.size[1] + (thing.opening or 0.0)
         track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
         track.confidence = max(thing.confidence, track.confidence * FADING)
         return
-    if old.kind == "drawer" or (old.kind in CONTAINER_KINDS and thing.kind not in CONTAINER_KINDS):
+    if old.shape.opens or (old.shape.holds_things and not thing.shape.holds_things):
         # A container half hidden shows a wall or two; that it is one is known.
         track.confidence = max(track.confidence * FADING, thing.confidence)
         return
@@ -152,10 +151,10 @@ def _same_size(old: Thing, new: Fit) -> bool:
 def _changed(track: Track, thing: Thing) -> bool:
     """Tell whether a thing that was clearly seen is now seen with quite another size, or as quite another thing."""
     old = track.thing
-    ratio = float(np.abs(np.log(extents(old.kind, old.size) / extents(thing.kind, thing.size))).max())
+    ratio = float(np.abs(np.log(old.shape.extents(old.size) / thing.shape.extents(thing.size))).max())
     if track.tangents > 0 and (thing.kind != old.kind or ratio > _SURELY_ANOTHER_SIZE):
         return True
-    if thing.kind in CONTAINER_KINDS and _tangents(thing) < AS_MUCH * track.tangents:
+    if thing.shape.holds_things and _tangents(thing) < AS_MUCH * track.tangents:
         # It was known by walls all around; what is seen less well may tell where it is, not how large.
         return not _same_size(old, thing.fit)
     return old.confidence > SURELY and ratio > _ANOTHER_SIZE
@@ -165,7 +164,7 @@ def _is_partial_view(track: Track, thing: Thing) -> bool:
     """Tell whether a look shows a thing where it is known to be, but far less surely."""
     off = float(np.linalg.norm(track.thing.fit.centre - thing.fit.centre))
     return thing.confidence < _GLIMPSE * track.confidence and off < 0.5 * float(
-        extents(track.thing.kind, track.thing.size).min()
+        track.thing.shape.extents(track.thing.size).min()
     )
 
 
@@ -176,7 +175,7 @@ def _is_seen_no_better(track: Track, thing: Thing) -> bool:
 
 def _with_known_size(thing: Thing, old: Thing) -> Thing:
     """Return a badly seen thing fitted anew with the shape and size that are known, if that explains it."""
-    hollow = old.kind in CONTAINER_KINDS, thing.kind in CONTAINER_KINDS
+    hollow = old.shape.holds_things, thing.shape.holds_things
     if hollow[0] != hollow[1] or _same_size(old, thing.fit):
         return thing
     prior = Prior(old.fit.sizes, _CONTAINER_SIZE if all(hollow) else _KNOWN_SIZE)

@@ -13,13 +13,14 @@ from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.free_space import seen_through
-from robosandbox.perception.naming import Declared, colour_difference, extents, invented, names_for
+from robosandbox.perception.naming import Declared, colour_difference, invented, names_for
 from robosandbox.perception.occlusion import is_its_contents, lies_in
 from robosandbox.perception.recognize import Thing
 from robosandbox.perception.relations import inside
 from robosandbox.perception.shape_prior import Known
 from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
-from robosandbox.types import CONTAINER_KINDS, CONTAINER_WALL, Array, ObjectKind, Pose
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.types import Array, ObjectKind, Pose
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0
@@ -63,7 +64,7 @@ class Tracker:
         return [
             (track.thing.kind, track.thing.fit)
             for track in self.tracks.values()
-            if track.thing.kind in CONTAINER_KINDS - {"drawer"} and track.id != held and track.confidence > SURELY
+            if track.thing.shape.is_open_container and track.id != held and track.confidence > SURELY
         ]
 
     def solids(self, held: str | None) -> list[Known]:
@@ -72,7 +73,7 @@ class Tracker:
             Known(track.thing.fit, track.thing.group, track.tangents, lost)
             for lost, tracks in ((False, self.tracks), (True, self.lost))
             for track in tracks.values()
-            if track.thing.kind not in CONTAINER_KINDS
+            if not track.thing.shape.holds_things
             and track.thing.fit.lean is None
             and track.id != held
             and track.tangents > 0
@@ -183,8 +184,8 @@ class Tracker:
         Of what lies on and against each other in a bin pieces are seen that look like other things.
         """
         for vessel in self.tracks.values():
-            if vessel.thing.kind in CONTAINER_KINDS and lies_in(thing.fit.centre, vessel.thing.fit):
-                if thing.kind in CONTAINER_KINDS and vessel.id in known:
+            if vessel.thing.shape.holds_things and lies_in(thing.fit.centre, vessel.thing.fit):
+                if thing.shape.holds_things and vessel.id in known:
                     # A hollow between things in a bin is no bowl.
                     return True
                 for other in self.tracks.values():
@@ -202,7 +203,7 @@ class Tracker:
         """Take a thing that vanished over a container to lie in it, not very surely; say whether there is one."""
         for other in self.tracks.values():
             vessel = other.thing
-            if other is track or vessel.kind not in CONTAINER_KINDS:
+            if other is track or not vessel.shape.holds_things:
                 continue
             if not lies_in(track.thing.fit.centre, vessel.fit):
                 continue
@@ -283,14 +284,14 @@ def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
         return
     box = drawer.detected()
     for track in tracks:
-        if track.thing.kind != "drawer" and inside(track.detected(), box).holds:
+        if not track.thing.shape.opens and inside(track.detected(), box).holds:
             pose = track.thing.pose
             carry(track, Pose.from_matrix(pose.position - out * box.pose.rotation[:, 0], pose.rotation))
 
 
 def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:
     """Return a drawer with the measures that the task gives: how far it opens cannot be seen, and how deep it is hardly."""
-    if thing.kind != "drawer" or len(size) != len(thing.size):
+    if not thing.shape.opens or len(size) != len(thing.size):
         return thing
     total = thing.size[1] + (thing.opening or 0.0)
     depth = min(size[1], total)
@@ -320,9 +321,9 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     """Return how different two looks at a thing are: below 1 they may be of the same."""
     distance = float(np.linalg.norm(old.fit.centre - new.fit.centre))
     colour = colour_difference(old.rgb, new.rgb) / _COLOUR_GATE
-    size = float(np.abs(np.log(extents(old.kind, old.size) / extents(new.kind, new.size))).mean()) / _SIZE_GATE
+    size = float(np.abs(np.log(old.shape.extents(old.size) / new.shape.extents(new.size))).mean()) / _SIZE_GATE
     if near:
         # What was clearly seen to be solid does not become hollow where it stands.
-        changed = new.kind in CONTAINER_KINDS and old.kind not in CONTAINER_KINDS and old.confidence > SURELY
+        changed = new.shape.holds_things and not old.shape.holds_things and old.confidence > SURELY
         return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance

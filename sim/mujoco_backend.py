@@ -478,7 +478,7 @@ class MuJoCoBackend:
         self.epoch += 1
         self._mesh_sizes = {}
         for item in scene.objects:
-            if item.kind == "mesh":
+            if item.mesh is not None:
                 low, high = mesh_bounds(item)
                 self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)
         substeps = self.control_timestep / world.model.opt.timestep

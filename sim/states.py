@@ -33,7 +33,7 @@ def object_truth(
     dofs = model.body_dofadr[parts]
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
-    if item.kind == "beads":
+    if item.shape.is_granular:
         grains = tuple((float(x), float(y), float(z)) for x, y, z in data.xpos[parts])
         pose = Pose.from_matrix(data.xpos[parts].mean(axis=0), np.eye(3))
         linear = data.qvel[dofs[:, None] + np.arange(3)].mean(axis=0)
@@ -42,7 +42,7 @@ def object_truth(
         rotation = data.xmat[parts[0]].reshape(3, 3)
         pose = Pose.from_matrix(data.xpos[parts[0]], rotation)
         linear, angular = data.qvel[dofs[0] : dofs[0] + 3], rotation @ data.qvel[dofs[0] + 3 : dofs[0] + 6]
-    if item.kind == "drawer":
+    if item.shape.opens:
         opening = float(data.qpos[model.jnt_qposadr[model.body_jntadr[parts[1]]]])
     return ObjectTruth(
         id=item.id,

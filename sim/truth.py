@@ -15,7 +15,7 @@ class ObjectTruth:
     Attributes:
         id: Its scene id.
         kind: Its shape.
-        size: Metres, as in `OBJECT_SIZES`; for a mesh the half-extents of its box.
+        size: Metres, as its shape names them; for a mesh the half-extents of its box.
         rgba: Its colour.
         pose: In the world.
         linear_velocity: m/s, shape (3,).

@@ -14,7 +14,7 @@ from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.board import Board
-from robosandbox.sim.objects import BOX, PREFIX, add_objects
+from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
 ROBOT_PREFIX = "robot/"
@@ -100,7 +100,7 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: Board | None = 
         robot=robot,
         sidecar=robot_model.sidecar,
         names=tuple(_spoken_name(model.body(b).name) for b in range(model.nbody)),
-        object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if item.kind != "beads"},
+        object_bodies={item.id: int(parts[item.id][0]) for item in scene.objects if not item.shape.is_granular},
         parts=parts,
         owners={int(body): name for name, bodies in parts.items() for body in bodies},
         robot_geoms=np.isin(model.geom_bodyid, list(robot.bodies)),
@@ -189,12 +189,8 @@ def _add_camera(spec: mujoco.MjSpec, name: str, eye: Vec3, target: Vec3, fovy: f
 
 
 def _bodies_of(model: mujoco.MjModel, item: SceneObject) -> NDArray[np.intp]:
-    """Return the ids of an object's bodies: its own, and a drawer's box; or those of the beads."""
-    if item.kind == "beads":
-        names = [f"{PREFIX}{item.id}/{k}" for k in range(item.count)]
-    else:
-        names = [PREFIX + item.id, *([PREFIX + item.id + BOX] if item.kind == "drawer" else [])]
-    return np.array([model.body(name).id for name in names], dtype=np.intp)
+    """Return the ids of an object's bodies."""
+    return np.array([model.body(name).id for name in body_names(item)], dtype=np.intp)
 
 
 def _check_mass(model: mujoco.MjModel, bodies: NDArray[np.intp], item: SceneObject) -> None:

@@ -8,7 +8,7 @@ from robosandbox.errors import UnreachableError
 from robosandbox.motion.timing import join
 from robosandbox.perception.relations import contents
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
-from robosandbox.types import CONTAINER_KINDS, Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
 
 MOST_TILT = np.radians(8.0)
 _EVERY = 10
@@ -18,7 +18,7 @@ _RISES = (0.0, 0.05, 0.1, 0.2)
 
 def carried_along(held: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
     """Return the ids of what lies in the held object, and would fall out if it were tilted."""
-    if held.kind not in CONTAINER_KINDS:
+    if not held.shape.holds_things:
         return ()
     return tuple(dict.fromkeys(name for name, _ in contents(scene.objects, held)))
 

@@ -7,7 +7,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
 from robosandbox.perception.relations import CLOSED_WITHIN
 from robosandbox.protocols import SkillContext
-from robosandbox.shapes import DrawerShape
+from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import (
     SLIDE_SPEED,
@@ -114,7 +114,7 @@ def _turned(drawer: DetectedObject, hand: Array) -> list[Array]:
 
 def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
     """Return the TCP pose before the grip, from which it is pushed."""
-    gripper, shape = arm.sim.robot.gripper, DrawerShape.of(drawer.size)
+    gripper, shape = arm.sim.robot.gripper, DrawerParts.of(drawer.size)
     point = grip_point(drawer)
     if gripper is not None:
         along = abs(float(rotation[:, 1] @ outwards(drawer))) > 0.5

@@ -18,8 +18,8 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.evidence import DrawerEvidence, GraspEvidence, PlacementEvidence
-from robosandbox.perception.relations import CLOSED_WITHIN, BoxRoom, bottom, bounds, box_room, contents, gap, top
-from robosandbox.shapes import DrawerShape
+from robosandbox.perception.relations import CLOSED_WITHIN, bottom, bounds, contents, gap, mouth_of, top
+from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.guarded import follow_free, follow_until
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
@@ -59,20 +59,12 @@ def find_drawer(arm: Manipulator, name: str) -> DetectedObject:
         InvalidArgumentError: It is no drawer.
     """
     found = arm.find(name)
-    if found.kind != "drawer":
-        drawers = [item.id for item in arm.start.objects if item.kind == "drawer"]
+    if not found.shape.opens:
+        drawers = [item.id for item in arm.start.objects if item.shape.opens]
         raise InvalidArgumentError(
-            f"{name} is a {found.kind} and no drawer; there is {', '.join(drawers) or 'none'}", phase=Phase.CHECK
+            f"{name} is {found.shape.name} and no drawer; there is {', '.join(drawers) or 'none'}", phase=Phase.CHECK
         )
     return found
-
-
-def mouth(drawer: DetectedObject) -> BoxRoom:
-    """Return the part of the drawer's inside that lies before its cabinet, where one can reach in from above."""
-    room = box_room(drawer)
-    front, back = room.middle[0] - room.half[0], min(room.middle[0] + room.half[0], -drawer.size[1] / 2.0)
-    middle = np.array([(front + back) / 2.0, room.middle[1]])
-    return BoxRoom(middle, np.array([(back - front) / 2.0, room.half[1]]), room.floor, room.rim)
 
 
 def check_open(drawer: DetectedObject, held: DetectedObject) -> None:
@@ -83,7 +75,7 @@ def check_open(drawer: DetectedObject, held: DetectedObject) -> None:
     """
     low, high = bounds(held)
     least = float((high - low)[:2].min()) + 2.0 * _ROOM
-    free = 2.0 * float(mouth(drawer).half[0])
+    free = 2.0 * float(mouth_of(drawer).half[0])
     if free >= least:
         return
     far = f"only {opening_of(drawer) * 1000:.0f} mm open" if opening_of(drawer) > CLOSED_WITHIN else "closed"
@@ -102,7 +94,7 @@ def outwards(drawer: DetectedObject) -> Array:
 
 def grip_point(drawer: DetectedObject) -> Array:
     """Return the middle of its grip in the world, shape (3,)."""
-    shape = DrawerShape.of(drawer.size)
+    shape = DrawerParts.of(drawer.size)
     point: Array = (
         drawer.pose.position + drawer.pose.rotation @ shape.grip_centre + opening_of(drawer) * outwards(drawer)
     )
@@ -146,7 +138,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
         GraspError: The fingers are too narrow for it, or met nothing.
     """
     geometry = arm.geometry
-    width = 2.0 * float(DrawerShape.of(drawer.size).grip[1])
+    width = 2.0 * float(DrawerParts.of(drawer.size).grip[1])
     if not geometry.min_aperture + 0.001 < width < geometry.max_aperture - 0.004:
         raise _missed(arm, drawer, "none_found", width, Phase.PLAN)
     arm.ctx.enter(Phase.PLAN)
@@ -289,7 +281,7 @@ def stuck(arm: Manipulator, drawer: DetectedObject, before: DetectedObject, want
 
 def _in_the_way(arm: Manipulator, drawer: DetectedObject, *, inside: bool) -> tuple[str, ...]:
     """Return what keeps a drawer from sliding: what lies in it and stands out over its rim, or what stands against it."""
-    shape = DrawerShape.of(drawer.size)
+    shape = DrawerParts.of(drawer.size)
     rim = drawer.pose.xyz[2] + shape.rim
     scene = arm.look()
     within = {name for name, _ in contents(scene.objects, drawer)}
@@ -304,7 +296,7 @@ def _in_the_way(arm: Manipulator, drawer: DetectedObject, *, inside: bool) -> tu
 def _missed(
     arm: Manipulator, drawer: DetectedObject, reason: Literal["none_found", "missed"], aperture: float, phase: Phase
 ) -> GraspError:
-    width = 2.0 * float(DrawerShape.of(drawer.size).grip[1])
+    width = 2.0 * float(DrawerParts.of(drawer.size).grip[1])
     geometry = arm.geometry
     said = (
         f"the fingers open {geometry.min_aperture * 1000:.0f}..{geometry.max_aperture * 1000:.0f} mm and the grip of "

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.perception.relations import box_room, support, top
-from robosandbox.skills.drawers import mouth
+from robosandbox.perception.relations import mouth_of, support, top
 from robosandbox.skills.placing import Spot, about_z, levelled, turns, with_pose, yaw_to_align
-from robosandbox.types import CONTAINER_WALL, ROUND_CONTAINERS, Array, DetectedObject, Pose
+from robosandbox.types import Array, DetectedObject, Pose
 
 _SHARES = np.array([0.0, 0.5, -0.5, 1.0, -1.0])
 _WALL_ROOM = 0.004
@@ -35,7 +34,7 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
     """Yield where the held object may be let go in a container: as low as can be, where there is most room.
 
     Args:
-        vessel: A bin, bowl, cup or drawer; of a drawer the open part counts.
+        vessel: What holds things; of a drawer the open part counts.
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
@@ -53,12 +52,8 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
 
 def _inside(vessel: DetectedObject) -> tuple[Array, Array, float, float]:
     """Return middle (2,), half-extents (2,), floor and rim of the inside, in the frame of the vessel's pose, metres."""
-    if vessel.kind in ROUND_CONTAINERS:
-        radius, height = vessel.size
-        # The square that fits into the round.
-        return np.zeros(2), np.full(2, radius / np.sqrt(2.0)), CONTAINER_WALL, height
-    room = mouth(vessel) if vessel.kind == "drawer" else box_room(vessel)
-    return room.middle, room.half, room.floor, room.rim
+    room = mouth_of(vessel)
+    return room.middle, room.square, room.floor, room.rim
 
 
 def _places(vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]) -> Iterator[_Place]:

@@ -76,7 +76,7 @@ def plan_grasp(
     """
     arm.ctx.enter(Phase.PLAN)
     hull = None
-    if target.kind == "mesh" and target.id in arm.sim.object_bodies:
+    if not target.shape.size_fields and target.id in arm.sim.object_bodies:
         hull = mesh_hull(arm.sim.model, arm.sim.object_bodies[target.id])
     hand = arm.sim.observe().tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull, hand=hand)

@@ -23,7 +23,6 @@ from robosandbox.perception.relations import inside, loose, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
-    CONTAINER_KINDS,
     Array,
     DetectedObject,
     GripperState,
@@ -175,7 +174,7 @@ class Manipulator:
             item.id
             for item in self.start.objects
             for name in named
-            if (vessel := self.start.find(name)) and vessel.kind in CONTAINER_KINDS and item.id != name
+            if (vessel := self.start.find(name)) and vessel.shape.holds_things and item.id != name
             if any(inside(part, vessel) for part in loose(item))
         }
         sentences = []

@@ -11,7 +11,7 @@ from robosandbox.skills.drawers import check_open
 from robosandbox.skills.filling import spots_in
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import occupied, place
-from robosandbox.types import CONTAINER_KINDS, DetectedObject, SkillResult
+from robosandbox.types import DetectedObject, SkillResult
 
 
 class PlaceIn(Skill):
@@ -20,7 +20,7 @@ class PlaceIn(Skill):
     name = "place_in"
 
     def run(self, ctx: SkillContext, *, container: str) -> SkillResult:
-        """Put the held object into a bin, bowl, cup or open drawer.
+        """Put the held object into what holds things: a bin, bowl, cup, plate, tray or open drawer.
 
         Args:
             container: Id of the container.
@@ -35,16 +35,16 @@ class PlaceIn(Skill):
         arm = Manipulator(ctx)
         held = arm.require_held()
         vessel = arm.find(container)
-        if vessel.kind not in CONTAINER_KINDS:
+        if not vessel.shape.holds_things:
             raise PlacementError(
-                f"{container} is a {vessel.kind}, no open container; use place_on",
+                f"{container} is {vessel.shape.name}, no open container; use place_on",
                 phase=Phase.CHECK,
                 evidence=PlacementEvidence(object=held.id, target=container, reason="unsuitable"),
             )
-        if vessel.kind == "drawer":
+        if vessel.shape.opens:
             check_open(vessel, held)
         held_in = {name for name, _ in contents(arm.start.objects, vessel)} - {held.id}
-        there = [item for item in arm.start.objects if item.id in held_in and item.kind != "beads"]
+        there = [item for item in arm.start.objects if item.id in held_in and not item.shape.is_granular]
         spots = list(spots_in(vessel, held, there))
         if not spots:
             raise occupied(held.id, container, [item.id for item in there])
@@ -61,4 +61,4 @@ class PlaceIn(Skill):
 
 def _in(placed: DetectedObject, vessel: DetectedObject) -> Relation:
     """Tell whether something is in a container; a look that takes that for no container shows nothing of it."""
-    return inside(placed, vessel) if vessel.kind in CONTAINER_KINDS else Relation(holds=False)
+    return inside(placed, vessel) if vessel.shape.holds_things else Relation(holds=False)

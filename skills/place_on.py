@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from robosandbox.errors import InvalidArgumentError, Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.perception.relations import centre, on_top, top
+from robosandbox.perception.relations import centre, on_top, rest_height
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import Spot, occupied, place, turns, yaw_to_align
-from robosandbox.types import CONTAINER_KINDS, SkillResult
+from robosandbox.types import SkillResult
 
 
 class PlaceOn(Skill):
@@ -35,10 +35,10 @@ class PlaceOn(Skill):
         base = arm.find(target)
         if base.id == held.id:
             raise InvalidArgumentError(f"{self.name}: {target} cannot stand on itself", phase=Phase.CHECK)
-        if base.kind == "sphere" or base.kind in CONTAINER_KINDS:
-            remedy = "use place_in" if base.kind in CONTAINER_KINDS else "choose something with a flat top"
+        if not base.shape.flat_top:
+            remedy = "use place_in" if base.shape.holds_things else "choose something with a flat top"
             raise PlacementError(
-                f"{target} is a {base.kind}: nothing stays on top of it; {remedy}",
+                f"{target} is {base.shape.name}: nothing stays on top of it; {remedy}",
                 phase=Phase.CHECK,
                 evidence=PlacementEvidence(object=held.id, target=target, reason="unsuitable"),
             )
@@ -46,7 +46,9 @@ class PlaceOn(Skill):
         if above:
             raise occupied(held.id, target, above)
         point = centre(base)
-        spot = Spot((float(point[0]), float(point[1])), top(base), turns(yaw_to_align(held.pose, base.pose)))
+        spot = Spot(
+            (float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose))
+        )
         return place(
             arm,
             held,

@@ -9,15 +9,11 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, PourError, SkillError, UnreachableError
 from robosandbox.evidence import PourEvidence
-from robosandbox.perception.relations import bottom, box_room, contents, poured, top
+from robosandbox.perception.relations import bottom, contents, mouth_of, poured, room_of, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.drawers import mouth
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
 from robosandbox.types import (
-    CONTAINER_KINDS,
-    CONTAINER_WALL,
-    ROUND_CONTAINERS,
     Array,
     DetectedObject,
     Pose,
@@ -116,9 +112,9 @@ class Pour(Skill):
 
 def _check(held: DetectedObject, vessel: DetectedObject) -> None:
     for item, to in ((held, "from"), (vessel, "into")):
-        if item.kind not in CONTAINER_KINDS or (item is held and item.kind == "drawer"):
+        if not (item.shape.pours if item is held else item.shape.holds_things):
             raise InvalidArgumentError(
-                f"{item.id} is a {item.kind}: one pours {to} a bin, bowl or cup", phase=Phase.CHECK
+                f"{item.id} is {item.shape.name}: one pours {to} a bin, bowl or cup", phase=Phase.CHECK
             )
     if held.id == vessel.id:
         raise InvalidArgumentError(f"{held.id} cannot be poured into itself", phase=Phase.CHECK)
@@ -179,7 +175,7 @@ def _carry(arm: Manipulator, held: DetectedObject, q: Array, goal: Pose) -> Traj
         CollisionError: Something is in the way.
     """
     start = arm.motion.forward(q)
-    tops = [top(item) for item in arm.start.objects if item.id != held.id and item.kind != "beads"]
+    tops = [top(item) for item in arm.start.objects if item.id != held.id and not item.shape.is_granular]
     clear = max([*tops, arm.start.table_height]) + _SAFE + start.xyz[2] - bottom(held)
     failures: list[SkillError] = []
     for height in sorted({max(start.xyz[2], goal.xyz[2]), max(clear, goal.xyz[2])}, reverse=True):
@@ -249,19 +245,12 @@ def _tipping(
 def _lip(held: DetectedObject, level: Pose, direction: Array) -> Array:
     """Return the point of the rim over which it pours in a direction, in the container's frame, shape (3,)."""
     local = level.rotation.T @ direction
-    if held.kind in ROUND_CONTAINERS:
-        radius, height = held.size
-        return np.array([*((radius + CONTAINER_WALL) * local[:2]), height])
-    half, height = np.array(held.size[:2]) + CONTAINER_WALL, held.size[2]
-    reach = float(np.min(half / np.maximum(np.abs(local[:2]), 1e-9)))
-    return np.array([*(reach * local[:2]), height])
+    return room_of(held).lip(local)
 
 
 def _opening(vessel: DetectedObject) -> tuple[Array, float, float]:
     """Return the middle (2,), the radius and the height of the opening that is poured into, in the world."""
-    if vessel.kind in ROUND_CONTAINERS:
-        return vessel.pose.position[:2], vessel.size[0], vessel.pose.xyz[2] + vessel.size[1]
-    room = mouth(vessel) if vessel.kind == "drawer" else box_room(vessel)
+    room = mouth_of(vessel)
     middle = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, 0.0])
     return middle[:2], float(room.half.min()), vessel.pose.xyz[2] + room.rim
 

@@ -21,7 +21,7 @@ from robosandbox.skills.manipulator import (
     most_telling,
     raised,
 )
-from robosandbox.types import CONTAINER_WALL, ROUND_CONTAINERS, Array, DetectedObject, Pose, SkillResult, Trajectory
+from robosandbox.types import Array, DetectedObject, Pose, SkillResult, Trajectory
 
 _FELT = 0.5
 _MOST_MOVED = 0.004
@@ -31,6 +31,8 @@ _TOUCH_SPEED = 0.02
 _TOUCH_METRES_PER_SECOND = 0.01
 _YAWS = 8
 _LEANS = (0.0, 0.35, 0.7)
+# Places on a rim that are tried.
+_RIM_TAPS = 4
 
 
 class Tap(Skill):
@@ -79,8 +81,8 @@ class Tap(Skill):
 
 
 def _check(arm: Manipulator, target: DetectedObject) -> None:
-    if target.kind == "beads":
-        raise InvalidArgumentError(f"{target.id} are beads and have no top to touch", phase=Phase.CHECK)
+    if target.shape.is_granular:
+        raise InvalidArgumentError(f"{target.id} are {target.kind} and have no top to touch", phase=Phase.CHECK)
     if arm.start.held is not None:
         arm.require_empty()
     above = [item.id for item in arm.start.objects if item.id != target.id and on_top(item, target).holds]
@@ -163,13 +165,10 @@ def _poses(arm: Manipulator, target: DetectedObject, hand: Array) -> Iterator[Po
 
 def _tops(target: DetectedObject) -> list[Array]:
     """Return points (3,) of the object's top: its middle, or places on a container's rim."""
-    middle, height = centre(target), top(target)
-    reach = []
-    if target.kind in ROUND_CONTAINERS:
-        radius = target.size[0] + CONTAINER_WALL / 2.0
-        reach = [radius * np.array([np.cos(a), np.sin(a), 0.0]) for a in np.arange(0.0, 2.0 * np.pi, np.pi / 2.0)]
-    elif target.kind == "bin":
-        x, y = (half + CONTAINER_WALL / 2.0 for half in target.size[:2])
-        reach = [np.array(offset) for offset in ((-x, 0.0, 0.0), (0.0, y, 0.0), (0.0, -y, 0.0), (x, 0.0, 0.0))]
-    points = [middle + target.pose.rotation @ offset for offset in reach] or [middle]
+    height, room = top(target), target.shape.room(target.size)
+    if room is None or target.shape.opens:
+        points = [centre(target)]
+    else:
+        places = [place for place, _ in room.rim_places()]
+        points = [target.pose.position + target.pose.rotation @ place for place in places[:: len(places) // _RIM_TAPS]]
     return [np.array([point[0], point[1], height]) for point in points]

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.bundled import ALL_SUITES
-from robosandbox.tasks.bundled import bundled_tasks as bundled_tasks
+from robosandbox.tasks.bundled import ALL_SUITES, bundled_tasks as bundled_tasks
 from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene, SceneObject

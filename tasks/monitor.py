@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosandbox.perception.relations import contents
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.types import CONTAINER_KINDS, SkillCall
+from robosandbox.types import SkillCall
 
 _DESTINATIONS = frozenset({"target", "container"})
 _TABLE = "table"
@@ -41,7 +41,7 @@ class ContactMonitor:
         moved |= {truth.held} if truth.held else set()
         beside = {other for name in moved for other in truth.objects[name].contacts}
         seen = [item.detected() for item in truth.objects.values()]
-        vessels = [item for item in seen if item.id in destinations and item.kind in CONTAINER_KINDS]
+        vessels = [item for item in seen if item.id in destinations and item.shape.holds_things]
         held_in = {name for vessel in vessels for name, _ in contents(seen, vessel)}
         self._moved = frozenset(moved)
         self._allowed = frozenset(moved | beside | destinations | held_in | {_TABLE})

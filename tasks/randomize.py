@@ -143,7 +143,7 @@ def _draw_group(
         scaled = item.model_copy(
             update={
                 "size": tuple(value * scale for value in item.size),
-                "scale": item.scale * scale if item.kind == "mesh" else item.scale,
+                "scale": item.scale * scale if item.mesh is not None else item.scale,
                 "pose": pose,
                 "mass": mass,
                 "rgba": (*map(float, colour), item.rgba[3]),
@@ -173,13 +173,13 @@ def _fits(
     on_table = _outermost(seen) < max(TABLE_HALF_EXTENT - EDGE, _outermost(written) + _SAME)
     apart = all(gap(seen, other) >= CLEARANCE for other in others)
     # Beads are where their container is, and that is asked about itself.
-    return on_table and apart and (accept is None or seen.kind == "beads" or accept(seen))
+    return on_table and apart and (accept is None or seen.shape.is_granular or accept(seen))
 
 
 def groups_of(objects: Sequence[SceneObject], extents: Extents = NO_EXTENTS) -> list[list[SceneObject]]:
     """Return the objects in groups that stand on or in one another or move together, the lowest of each first."""
     groups: list[list[SceneObject]] = []
-    for item in sorted(objects, key=lambda each: (each.kind == "beads", bottom(_as_seen(each, extents)))):
+    for item in sorted(objects, key=lambda each: (each.shape.is_granular, bottom(_as_seen(each, extents)))):
         seen = _as_seen(item, extents)
         below = [group for group in groups if any(_together(other, item, seen, extents) for other in group)]
         merged = [other for group in below for other in group]
@@ -194,9 +194,9 @@ def _together(other: SceneObject, item: SceneObject, seen: DetectedObject, exten
 
 
 def _as_seen(item: SceneObject, extents: Extents) -> DetectedObject:
-    size = tuple(half * item.scale for half in extents[item.id]) if item.kind == "mesh" else item.size
+    size = tuple(half * item.scale for half in extents[item.id]) if item.mesh is not None else item.size
     # A drawer takes the room that it opens into.
-    opening = item.size[3] if item.kind == "drawer" else None
+    opening = item.shape.max_open(item.size) if item.shape.opens else None
     return DetectedObject(
         id=item.id, kind=item.kind, size=size, colour="", rgba=item.rgba, pose=item.pose, opening=opening
     )

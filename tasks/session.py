@@ -248,7 +248,7 @@ def open_session(
     extents = {
         item.id: tuple(half / item.scale for half in start.objects[item.id].size)
         for item in chosen.scene.objects
-        if item.kind == "mesh"
+        if item.mesh is not None
     }
     session = Session(
         task=chosen,

@@ -13,9 +13,9 @@ from pydantic import ConfigDict, Field, model_validator
 from robosandbox.errors import InputError
 from robosandbox.perception import relations
 from robosandbox.perception.relations import Relation
+from robosandbox.shapes import kinds_that_hold, shapes
 from robosandbox.sim.truth import Truth
 from robosandbox.types import (
-    CONTAINER_KINDS,
     DetectedObject,
     Direction,
     Fraction,
@@ -32,7 +32,8 @@ HOME_TOLERANCE = 0.05
 # A field that names an object, the name, and the kinds that it may have (empty: any).
 Reference = tuple[str, str, frozenset[str]]
 _ANY: frozenset[str] = frozenset()
-_DRAWER = frozenset({"drawer"})
+_HOLDERS = kinds_that_hold()
+_OPENING = frozenset(kind for kind, shape in shapes().items() if shape.opens)
 
 
 class Check(StrictModel):
@@ -109,7 +110,7 @@ class Inside(Pair):
     """The object is in the container."""
 
     kind: Literal["inside"]
-    targets: ClassVar[frozenset[str]] = CONTAINER_KINDS
+    targets: ClassVar[frozenset[str]] = _HOLDERS
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare with the inner walls and the rim."""
@@ -210,7 +211,7 @@ class Opened(Check):
 
     def references(self) -> Iterator[Reference]:
         """Return the objects that the check names."""
-        yield "object", self.object, _DRAWER
+        yield "object", self.object, _OPENING
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Read how far its box has slid."""
@@ -227,7 +228,7 @@ class Closed(Check):
 
     def references(self) -> Iterator[Reference]:
         """Return the objects that the check names."""
-        yield "object", self.object, _DRAWER
+        yield "object", self.object, _OPENING
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Read how far its box has slid."""
@@ -254,8 +255,8 @@ class Poured(Check):
 
     def references(self) -> Iterator[Reference]:
         """Return the objects that the check names."""
-        yield "object", self.object, CONTAINER_KINDS
-        yield "target", self.target, CONTAINER_KINDS
+        yield "object", self.object, _HOLDERS
+        yield "target", self.target, _HOLDERS
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Count where the contents are, each bead for itself; nothing inside at the start is nothing poured."""

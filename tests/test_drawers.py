@@ -11,13 +11,14 @@ from robosandbox.errors import DrawerError, InvalidArgumentError, PlacementError
 from robosandbox.evidence import DrawerEvidence, PlacementEvidence
 from robosandbox.perception.relations import CLOSED_WITHIN, inside
 from robosandbox.robots.loader import load_robot
+from robosandbox.shapes.drawer import LEAST_DRAWER
 from robosandbox.sim.world import build_world
 from robosandbox.skills.close_drawer import CloseDrawer
 from robosandbox.skills.open_drawer import OpenDrawer
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_in import PlaceIn
 from robosandbox.tasks.session import Session, open_session
-from robosandbox.types import LEAST_DRAWER, Pose, Scene, SceneObject
+from robosandbox.types import Pose, Scene, SceneObject
 
 OPEN = 0.08
 

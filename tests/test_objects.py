@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from robosandbox.perception.relations import bounds, inside
+from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.types import CONTAINER_WALL, ObjectKind, Pose, Scene, SceneObject
+from robosandbox.types import ObjectKind, Pose, Scene, SceneObject
 
 
 def loaded(*objects: SceneObject) -> MuJoCoBackend:

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from robosandbox.perception import relations
-from robosandbox.types import CONTAINER_WALL, DetectedObject, ObjectKind, Pose
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.types import DetectedObject, ObjectKind, Pose
 
 
 def thing(

@@ -14,10 +14,11 @@ from robosandbox.agent.language.shades import has_shade
 from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.types import CONTAINER_KINDS, DetectedObject
+from robosandbox.shapes import kinds_that_hold, shapes
+from robosandbox.types import DetectedObject
 
 NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
-CONTAINERS = CONTAINER_KINDS
+CONTAINERS = kinds_that_hold()
 VESSELS = frozenset({"bowl", "cup", "cylinder", "capsule", "mesh"})
 """Kinds that may hold something to pour: cups, and what bottles, mugs and cans are made of here."""
 STANDING = frozenset({"bin", "bowl", "drawer", "beads"})
@@ -61,6 +62,19 @@ def is_called_several(name: str) -> bool:
 
 
 NOUN_CLASS = _classes()
+
+
+def _add_installed_shapes() -> None:
+    """Let the words of each kind of object name it, where they name no kind yet."""
+    for kind, shape in shapes().items():
+        for noun in shape.nouns:
+            known = THING_KINDS if noun in THING_KINDS else SHAPE_KINDS
+            noun_class = NOUN_CLASS.get(noun, noun)
+            if noun_class not in ("thing", "box", "block", "cube") and not shape.is_plural:
+                known[noun_class] = known.get(noun_class, frozenset()) | {kind}
+
+
+_add_installed_shapes()
 CANONICAL_COLOUR = {
     phrase.strip(): colour for colour, phrases in things.COLOURS.items() for phrase in phrases.split(",")
 }

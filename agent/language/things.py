@@ -6,6 +6,7 @@ Each table maps what people say to one canonical value. Multi-word entries are m
 from __future__ import annotations
 
 from robosandbox.agent.language.wordlist import phrase_list, word_set
+from robosandbox.shapes import shapes
 
 NOUNS: dict[str, str] = {
     "cube": "cube, dice, die, square",
@@ -57,6 +58,11 @@ NOUNS: dict[str, str] = {
     "chess piece": "chess piece, chess figure, chessman",
     "gem": "gem, gemstone, jewel, precious stone",
 }
+_KNOWN = {phrase.strip() for phrases in NOUNS.values() for phrase in phrases.split(",")}
+# Kinds of objects bring their own words.
+NOUNS.update(
+    {noun: noun for shape in shapes().values() for noun in shape.nouns if not shape.is_plural and noun not in _KNOWN}
+)
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
         """

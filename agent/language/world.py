@@ -12,10 +12,9 @@ from numpy.typing import NDArray
 
 from robosandbox.agent.language.match import STANDING
 from robosandbox.perception.relations import bounds
+from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import (
-    CONTAINER_KINDS,
-    CONTAINER_WALL,
-    ROUND_CONTAINERS,
     DetectedObject,
     ObservedScene,
     Pose,
@@ -60,7 +59,7 @@ def _seen(scene: ObservedScene) -> tuple[dict[str, tuple[float, float, float]], 
 
 def _bottom(item: DetectedObject, extents: tuple[float, float, float]) -> float:
     z = item.pose.xyz[2]
-    return z if item.kind in CONTAINER_KINDS else z - extents[2]
+    return z if item.shape.holds_things else z - extents[2]
 
 
 def _parents(scene: ObservedScene, extents: dict[str, tuple[float, float, float]]) -> Iterator[tuple[str, Parent]]:
@@ -79,7 +78,7 @@ def _parents(scene: ObservedScene, extents: dict[str, tuple[float, float, float]
                 continue
             low = _bottom(other, extents[other.id])
             top = low + 2 * ez
-            if other.kind in CONTAINER_KINDS and low - 0.01 <= bottom < top - 0.002:
+            if other.shape.holds_things and low - 0.01 <= bottom < top - 0.002:
                 found = (low, ("in", other.id))
             elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
                 found = (top, ("on", other.id))
@@ -119,7 +118,7 @@ class World:
         self.opened: set[str] = {
             item.id
             for item in scene.objects
-            if item.kind == "drawer" and (item.opening or 0.0) > _OPEN_SHARE * item.size[3]
+            if item.shape.opens and (item.opening or 0.0) > _OPEN_SHARE * item.shape.max_open(item.size)
         }
 
     def extents(self, name: str) -> tuple[float, float, float]:
@@ -129,13 +128,13 @@ class World:
     def fits_in(self, name: str, target: str) -> bool:
         """Say whether an object, as it stands, is smaller than the opening of a container, and no taller than a drawer."""
         (x, y, z), (tx, ty, tz) = self._extents[name], self._extents[target]
-        if self.objects[target].kind == "drawer" and (
-            z > tz - CONTAINER_WALL or 2 * min(x, y) > self.objects[target].size[3]
-        ):
+        vessel = self.objects[target]
+        room = vessel.shape.room(vessel.size)
+        if vessel.shape.opens and (z > tz - CONTAINER_WALL or 2 * min(x, y) > vessel.shape.max_open(vessel.size)):
             # Too tall to close, or wider than it opens.
             return False
-        if self.objects[target].kind in ROUND_CONTAINERS:
-            return self.radius(name) < self.objects[target].size[0]
+        if room is not None and room.is_round:
+            return self.radius(name) < float(room.half[0])
         return max(x, y) < max(tx, ty) - CONTAINER_WALL and min(x, y) < min(tx, ty) - CONTAINER_WALL
 
     def radius(self, name: str) -> float:
@@ -143,7 +142,7 @@ class World:
         x, y, _ = self._extents[name]
         return (
             math.hypot(x, y)
-            if self.objects[name].kind not in ("sphere", "cylinder", "capsule", "bowl", "cup")
+            if isinstance(self.objects[name].shape.hull(self.objects[name].size), BoxHull)
             else max(x, y)
         )
 

@@ -12,7 +12,7 @@ from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
 from robosandbox.agent.plan_check import MAX_STEPS, OBJECT_ARGUMENTS, problems
 from robosandbox.protocols import Skill
-from robosandbox.types import CONTAINER_KINDS, ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 
 PLAN = "plan"
 REFUSE = "refuse"
@@ -164,5 +164,7 @@ def _arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any]
 
 
 def _fitting(argument: str, scene: ObservedScene) -> list[str]:
-    kinds = {"container": CONTAINER_KINDS, "drawer": frozenset({"drawer"})}.get(argument)
-    return [item.id for item in scene.objects if kinds is None or item.kind in kinds]
+    def fits(item: DetectedObject) -> bool:
+        return (argument != "container" or item.shape.holds_things) and (argument != "drawer" or item.shape.opens)
+
+    return [item.id for item in scene.objects if fits(item)]

@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from robosandbox.perception.relations import centre, inside, loose, on_table, on_top
-from robosandbox.types import CONTAINER_KINDS, OBJECT_SIZES, DetectedObject, ObservedScene
+from robosandbox.shapes.hull import SphereHull
+from robosandbox.types import DetectedObject, ObservedScene
 
 # Beyond this angle between its axis and the vertical a thing that stands by itself has tipped over, radians.
 _TIPPED = math.radians(30.0)
@@ -43,18 +44,18 @@ def _thing(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
     if item.tag is not None:
         data["tag"] = item.tag
     data["position"] = _lengths(item.pose.xyz)
-    if item.kind not in ("sphere", "beads"):
+    if not isinstance(item.shape.hull(item.size), SphereHull):
         data["yaw"] = round(item.pose.yaw, 2) + 0.0
-    names = OBJECT_SIZES[item.kind]
+    names = item.shape.size_fields
     data["size"] = dict(zip(names, _lengths(item.size), strict=False)) or {"half_extents": _lengths(item.size)}
-    if item.kind == "beads":
+    if item.shape.is_granular:
         data["count"] = len(item.grains)
-    if item.kind == "drawer":
+    if item.shape.opens:
         data |= _opening(item)
     data |= _support(item, scene)
-    if item.kind in CONTAINER_KINDS:
+    if item.shape.holds_things:
         data["contents"] = _contents(item, scene)
-    if _tilt(item) > _TIPPED and item.kind in ("cylinder", "capsule", "bin", "bowl", "cup"):
+    if _tilt(item) > _TIPPED and (item.shape.rolls or item.shape.is_open_container):
         data["tipped_over"] = True
     if not _reachable(item, scene):
         data["reachable"] = False
@@ -76,14 +77,14 @@ def _support(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
         return {"in": "gripper"}
     others = [other for other in scene.objects if other.id != item.id]
     parts = loose(item)
-    vessels = [other for other in others if other.kind in CONTAINER_KINDS]
+    vessels = [other for other in others if other.shape.holds_things]
     where = Counter(next((v.id for v in vessels if inside(part, v)), None) for part in parts)
     found = {name: count for name, count in where.items() if name is not None}
     if found:
         # Beads may lie in several containers and beside them.
         whole = len(found) == 1 and sum(found.values()) == len(parts)
         return {"in": next(iter(found)) if whole else found}
-    base = next((other.id for other in others if other.kind not in CONTAINER_KINDS and on_top(item, other)), None)
+    base = next((other.id for other in others if not other.shape.holds_things and on_top(item, other)), None)
     if base is None:
         base = next((other.id for other in vessels if on_top(item, other)), None)
     if base is not None:
@@ -105,7 +106,7 @@ def _contents(vessel: DetectedObject, scene: ObservedScene) -> list[str] | dict[
 def _tilt(item: DetectedObject) -> float:
     """Return the angle between an object's own z and the vertical, radians; either end up counts as upright."""
     upward = float(item.pose.rotation[2, 2])
-    return math.acos(min(1.0, upward if item.kind in CONTAINER_KINDS else abs(upward)))
+    return math.acos(min(1.0, upward if item.shape.holds_things else abs(upward)))
 
 
 def _reachable(item: DetectedObject, scene: ObservedScene) -> bool:

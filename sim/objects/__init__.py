@@ -1,4 +1,4 @@
-"""Scene objects as MuJoCo bodies: shapes, contact parameters, and new numbers without a new model."""
+"""Scene objects as MuJoCo bodies: built from their shapes' pieces, and given new numbers without a new model."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.sim.objects.beads import Start, add_beads
-from robosandbox.sim.objects.containers import add_container
-from robosandbox.sim.objects.drawer import BOX, add_drawer
-from robosandbox.sim.objects.geoms import PREFIX, add_geom
+from robosandbox.errors import InputError
+from robosandbox.shapes.beads import stacked
+from robosandbox.shapes.body import Free, Slide
+from robosandbox.shapes.shape import Primitive
+from robosandbox.sim.objects.geoms import GRAIN_BIT, PREFIX, add_body, geom_size
 from robosandbox.sim.objects.meshes import add_mesh, mesh_bounds
-from robosandbox.sim.objects.primitives import PRIMITIVES, bounding_radius, half_extents, inertia, padded
 from robosandbox.sim.objects.tags import add_tag
-from robosandbox.types import Array, Scene, SceneObject
+from robosandbox.types import Array, Pose, Scene, SceneObject
 
 __all__ = [
-    "BOX",
+    "GRAIN_BIT",
     "PREFIX",
     "add_objects",
+    "body_names",
     "can_rewrite",
     "count_bodies",
     "count_geoms",
@@ -27,38 +28,37 @@ __all__ = [
     "rewrite",
 ]
 
-_SHAPE_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
+_COMPILED_FIELDS = ("id", "kind", "mesh", "scale", "collision", "locked", "count", "inside", "tag", "tag_size")
 
 
 def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
-    """Add a free body `object/<id>` for each object, and one for each bead.
+    """Add the bodies of each object, the first of them `object/<id>`.
 
     Raises:
-        InputError: A mesh cannot be read, or beads do not fit into their container.
+        InputError: A mesh cannot be read, or grains do not fit into their container.
     """
     for item in scene.objects:
-        if item.kind == "beads":
-            add_beads(spec, item, _vessel(scene, item))
-            continue
-        x, y, z, w = item.pose.quat_xyzw
-        body = spec.worldbody.add_body(name=PREFIX + item.id, pos=item.pose.xyz, quat=[w, x, y, z])
-        body.add_freejoint(name=PREFIX + item.id)
-        match item.kind:
-            case "mesh":
-                add_mesh(spec, body, item)
-            case "bin" | "bowl" | "cup":
-                add_container(body, item)
-            case "drawer":
-                add_drawer(body, item)
-            case "box" | "sphere" | "cylinder" | "capsule":
-                add_geom(body, item, item.mass, type=PRIMITIVES[item.kind], size=padded(item.size))
-                # Behind the shape: `rewrite` takes a body's first geom for it.
-                add_tag(spec, body, item)
+        starts = iter(_starts(scene, item))
+        first: mujoco.MjsBody | None = None
+        for body in item.shape.bodies(item):
+            pose = next(starts) if isinstance(body.joint, Free) else item.pose
+            made = add_body(spec, first, item, body, pose)
+            first = first or made
+            if item.mesh is not None:
+                add_mesh(spec, made, item)
+        if first is not None:
+            # Behind the shape: `rewrite` takes a body's first geom for it.
+            add_tag(spec, first, item)
+
+
+def body_names(item: SceneObject) -> list[str]:
+    """Return the names in the model of an object's bodies."""
+    return [PREFIX + item.id + body.suffix for body in item.shape.bodies(item)]
 
 
 def count_bodies(scene: Scene) -> int:
     """Return of how many bodies a scene's objects are made."""
-    return sum(item.count or (2 if item.kind == "drawer" else 1) for item in scene.objects)
+    return sum(len(item.shape.bodies(item)) for item in scene.objects)
 
 
 def count_geoms(scene: Scene) -> int:
@@ -74,28 +74,49 @@ def count_geoms(scene: Scene) -> int:
 
 def place(scene: Scene, item: SceneObject, data: mujoco.MjData) -> None:
     """Put an object where its scene has it at the start."""
-    if item.kind == "beads":
-        for k, position in enumerate(Start(item, _vessel(scene, item)).positions(item)):
-            data.joint(f"{PREFIX}{item.id}/{k}").qpos = [*position, 1.0, 0.0, 0.0, 0.0]
-        return
-    x, y, z, w = item.pose.quat_xyzw
-    data.joint(PREFIX + item.id).qpos = [*item.pose.xyz, w, x, y, z]
-    if item.kind == "drawer":
-        data.joint(PREFIX + item.id + BOX).qpos = item.open
+    starts = iter(_starts(scene, item))
+    for body in item.shape.bodies(item):
+        joint = data.joint(PREFIX + item.id + body.suffix)
+        if isinstance(body.joint, Slide):
+            joint.qpos = item.open
+        else:
+            pose = next(starts)
+            x, y, z, w = pose.quat_xyzw
+            joint.qpos = [*pose.xyz, w, x, y, z]
 
 
-def _vessel(scene: Scene, beads: SceneObject) -> SceneObject:
-    return next(item for item in scene.objects if item.id == beads.inside)
+def _starts(scene: Scene, item: SceneObject) -> list[Pose]:
+    """Return where an object's free bodies start.
+
+    Raises:
+        InputError: Grains do not fit into their container.
+    """
+    if item.inside is None:
+        return [item.pose]
+    vessel = next(other for other in scene.objects if other.id == item.inside)
+    room = vessel.shape.room(vessel.size)
+    local = stacked(item.size[0], item.count, room) if room else np.zeros((0, 3))
+    if len(local) < item.count:
+        raise InputError(
+            f"objects[{item.id}].count: {item.count} {item.kind} of radius {item.size[0] * 1000:g} mm do not fit into "
+            f"{vessel.id!r}, which holds {len(local)}; give fewer, smaller ones or a larger container"
+        )
+    world = item.pose.position + local @ item.pose.rotation.T
+    return [Pose.from_matrix(position, np.eye(3)) for position in world]
 
 
 def can_rewrite(old: SceneObject, new: SceneObject) -> bool:
     """Say whether `rewrite` can turn one into the other without a new model."""
-    same = all(getattr(old, name) == getattr(new, name) for name in _SHAPE_FIELDS)
+    same = all(getattr(old, name) == getattr(new, name) for name in _COMPILED_FIELDS)
     same = same and not (new.locked and old.open != new.open)
-    # The parts of a drawer have shades of its colour.
-    same = same and (new.kind != "drawer" or old.rgba == new.rgba)
+    # Parts of an object may have shades of its colour.
+    same = same and (_has_one_colour(new) or old.rgba == new.rgba)
     # A tag's place is compiled.
-    return same and (old.size == new.size or (new.kind in PRIMITIVES and new.tag is None))
+    return same and (old.size == new.size or (isinstance(new.shape, Primitive) and new.tag is None))
+
+
+def _has_one_colour(item: SceneObject) -> bool:
+    return all(piece.rgba is None for body in item.shape.bodies(item) for piece in body.pieces)
 
 
 def rewrite(
@@ -118,7 +139,7 @@ def rewrite(
         share: Of its mass, that each has, shape (k,).
         inertia_per_mass: Of each as compiled, m^2, shape (k, 3).
     """
-    if new.kind != "drawer":
+    if _has_one_colour(new):
         # What has a material is a tag.
         model.geom_rgba[np.isin(model.geom_bodyid, bodies) & (model.geom_matid < 0)] = new.rgba
     if (old.size, old.mass) == (new.size, new.mass):
@@ -128,12 +149,11 @@ def rewrite(
         # From the compiled figures each time: a product of ratios would depend on the seeds that came before.
         model.body_inertia[bodies] = inertia_per_mass * model.body_mass[bodies][:, None]
         return True
-    body = int(bodies[0])
+    body, hull = int(bodies[0]), new.shape.hull(new.size)
     first = int(model.body_geomadr[body])
-    half = half_extents(new)
-    model.geom_size[first] = padded(new.size)
-    model.geom_aabb[first, 3:] = half
-    model.geom_rbound[first] = bounding_radius(new)
-    model.bvh_aabb[model.body_bvhadr[body], 3:] = half
-    model.body_inertia[body] = inertia(new)
+    model.geom_size[first] = geom_size(hull)
+    model.geom_aabb[first, 3:] = hull.half_extents
+    model.geom_rbound[first] = hull.radius
+    model.bvh_aabb[model.body_bvhadr[body], 3:] = hull.half_extents
+    model.body_inertia[body] = hull.inertia(new.mass)
     return True

@@ -7,6 +7,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.ranges import LEAST_LENGTH, MOST_LENGTH
+from robosandbox.shapes.body import Contact
 from robosandbox.sim.objects.geoms import PREFIX, add_geom
 from robosandbox.types import Array, SceneObject
 
@@ -24,7 +25,8 @@ def add_mesh(spec: mujoco.MjSpec, body: mujoco.MjsBody, item: SceneObject) -> No
         raise InputError(f"objects[{item.id}].collision: 'coacd' is not available yet; use 'hull'")
     low, high = mesh_bounds(item)
     spec.add_mesh(name=name, file=str(item.mesh.resolve()), scale=[item.scale] * 3)
-    add_geom(body, item, item.mass, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name, pos=-(low + high) / 2.0)
+    form = {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": name, "pos": -(low + high) / 2.0}
+    add_geom(body, item, Contact(), item.mass, **form)
 
 
 def mesh_bounds(item: SceneObject) -> tuple[Array, Array]:

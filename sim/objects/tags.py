@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.sim.objects.geoms import PREFIX
-from robosandbox.tags import BORDERED, TAG_CELLS, TAG_FAMILY, tag_face
+from robosandbox.tags import BORDERED, TAG_CELLS, TAG_FAMILY
 from robosandbox.types import SceneObject
 
 _PIXELS_PER_CELL = 16
@@ -15,7 +15,8 @@ _HALF_THICKNESS = 0.0001
 
 def add_tag(spec: mujoco.MjSpec, body: mujoco.MjsBody, item: SceneObject) -> None:
     """Add an object's tag to its body, the tag's upper edge towards local +y; nothing where it has none."""
-    if item.tag is None:
+    face = item.shape.tag_face(item.size)
+    if item.tag is None or face is None:
         return
     import cv2
 
@@ -34,7 +35,7 @@ def add_tag(spec: mujoco.MjSpec, body: mujoco.MjsBody, item: SceneObject) -> Non
         name=name,
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=[half, half, _HALF_THICKNESS],
-        pos=[0.0, 0.0, tag_face(item.kind, item.size)[1] + _HALF_THICKNESS],
+        pos=[0.0, 0.0, face[1] + _HALF_THICKNESS],
         material=name,
         mass=0.0,
         contype=0,

@@ -7,11 +7,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.session import Session as Session
-    from robosandbox.tasks.session import open_session as open_session
-    from robosandbox.types import Pose as Pose
-    from robosandbox.types import Scene as Scene
-    from robosandbox.types import SceneObject as SceneObject
+    from robosandbox.tasks.session import Session as Session, open_session as open_session
+    from robosandbox.types import Pose as Pose, Scene as Scene, SceneObject as SceneObject
 
 __version__ = "0.1.0"
 

@@ -43,37 +43,39 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robosandbox.skill_errors import SKILL_ERRORS as SKILL_ERRORS
-    from robosandbox.skill_errors import AlreadyHoldingError as AlreadyHoldingError
-    from robosandbox.skill_errors import AmbiguousObjectError as AmbiguousObjectError
-    from robosandbox.skill_errors import BusyError as BusyError
-    from robosandbox.skill_errors import CancelledError as CancelledError
-    from robosandbox.skill_errors import CollisionError as CollisionError
-    from robosandbox.skill_errors import ConnectionLostError as ConnectionLostError
-    from robosandbox.skill_errors import DrawerError as DrawerError
-    from robosandbox.skill_errors import ErrorCode as ErrorCode
-    from robosandbox.skill_errors import ErrorRecord as ErrorRecord
-    from robosandbox.skill_errors import ForbiddenError as ForbiddenError
-    from robosandbox.skill_errors import GoalTimeoutError as GoalTimeoutError
-    from robosandbox.skill_errors import GraspError as GraspError
-    from robosandbox.skill_errors import InternalError as InternalError
-    from robosandbox.skill_errors import InvalidArgumentError as InvalidArgumentError
-    from robosandbox.skill_errors import InvalidMessageError as InvalidMessageError
-    from robosandbox.skill_errors import LimitError as LimitError
-    from robosandbox.skill_errors import NotHoldingError as NotHoldingError
-    from robosandbox.skill_errors import ObjectNotFoundError as ObjectNotFoundError
-    from robosandbox.skill_errors import Phase as Phase
-    from robosandbox.skill_errors import PlacementError as PlacementError
-    from robosandbox.skill_errors import PourError as PourError
-    from robosandbox.skill_errors import PushError as PushError
-    from robosandbox.skill_errors import Repair as Repair
-    from robosandbox.skill_errors import ServiceError as ServiceError
-    from robosandbox.skill_errors import SkillError as SkillError
-    from robosandbox.skill_errors import TapError as TapError
-    from robosandbox.skill_errors import TrackingError as TrackingError
-    from robosandbox.skill_errors import UnknownGoalError as UnknownGoalError
-    from robosandbox.skill_errors import UnreachableError as UnreachableError
-    from robosandbox.skill_errors import UnsupportedError as UnsupportedError
+    from robosandbox.skill_errors import (
+        SKILL_ERRORS as SKILL_ERRORS,
+        AlreadyHoldingError as AlreadyHoldingError,
+        AmbiguousObjectError as AmbiguousObjectError,
+        BusyError as BusyError,
+        CancelledError as CancelledError,
+        CollisionError as CollisionError,
+        ConnectionLostError as ConnectionLostError,
+        DrawerError as DrawerError,
+        ErrorCode as ErrorCode,
+        ErrorRecord as ErrorRecord,
+        ForbiddenError as ForbiddenError,
+        GoalTimeoutError as GoalTimeoutError,
+        GraspError as GraspError,
+        InternalError as InternalError,
+        InvalidArgumentError as InvalidArgumentError,
+        InvalidMessageError as InvalidMessageError,
+        LimitError as LimitError,
+        NotHoldingError as NotHoldingError,
+        ObjectNotFoundError as ObjectNotFoundError,
+        Phase as Phase,
+        PlacementError as PlacementError,
+        PourError as PourError,
+        PushError as PushError,
+        Repair as Repair,
+        ServiceError as ServiceError,
+        SkillError as SkillError,
+        TapError as TapError,
+        TrackingError as TrackingError,
+        UnknownGoalError as UnknownGoalError,
+        UnreachableError as UnreachableError,
+        UnsupportedError as UnsupportedError,
+    )
 
 
 class RoboSandboxError(Exception):

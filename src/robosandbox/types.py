@@ -17,186 +17,52 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, GetJsonSchemaHandler, field_validator, model_validator
+from pydantic_core import CoreSchema, PydanticCustomError
 
 from robosandbox.ranges import MOST_DISTANCE, Coordinate, Length, Mass, Scale, Spread, Turn, within
-from robosandbox.tags import BORDERED, TAG_COUNT, TAGGED_KINDS, tag_face, usual_tag_size
-
-Array = NDArray[np.float64]
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
-NonNegative = Annotated[float, Field(ge=0.0, allow_inf_nan=False)]
-Fraction = Annotated[float, Field(ge=0.0, le=1.0, allow_inf_nan=False)]
-Vec3 = tuple[Finite, Finite, Finite]
-Side = Literal["left", "right", "front", "back"]
-Direction = Literal["forward", "back", "left", "right"]
-
-# Unit vectors in the world's xy plane. The words are the robot's: forward is away from it, and the front of a thing
-# is the side that it sees, so "back" as a way to go and "back" as a side of a thing are opposite.
-DIRECTION_AXES: Mapping[str, tuple[float, float]] = {
-    "forward": (1.0, 0.0),
-    "back": (-1.0, 0.0),
-    "left": (0.0, 1.0),
-    "right": (0.0, -1.0),
-}
-SIDE_AXES: Mapping[str, tuple[float, float]] = {
-    "front": (-1.0, 0.0),
-    "back": (1.0, 0.0),
-    "left": (0.0, 1.0),
-    "right": (0.0, -1.0),
-}
-
-
-class StrictModel(BaseModel):
-    """A frozen pydantic model that refuses unknown fields."""
-
-    # A schema is built when its class is first used: a process needs a few of the hundred, and each takes part of a millisecond.
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-
-def _unit_quaternion(quat_xyzw: tuple[float, ...]) -> tuple[float, ...]:
-    norm = math.sqrt(sum(c * c for c in quat_xyzw))
-    if norm < 1e-6:
-        raise ValueError("a quaternion of length zero is no rotation; [0, 0, 0, 1] is the identity")
-    if abs(norm - 1.0) < 1e-9:
-        return quat_xyzw
-    return tuple(c / norm for c in quat_xyzw)
-
-
-QuatXyzw = Annotated[tuple[Finite, Finite, Finite, Finite], AfterValidator(_unit_quaternion)]
-
-
-class Pose(StrictModel):
-    """A position and an orientation.
-
-    Attributes:
-        xyz: Metres.
-        quat_xyzw: A unit quaternion in x, y, z, w order.
-    """
-
-    xyz: Vec3
-    quat_xyzw: QuatXyzw = (0.0, 0.0, 0.0, 1.0)
-
-    @classmethod
-    def from_matrix(cls, position: Array, rotation: Array) -> Self:
-        """Return the pose with `position` (3,) and `rotation` (3, 3)."""
-        return cls.model_construct(
-            xyz=(float(position[0]), float(position[1]), float(position[2])),
-            quat_xyzw=quat_xyzw_from_matrix(rotation),
-        )
-
-    @property
-    def position(self) -> Array:
-        """The position as an array, shape (3,)."""
-        return np.array(self.xyz)
-
-    @property
-    def rotation(self) -> Array:
-        """The rotation matrix, shape (3, 3)."""
-        return matrix_from_quat_xyzw(self.quat_xyzw)
-
-    @property
-    def yaw(self) -> float:
-        """The heading of the pose's x axis about world z, radians."""
-        x, y, z, w = self.quat_xyzw
-        return math.atan2(2.0 * (w * z + x * y), 1.0 - 2.0 * (y * y + z * z))
-
-    def __matmul__(self, other: Pose) -> Pose:
-        """Compose: `T_a_b @ T_b_c` is `T_a_c`."""
-        rotation = self.rotation
-        return Pose.from_matrix(self.position + rotation @ other.position, rotation @ other.rotation)
-
-    def inverse(self) -> Pose:
-        """Return the inverse transform."""
-        rotation = self.rotation.T
-        return Pose.from_matrix(-rotation @ self.position, rotation)
-
-
-def matrix_from_quat_xyzw(quat_xyzw: tuple[float, float, float, float]) -> Array:
-    """Return the rotation matrix (3, 3) of a unit quaternion in x, y, z, w order."""
-    x, y, z, w = quat_xyzw
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-        ]
-    )
-
-
-def matrix_about_axis(axis: Array, angle: float) -> Array:
-    """Return the rotation matrix, shape (3, 3), about a unit axis by an angle, radians (Rodrigues' formula)."""
-    x, y, z = axis
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Array = np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    return rotation
-
-
-def matrix_from_rotation_vector(vector: Array) -> Array:
-    """Return the rotation matrix, shape (3, 3), about a vector by its length, radians."""
-    angle = float(np.linalg.norm(vector))
-    return np.eye(3) if angle < 1e-12 else matrix_about_axis(vector / angle, angle)
-
-
-def quat_xyzw_from_matrix(rotation: Array) -> tuple[float, float, float, float]:
-    """Return the unit quaternion, x, y, z, w order, of a rotation matrix (3, 3) (Shepperd's method)."""
-    (m00, m01, m02), (m10, m11, m12), (m20, m21, m22) = rotation.tolist()
-    trace = m00 + m11 + m22
-    if trace > 0.0:
-        s = 2.0 * math.sqrt(trace + 1.0)
-        quat = ((m21 - m12) / s, (m02 - m20) / s, (m10 - m01) / s, 0.25 * s)
-    elif m00 >= m11 and m00 >= m22:
-        s = 2.0 * math.sqrt(max(1.0 + m00 - m11 - m22, 1e-16))
-        quat = (0.25 * s, (m01 + m10) / s, (m02 + m20) / s, (m21 - m12) / s)
-    elif m11 >= m22:
-        s = 2.0 * math.sqrt(max(1.0 + m11 - m00 - m22, 1e-16))
-        quat = ((m01 + m10) / s, 0.25 * s, (m12 + m21) / s, (m02 - m20) / s)
-    else:
-        s = 2.0 * math.sqrt(max(1.0 + m22 - m00 - m11, 1e-16))
-        quat = ((m02 + m20) / s, (m12 + m21) / s, 0.25 * s, (m10 - m01) / s)
-    norm = math.sqrt(sum(c * c for c in quat))
-    return (quat[0] / norm, quat[1] / norm, quat[2] / norm, quat[3] / norm)
-
-
-def frozen_array(values: Any) -> Array:
-    """Return a read-only float copy of `values`."""
-    array = np.array(values, dtype=np.float64)
-    array.setflags(write=False)
-    return array
-
+from robosandbox.shapes import Shape, shape_of, shapes
+from robosandbox.spatial import (
+    DIRECTION_AXES as DIRECTION_AXES,
+    SIDE_AXES as SIDE_AXES,
+    Array as Array,
+    Direction as Direction,
+    Finite as Finite,
+    Fraction as Fraction,
+    NonNegative as NonNegative,
+    Pose as Pose,
+    Positive as Positive,
+    QuatXyzw as QuatXyzw,
+    Side as Side,
+    StrictModel as StrictModel,
+    Vec3 as Vec3,
+    frozen_array as frozen_array,
+    matrix_about_axis as matrix_about_axis,
+    matrix_from_quat_xyzw as matrix_from_quat_xyzw,
+    matrix_from_rotation_vector as matrix_from_rotation_vector,
+    quat_xyzw_from_matrix as quat_xyzw_from_matrix,
+)
+from robosandbox.tags import BORDERED, TAG_COUNT, usual_tag_size
 
 # Scenes.
 
-ObjectKind = Literal["box", "sphere", "cylinder", "capsule", "mesh", "bin", "bowl", "cup", "drawer", "beads"]
 
-# The pose's origin is the geometric centre of box, sphere, cylinder, capsule and of a mesh's box, and the centre of the
-# bottom face of the containers bin, bowl, cup and drawer. Cylinder, capsule, bowl and cup stand along local z; a capsule's
-# half_height leaves its caps out. Heights of containers run from the bottom face to the rim, floor included; their
-# walls and floor are CONTAINER_WALL thick, outside the inner measures. A drawer is depth along local x, width along
-# local y, and opens towards local -x; width, depth and height are its cabinet's outer ones. Beads are many balls of
-# one radius: their pose is the middle of them all, unturned.
-OBJECT_SIZES: Mapping[str, tuple[str, ...]] = {
-    "box": ("half_x", "half_y", "half_z"),
-    "sphere": ("radius",),
-    "cylinder": ("radius", "half_height"),
-    "capsule": ("radius", "half_height"),
-    "mesh": (),
-    "bin": ("inner_half_x", "inner_half_y", "height"),
-    "bowl": ("inner_radius", "height"),
-    "cup": ("inner_radius", "height"),
-    "drawer": ("width", "depth", "height", "max_open"),
-    "beads": ("radius",),
-}
+def _installed(kind: str) -> str:
+    if kind not in shapes():
+        expected = ", ".join(repr(name) for name in shapes())
+        raise PydanticCustomError("enum", "is no kind of object", {"expected": expected})
+    return kind
 
-CONTAINER_WALL = 0.004
-# Walls of cabinet and box, and something between, metres.
-LEAST_DRAWER = 0.03
 
-CONTAINER_KINDS: frozenset[str] = frozenset({"bin", "bowl", "cup", "drawer"})
+class _KindSchema:
+    """Lists the installed kinds in JSON schemas, when one is asked for."""
 
-# Containers with a round inside.
-ROUND_CONTAINERS: frozenset[str] = frozenset({"bowl", "cup"})
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
+        return {**handler(schema), "enum": list(shapes())}
+
+
+# A kind of object that is installed under `robosandbox.shapes`; the shape's file says what its numbers and pose mean.
+ObjectKind = Annotated[str, AfterValidator(_installed), _KindSchema()]
 
 MAX_BEADS = 100
 
@@ -259,7 +125,7 @@ class SceneObject(StrictModel):
     Attributes:
         id: Its name in prompts and results.
         kind: What it is made of.
-        size: Metres; what each number is follows `OBJECT_SIZES`.
+        size: Metres; what each number is, its shape says.
         pose: Where it starts; it settles under gravity from there.
         rgba: Colour, each channel 0..1.
         mass: Kilograms.
@@ -296,7 +162,7 @@ class SceneObject(StrictModel):
     @model_validator(mode="before")
     @classmethod
     def _beads_are_where_their_container_is(cls, data: Any) -> Any:
-        if isinstance(data, dict) and data.get("kind") == "beads" and "pose" not in data:
+        if isinstance(data, dict) and data.get("inside") is not None and "pose" not in data:
             # The scene puts them into the container.
             return {**data, "pose": Pose(xyz=(0.0, 0.0, 0.0))}
         return data
@@ -324,28 +190,30 @@ class SceneObject(StrictModel):
 
     @model_validator(mode="after")
     def _size_fits_kind(self) -> Self:
-        names = OBJECT_SIZES[self.kind]
+        shape = self.shape
+        takes = f"{shape.name} {'take' if shape.is_plural else 'takes'}"
+        names = shape.size_fields
         if len(self.size) != len(names):
             wanted = f"[{', '.join(names)}]" if names else "no size (its file and scale give it)"
-            raise ValueError(f"size: a {self.kind} takes {wanted}, got {len(self.size)} numbers")
-        if (self.kind == "mesh") != (self.mesh is not None):
-            raise ValueError(f"mesh: a {self.kind} takes {'a file' if self.kind == 'mesh' else 'no mesh file'}")
+            raise ValueError(f"size: {takes} {wanted}, got {len(self.size)} numbers")
+        wants_file = "mesh" in shape.options
+        if wants_file != (self.mesh is not None):
+            raise ValueError(f"mesh: {takes} {'a file' if wants_file else 'no mesh file'}")
+        if names:
+            shape.check(self.size)
         return self
 
     @model_validator(mode="after")
-    def _drawers_and_beads_alone_have_theirs(self) -> Self:
-        drawer, beads = self.kind == "drawer", self.kind == "beads"
-        if not drawer and (self.open or self.locked):
-            raise ValueError(f"{'open' if self.open else 'locked'}: a {self.kind} is no drawer; leave it out")
-        if drawer and min(self.size[:3]) < LEAST_DRAWER:
-            raise ValueError(
-                f"size: {min(self.size[:3]):g} leaves no room between a drawer's walls; at least {LEAST_DRAWER:g} m each way"
-            )
-        if drawer and self.open > self.size[3]:
-            raise ValueError(f"open: {self.open:g} is more than the drawer's max_open, {self.size[3]:g}")
-        if beads != bool(self.count) or beads != (self.inside is not None):
-            wants = "a count of 1 or more, and inside, the id of a container" if beads else "no count and no inside"
-            raise ValueError(f"count: a {self.kind} takes {wants}".replace("a beads takes", "beads take"))
+    def _options_fit_kind(self) -> Self:
+        shape = self.shape
+        takes = f"{shape.name} {'take' if shape.is_plural else 'takes'}"
+        if not shape.opens and (self.open or self.locked):
+            raise ValueError(f"{'open' if self.open else 'locked'}: {shape.name} is no drawer; leave it out")
+        if shape.opens and self.open > shape.max_open(self.size):
+            raise ValueError(f"open: {self.open:g} is more than the drawer's max_open, {shape.max_open(self.size):g}")
+        if shape.is_granular != bool(self.count) or shape.is_granular != (self.inside is not None):
+            many = "a count of 1 or more, and inside, the id of a container"
+            raise ValueError(f"count: {takes} {many if shape.is_granular else 'no count and no inside'}")
         return self
 
     @model_validator(mode="after")
@@ -354,12 +222,12 @@ class SceneObject(StrictModel):
             if self.tag_size is not None:
                 raise ValueError("tag_size: there is no tag; give its number as tag, or leave tag_size out")
             return self
-        if self.kind not in TAGGED_KINDS:
-            kinds = " or ".join(TAGGED_KINDS)
-            raise ValueError(
-                f"tag: a {self.kind} has no flat face upward; give it to a {kinds}".replace("a beads has", "beads have")
-            )
-        edge = tag_face(self.kind, self.size)[0]
+        face = self.shape.tag_face(self.size)
+        if face is None:
+            kinds = " or ".join(kind for kind, shape in shapes().items() if "tag" in shape.options)
+            has = f"{self.shape.name} {'have' if self.shape.is_plural else 'has'}"
+            raise ValueError(f"tag: {has} no flat face upward; give it to a {kinds}")
+        edge = face[0]
         if self.tag_size is not None and BORDERED * self.tag_size > edge:
             raise ValueError(
                 f"tag_size: {self.tag_size:g} and a white border take {BORDERED * self.tag_size:g} m of a face of {edge:g} m; "
@@ -368,9 +236,17 @@ class SceneObject(StrictModel):
         return self
 
     @property
+    def shape(self) -> Shape:
+        """What its kind answers for."""
+        return shape_of(self.kind)
+
+    @property
     def tag_edge(self) -> float:
-        """Edge of its tag's black square, metres, where it has a tag."""
-        return usual_tag_size(self.kind, self.size) if self.tag_size is None else self.tag_size
+        """Edge of its tag's black square, metres; 0 where it has no face for one."""
+        if self.tag_size is not None:
+            return self.tag_size
+        face = self.shape.tag_face(self.size)
+        return usual_tag_size(face[0]) if face else 0.0
 
 
 class Scene(StrictModel):
@@ -412,11 +288,11 @@ class Scene(StrictModel):
     @field_validator("objects")
     @classmethod
     def _beads_start_in_a_container(cls, objects: tuple[SceneObject, ...]) -> tuple[SceneObject, ...]:
-        vessels = {item.id: item for item in objects if item.kind in CONTAINER_KINDS and item.kind != "drawer"}
+        vessels = {item.id: item for item in objects if item.shape.is_open_container}
         filled: set[str | None] = set()
         placed = []
         for item in objects:
-            if item.kind == "beads":
+            if item.inside is not None:
                 vessel = vessels.get(item.inside or "")
                 if vessel is None or item.inside in filled:
                     raise ValueError(
@@ -565,7 +441,7 @@ class DetectedObject:
     Attributes:
         id: Stable name.
         kind: Shape.
-        size: Metres, as in `OBJECT_SIZES`; for a mesh the half-extents of its box.
+        size: Metres, as its shape names them; for a mesh the half-extents of its box.
         colour: Its English name.
         rgba: Its colour, channels 0..1.
         pose: The object in the world.
@@ -585,6 +461,11 @@ class DetectedObject:
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
     tag: int | None = None
+
+    @property
+    def shape(self) -> Shape:
+        """What its kind answers for."""
+        return shape_of(self.kind)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

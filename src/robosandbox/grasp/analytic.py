@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
 from robosandbox.robots.robot import Robot
+from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
 
@@ -48,9 +50,10 @@ class AnalyticTopDown:
         floor = -float(solid.support(-UP[None])[0])
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
-        across = Antipodal(solid, geometry, floor=floor, base=robot.base_position)
+        solids = [Solid(part) for part in _parts(target)] or [solid]
+        across = [Antipodal(each, geometry, floor=floor, base=robot.base_position).tiers() for each in solids]
         sides = [sideways(target, geometry, robot.base_position)] if is_filled(target, scene) else []
-        for tiers in (sides, across.tiers(), rim_tiers(target, geometry, floor)):
+        for tiers in (sides, _merged(across), rim_tiers(target, geometry, floor)):
             for tier in tiers:
                 if tier and near is None:
                     near = neighbours(target, scene)
@@ -60,6 +63,19 @@ class AnalyticTopDown:
                     else:
                         crowded.append(grasp)
         yield from crowded
+
+
+def _parts(target: DetectedObject) -> list[DetectedObject]:
+    """Return the parts that can be taken hold of by themselves, as boxes; none where the object's hull says it all."""
+    return [
+        replace(target, kind=Box.kind, size=hull.size, pose=pose) for hull, pose in target.shape.convex_parts(target)
+    ]
+
+
+def _merged(tiers: Sequence[Iterator[list[Grasp]]]) -> Iterator[list[Grasp]]:
+    """Yield the first tiers of all parts together, then their second ones, and so on."""
+    for level in zip(*tiers, strict=True):
+        yield [grasp for tier in level for grasp in tier]
 
 
 def _ranked(tier: list[Grasp], hand: Array | None) -> list[Grasp]:

@@ -19,8 +19,8 @@ def neighbours(target: DetectedObject, scene: ObservedScene) -> list[DetectedObj
     low, high = bounds(target)
     found = []
     for item in scene.objects:
-        # Beads give way.
-        if item.id == target.id or item.kind == "beads":
+        # Grains give way.
+        if item.id == target.id or item.shape.is_granular:
             continue
         other_low, other_high = bounds(item)
         if (other_low[:2] < high[:2] + _NEAR).all() and (other_high[:2] > low[:2] - _NEAR).all():

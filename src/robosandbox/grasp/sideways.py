@@ -8,7 +8,6 @@ from robosandbox.perception.relations import centre, contents, support, top
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose
 
-POURABLE = frozenset({"bin", "bowl", "cup"})
 _ROUND_DIRECTIONS = 16
 _ANGLES = tuple(np.radians([80.0, 68.0]))
 _LEVEL = 0.55
@@ -20,7 +19,7 @@ _UP = np.array([0.0, 0.0, 1.0])
 def is_filled(target: DetectedObject, scene: ObservedScene) -> bool:
     """Tell whether an upright container holds something that a hand over its mouth would keep in."""
     upright = float(target.pose.rotation[2, 2]) > _UPRIGHT
-    return target.kind in POURABLE and upright and bool(contents(scene.objects, target))
+    return target.shape.pours and upright and bool(contents(scene.objects, target))
 
 
 def sideways(target: DetectedObject, geometry: GripperGeometry, base: Array) -> list[Grasp]:
@@ -64,6 +63,7 @@ def sideways(target: DetectedObject, geometry: GripperGeometry, base: Array) -> 
 
 def _headings(target: DetectedObject) -> Array:
     """Return the directions from which it can be held squarely, radians about world z."""
-    if target.kind == "bin":
+    room = target.shape.room(target.size)
+    if room is not None and not room.is_round:
         return np.asarray(target.pose.yaw + np.arange(4) * np.pi / 2.0, dtype=np.float64)
     return np.asarray(np.arange(_ROUND_DIRECTIONS) * 2.0 * np.pi / _ROUND_DIRECTIONS, dtype=np.float64)

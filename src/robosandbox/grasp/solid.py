@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import assert_never
 
 import numpy as np
 
 from robosandbox.grasp.hand import UP, unit
 from robosandbox.perception.relations import centre, support
+from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, SphereHull
 from robosandbox.types import Array, DetectedObject
 
 _ROUND_DIRECTIONS = 8
@@ -54,24 +56,27 @@ class Solid:
     def closings(self) -> list[Array]:
         """Return unit vectors (3,) along which fingers meet it squarely, each up to its sign; none is steep."""
         axes = self.seen.pose.rotation.T
-        match self.seen.kind:
-            case "mesh" if self.hull is not None:
+        hull = self.seen.shape.hull(self.seen.size)
+        match hull:
+            case BoxHull() if self.hull is not None:
                 found = self._across_faces()
-            case "box" | "mesh" | "bin" | "drawer":
+            case BoxHull():
                 found = list(axes)
-            case "cylinder" | "capsule" | "bowl" | "cup":
-                found = self._across_axis(axes[2])
-            case _:
+            case CylinderHull() | CapsuleHull():
+                found = self._across_axis(axes[2], has_faces=isinstance(hull, CylinderHull))
+            case SphereHull():
                 found = _compass(UP)
+            case _:
+                assert_never(hull)
         return [axis for axis in found if abs(axis[2]) < _STEEPEST]
 
-    def _across_axis(self, axis: Array) -> list[Array]:
+    def _across_axis(self, axis: Array, *, has_faces: bool) -> list[Array]:
         if abs(axis[2]) > _UPRIGHT:
             return _compass(axis)
         level = unit(np.cross(axis, UP))
         across = [level * np.cos(roll) + np.cross(axis, level) * np.sin(roll) for roll in _ROLLS]
         # A disc on its edge is held by its faces.
-        return across if self.seen.kind == "capsule" else [*across, axis]
+        return [*across, axis] if has_faces else across
 
     def _across_faces(self) -> list[Array]:
         """Return the normals of the hull's largest faces that have something flat, or an edge, opposite."""

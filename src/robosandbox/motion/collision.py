@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.robot import Robot
-from robosandbox.sim.objects.beads import BEAD_BIT
+from robosandbox.sim.objects.geoms import GRAIN_BIT
 from robosandbox.types import Array, Pose
 
 # A contact bit that only this module uses: movers carry it as type, obstacles as affinity, so that MuJoCo looks at
@@ -65,7 +65,7 @@ class CollisionChecker:
         self.data = mujoco.MjData(self.model)
         self._robot_geoms = np.isin(model.geom_bodyid, list(robot.bodies))
         # Beads give way, so nobody plans around them.
-        beads = model.geom_contype & BEAD_BIT != 0
+        beads = model.geom_contype & GRAIN_BIT != 0
         self.model.geom_contype[beads] = 0
         self.model.geom_conaffinity[beads] = 0
         self._solid = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)) & ~beads

@@ -14,6 +14,7 @@ import numpy as np
 
 from robosandbox.errors import ErrorRecord
 from robosandbox.perception.relations import centre, support
+from robosandbox.shapes.hull import BoxHull
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
 from robosandbox.testing import causes, faults
@@ -86,7 +87,9 @@ def crowded(draw: Draw) -> Upset:
     """One to four neighbours stand closer than fingers are thick."""
     count, gaps = int(draw.rng.integers(1, 5)), []
     item = draw.item(draw.subject)
-    angles = (item.pose.yaw if item.kind == "box" else draw.uniform(0.0, 2.0 * math.pi)) + np.arange(4) * math.pi / 2.0
+    angles = (
+        item.pose.yaw if isinstance(item.shape.hull(item.size), BoxHull) else draw.uniform(0.0, 2.0 * math.pi)
+    ) + np.arange(4) * math.pi / 2.0
     for number, angle in enumerate(draw.rng.permutation(angles)[:count]):
         space = draw.uniform(0.001, 0.006)
         half = draw.uniform(0.015, 0.02)

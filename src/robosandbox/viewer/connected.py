@@ -301,7 +301,7 @@ class ConnectedCell:
 def _put(item: TrueObject | DetectedObject, qpos: Array, model: mujoco.MjModel, bodies: Sequence[int]) -> None:
     """Write where an object is into a model's positions."""
     addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in bodies]
-    if item.kind == "beads":
+    if item.grains:
         for address, xyz in zip(addresses, item.grains, strict=False):
             qpos[address : address + 3] = xyz
         return

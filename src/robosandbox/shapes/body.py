@@ -1,0 +1,102 @@
+"""Rigid bodies that a shape consists of, in terms that any engine can build: convex pieces, joints, contact."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from robosandbox.shapes.hull import Hull
+from robosandbox.spatial import Vec3
+
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Piece:
+    """A convex piece of a rigid body.
+
+    Attributes:
+        hull: Its form.
+        centre: Its middle in the body's frame, metres.
+        yaw: About the body's z axis, radians.
+        mass: Its share of the object's mass, kg.
+        rgba: Its colour; None is the object's own.
+    """
+
+    hull: Hull
+    centre: Vec3 = (0.0, 0.0, 0.0)
+    yaw: float = 0.0
+    mass: float = 0.0
+    rgba: Rgba | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contact:
+    """How a surface meets others.
+
+    Attributes:
+        sliding: Coefficient of sliding friction.
+        torsional: Lever arm of friction against spinning on the spot, metres.
+        rolling: Lever arm of friction against rolling, metres.
+        frictionless: No friction at all: one row of the contact solver in place of four.
+        stiffness_seconds: Time constant with which the contact yields; None is the engine's own.
+    """
+
+    sliding: float = 1.0
+    torsional: float = 0.005
+    rolling: float = 0.0
+    frictionless: bool = False
+    stiffness_seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Free:
+    """A body that moves freely.
+
+    Attributes:
+        drag: What slows it, N per m/s and N m per rad/s.
+    """
+
+    drag: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Slide:
+    """A body that slides along an axis of the object's first body.
+
+    Attributes:
+        axis: Unit vector in the first body's frame.
+        low: Least travel, metres.
+        high: Greatest travel, metres.
+        friction: Force that it takes to move it, N.
+        damping: N per m/s.
+    """
+
+    axis: Vec3
+    low: float
+    high: float
+    friction: float
+    damping: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Body:
+    """A rigid body of an object.
+
+    Attributes:
+        suffix: What follows the object's id in the body's name: "", "/box", "/12".
+        pieces: What it consists of; empty for a mesh, which its file gives.
+        joint: How it moves.
+        contact: How its surface meets others.
+    """
+
+    suffix: str = ""
+    pieces: tuple[Piece, ...]
+    joint: Free | Slide = Free()
+    contact: Contact = Contact()
+
+
+def share_mass(pieces: Sequence[Piece], mass: float) -> tuple[Piece, ...]:
+    """Return the pieces with a mass, kg, shared out among them by volume."""
+    whole = sum(piece.hull.volume for piece in pieces)
+    return tuple(replace(piece, mass=mass * piece.hull.volume / whole) for piece in pieces)

@@ -1,0 +1,32 @@
+"""The kinds of objects that are installed, by name."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+
+from robosandbox.plugins import plugins
+from robosandbox.shapes.shape import Shape
+
+
+@cache
+def shapes() -> Mapping[str, Shape]:
+    """Return every shape registered under `robosandbox.shapes`, by kind."""
+    return {point.name: point.load()() for point in plugins("shapes")}
+
+
+def shape_of(kind: str) -> Shape:
+    """Return the shape of a kind.
+
+    Raises:
+        ValueError: No such kind is installed.
+    """
+    found = shapes().get(kind)
+    if found is None:
+        raise ValueError(f"{kind!r} is no kind of object; there is {', '.join(shapes())}")
+    return found
+
+
+def kinds_that_hold() -> frozenset[str]:
+    """Return the kinds that things can be put into."""
+    return frozenset(kind for kind, shape in shapes().items() if shape.holds_things)

@@ -1,0 +1,74 @@
+"""The inside of what holds things: walls, floor and rim, in the frame of the object's pose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.spatial import Array
+
+# Walls and floors of all containers, metres: as of household plastic and crockery.
+CONTAINER_WALL = 0.004
+
+_UP = np.array([0.0, 0.0, 1.0])
+# Places around a round rim; along each side of a square one, shares of its half-length, the middle first.
+_AROUND = 16
+_ALONG = (0.0, 0.5, -0.5)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Room:
+    """The inside of a container.
+
+    Attributes:
+        middle: Of the floor, x and y, metres, shape (2,).
+        half: Half-extents along x and y, shape (2,); the radius twice where it is round.
+        floor: Height of the floor, metres.
+        rim: Height of the rim, metres.
+        is_round: Whether its wall is a ring.
+    """
+
+    middle: Array
+    half: Array
+    floor: float
+    rim: float
+    is_round: bool = False
+
+    def margin(self, point: Array) -> float:
+        """Return how deep a point, x and y in the frame of the pose, lies within the walls, metres; negative outside."""
+        if self.is_round:
+            return float(self.half[0]) - math.hypot(point[0], point[1])
+        return float(np.min(self.half - np.abs(point[:2] - self.middle)))
+
+    @property
+    def square(self) -> Array:
+        """Half-extents (2,) of the largest rectangle in the plan of the inside, metres."""
+        return self.half / np.sqrt(2.0) if self.is_round else self.half
+
+    def rim_places(self) -> Iterator[tuple[Array, Array]]:
+        """Yield points (3,) in the middle of the wall's top, and the outward directions there (3,)."""
+        half_wall = CONTAINER_WALL / 2.0
+        top = self.rim * _UP
+        if self.is_round:
+            for angle in np.arange(_AROUND) * 2.0 * np.pi / _AROUND:
+                outward = np.array([np.cos(angle), np.sin(angle), 0.0])
+                yield (self.half[0] + half_wall) * outward + top, outward
+            return
+        for side in range(4):
+            across, along = side % 2, 1 - side % 2
+            outward, edge = np.zeros(3), np.zeros(3)
+            outward[across] = 1.0 if side < 2 else -1.0
+            edge[along] = self.half[along]
+            for share in _ALONG:
+                yield (self.half[across] + half_wall) * outward + share * edge + top, outward
+
+    def lip(self, direction: Array) -> Array:
+        """Return the outer point (3,) of the rim in a level direction, a unit vector in the frame of the pose."""
+        if self.is_round:
+            return np.array([*((self.half[0] + CONTAINER_WALL) * direction[:2]), self.rim])
+        half = self.half + CONTAINER_WALL
+        reach = float(np.min(half / np.maximum(np.abs(direction[:2]), 1e-9)))
+        return np.array([*(reach * direction[:2]), self.rim])
