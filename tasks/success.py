@@ -421,7 +421,7 @@ def _front(truth: Truth, name: str) -> DetectedObject:
     """Return an object where it is; a drawer is where its sliding box is, which opens towards local -x."""
     seen = _seen(truth, name)
     slide = Pose(xyz=(-(seen.opening or 0.0), 0.0, 0.0))
-    return replace(seen, pose=seen.pose @ slide) if seen.kind == "drawer" else seen
+    return replace(seen, pose=seen.pose @ slide) if seen.shape.opens else seen
 
 
 def _opening(truth: Truth, name: str) -> float:

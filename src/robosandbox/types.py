@@ -119,6 +119,10 @@ def _in_the_hall(pose: Pose) -> Pose:
     return pose
 
 
+# Width, depth and height of a cabinet; how far its drawer opens may be given beside them.
+_CABINET_MEASURES = 3
+
+
 class SceneObject(StrictModel):
     """One object of a scene.
 
@@ -173,7 +177,7 @@ class SceneObject(StrictModel):
         if not isinstance(data, dict) or data.get("kind") != "drawer" or "drawer_max_open" not in data:
             return data
         size = data.get("size")
-        if not isinstance(size, list | tuple) or len(size) != len(OBJECT_SIZES["drawer"]) - 1:
+        if not isinstance(size, list | tuple) or len(size) != _CABINET_MEASURES:
             raise ValueError(
                 "drawer_max_open: stands for max_open in size [width, depth, height, max_open]; give three numbers and "
                 "drawer_max_open, or four numbers"
