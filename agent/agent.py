@@ -24,6 +24,7 @@ from robosandbox.agent.episode import (
     Started,
     Step,
 )
+from robosandbox.agent.usage import Usage, metered
 from robosandbox.errors import (
     CancelledError,
     GoalTimeoutError,
@@ -117,6 +118,12 @@ class Agent(Generic[WorldT]):
         return self._run(", ".join(map(str, plan.steps)), _Given(plan), 0)
 
     def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
+        with metered() as usage:
+            episode = self._carry_out(prompt, planner, max_replans, usage)
+        self._emit(Ended(episode))
+        return episode
+
+    def _carry_out(self, prompt: str, planner: Planner, max_replans: int, usage: Usage) -> Episode:
         self._emit(Started(prompt))
         steps: list[Step] = []
         attempts: list[FailedAttempt] = []
@@ -159,7 +166,7 @@ class Agent(Generic[WorldT]):
             replans += 1
             self._emit(Replanning(replans, failure.error.record()))
         success = reason is FinalReason.PLAN_COMPLETE
-        episode = Episode(
+        return Episode(
             prompt=prompt,
             success=success,
             steps=tuple(steps),
@@ -170,9 +177,8 @@ class Agent(Generic[WorldT]):
             attempts=tuple(attempts),
             refusal=answer if isinstance(answer, Refusal) else None,
             error=attempts[-1].error.record() if attempts and not success else None,
+            model_usage=usage,
         )
-        self._emit(Ended(episode))
-        return episode
 
     def _look(self) -> ObservedScene:
         return self.ctx.look()

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
 
+from robosandbox.agent.usage import Usage
 from robosandbox.errors import ErrorRecord, SkillError
 from robosandbox.types import Intent, Plan, Refusal, SkillCall, SkillResult
 
@@ -59,6 +60,7 @@ class Episode:
         attempts: The plans that ended early.
         refusal: The planner's no, at first or after a failure.
         error: The last failure; None after a success.
+        model_usage: What language models were asked meanwhile; no requests where none was.
     """
 
     prompt: str
@@ -71,6 +73,7 @@ class Episode:
     attempts: tuple[FailedAttempt, ...] = ()
     refusal: Refusal | None = None
     error: ErrorRecord | None = None
+    model_usage: Usage = field(default_factory=Usage)
 
     def record(self) -> dict[str, Any]:
         """Return the episode as JSON data."""
@@ -96,6 +99,7 @@ class Episode:
             ],
             "refusal": self.refusal.model_dump(mode="json") if self.refusal else None,
             "error": self.error.model_dump(mode="json") if self.error else None,
+            "model_usage": self.model_usage.record(),
         }
 
 

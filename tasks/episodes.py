@@ -6,7 +6,7 @@ import logging
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from robosandbox.errors import (
     InputError,
@@ -108,6 +108,7 @@ class EpisodeRunner:
             self._monitor.reset()
         begin = time.perf_counter()
         claimed, steps, replans, reason, said = False, 0, 0, "fault", ""
+        usage: dict[str, Any] | None = None
         try:
             episode = session.run()
         except RoboSandboxError:
@@ -119,6 +120,7 @@ class EpisodeRunner:
         else:
             claimed, steps, replans = episode.success, len(episode.steps), episode.replans
             reason, said = episode.final_reason.value, episode.final_detail
+            usage = episode.model_usage.record()
         secs = time.perf_counter() - begin
         sim_secs, physics_steps = session.elapsed()
         monitor = self._monitor
@@ -147,6 +149,7 @@ class EpisodeRunner:
             versions=versions(),
             touched=tuple(sorted(monitor.touched)) if monitor else (),
             worst_force_n=round(monitor.worst_force, 3) if monitor else None,
+            model_usage=usage,
         )
 
     def _build(self, task: Task, settings: BenchSettings) -> Workcell:

@@ -63,6 +63,7 @@ class Row:
         assists: Interventions in the physics on the robot's behalf: there are none.
         touched: Contacts of the arm, or of what it moved, with what it was not to touch, as "link on object".
         worst_force_n: The largest normal force in such a contact; None where contacts cannot be watched.
+        model_usage: Requests, tokens and seconds of language models; None where none was asked.
     """
 
     task: str
@@ -81,6 +82,7 @@ class Row:
     assists: tuple[str, ...] = ()
     touched: tuple[str, ...] = ()
     worst_force_n: float | None = None
+    model_usage: dict[str, Any] | None = None
 
     @classmethod
     def of_error(cls, task: str, seed: int, *, error: str, settings: BenchSettings) -> Self:

@@ -25,6 +25,7 @@ from robosandbox.agent.llm.planner import LLMPlanner
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.usage import Usage, metered
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError, Repair, UnreachableError
@@ -610,17 +611,89 @@ def far_and_near(server: ScriptedServer, **options: Any) -> Session:
 # Auto.
 
 
-def test_auto_asks_the_model_only_about_what_the_grammar_does_not_understand() -> None:
+@pytest.mark.parametrize(
+    ("sentence", "code"),
+    [
+        ("pick up the green cube", "object_not_found"),
+        ("put the red cube on the ball", "impossible"),
+        ("don't touch the red cube", "unsupported"),
+        ("push the red cube 10 cm", "ambiguous"),
+        ("put the red cube in the bin and leave the red cube alone", "impossible"),
+    ],
+)
+def test_auto_keeps_a_refusal_that_the_grammar_is_sure_of(sentence: str, code: str) -> None:
+    with ScriptedServer() as server:
+        both = make_planner("auto", SKILLS, {"model": "scripted", "base_url": server.url})
+        refused = both.plan(sentence, SCENE)
+    assert isinstance(refused, Refusal) and refused.code == code and refused.sure and not server.requests
+
+
+@pytest.mark.parametrize(
+    ("sentence", "code"),
+    [
+        ("flibbertigibbet the crimson hexahedron", "unrecognized"),
+        ("pick up the crimson hexahedron", "object_not_found"),  # the grammar does not know the words
+        ("wiggle the red cube", "unsupported"),
+        ("if it is Tuesday pick up the red cube", "unsupported"),
+    ],
+)
+def test_auto_asks_the_model_about_what_the_grammar_is_not_sure_of(sentence: str, code: str) -> None:
+    alone = StubPlanner(SKILLS).plan(sentence, SCENE)
+    assert isinstance(alone, Refusal) and alone.code == code and not alone.sure
     with ScriptedServer(PICK) as server:
         both = make_planner("auto", SKILLS, {"model": "scripted", "base_url": server.url})
-        assert isinstance(both, AutoPlanner)
-        assert picks(both.plan("pick up the red cube", SCENE))
-        refused = both.plan("pick up the elephant", SCENE)
-        assert isinstance(refused, Refusal) and refused.code == "object_not_found" and not server.requests
-        strange = "flibbertigibbet the crimson hexahedron"
-        stub = StubPlanner(SKILLS).plan(strange, SCENE)
-        assert isinstance(stub, Refusal) and stub.code == "unrecognized"
-        assert picks(both.plan(strange, SCENE)) and len(server.requests) == 1
+        assert picks(both.plan(sentence, SCENE))
+    assert len(server.requests) == 1
+
+
+def test_auto_plans_what_the_grammar_understands_without_the_model() -> None:
+    with ScriptedServer() as server:
+        both = make_planner("auto", SKILLS, {"model": "scripted", "base_url": server.url})
+        assert isinstance(both, AutoPlanner) and picks(both.plan("pick up the red cube", SCENE))
+    assert not server.requests
+
+
+# What is counted, and how long it may take.
+
+
+def test_an_episode_says_what_the_model_was_asked_and_for_how_long(capsys: pytest.CaptureFixture[str]) -> None:
+    with ScriptedServer(plan(("pick", {"object": "elephant"})), PICK) as server:
+        options = ["--planner", "openai", "--base-url", server.url, "--model", "scripted", "--json"]
+        assert sandbox("run", "--task", "pick_cube_franka", *options) == EXIT_DONE
+    usage = json.loads(capsys.readouterr().out)["model_usage"]
+    # The script says 100 tokens each way for an answer.
+    assert (usage["requests"], usage["input_tokens"], usage["output_tokens"]) == (2, 200, 200)
+    assert 0.0 < usage["seconds"] < 60.0
+
+
+def test_an_episode_without_a_model_counts_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert sandbox("plan", "pick up the red cube", "--json") == EXIT_DONE
+    assert json.loads(capsys.readouterr().out)["model_usage"] is None
+
+
+def test_usage_is_counted_inside_a_running_loop_too() -> None:
+    import asyncio
+
+    async def main(server: ScriptedServer) -> Usage:
+        with metered() as usage:
+            ask(server)
+        return usage
+
+    with ScriptedServer(PICK) as server:
+        usage = asyncio.run(main(server))
+    assert usage.requests == 1 and usage.output_tokens == 100
+
+
+def test_the_time_limit_holds_for_a_prompt_with_its_new_plans() -> None:
+    attempt = FailedAttempt(completed=(), failed=SkillCall(skill="home"), error=unreachable())
+    with ScriptedServer(Answer(body=PICK.body, send=20, then="stall"), PICK, PICK) as server:
+        asking = planner(server, time_limit=1.0)
+        with pytest.raises(PlannerUnavailableError, match="within 1 s"):
+            asking.plan("pick up the red cube", SCENE)
+        with pytest.raises(PlannerUnavailableError, match="are spent"):
+            asking.plan("pick up the red cube", SCENE, (attempt,))
+        assert len(server.requests) == 1
+        assert picks(asking.plan("pick up the red cube", SCENE))
 
 
 # Cassettes.
@@ -717,6 +790,9 @@ def test_an_unusable_model_is_exit_1(capsys: pytest.CaptureFixture[str]) -> None
         (["--planner", "openai"], "--model: is missing"),
         (["--planner", "openai", "--model", "m", "--base-url", "x"], "--base-url"),
         (["--model", "m"], "--model: the planner 'stub' takes no such option"),
+        (["--time-limit", "5"], "--time-limit: the planner 'stub' takes no such option"),
+        (["--planner", "openai", "--time-limit", "-1"], "--time-limit: -1; give seconds above 0"),
+        (["--planner", "openai", "--time-limit", "nan"], "--time-limit: nan"),
         (["--camera", "scene"], "--camera: the planner 'stub' takes no such option"),
         (["--planner", "openai", "--model", "m", "--base-url", "http://h/v1", "--camera", "moon"], "camera 'moon'"),
         (["--planner", "openai", "--model", "m", "--base-url", "http://h/v1", "--cassette", "/no/x"], "--cassette"),

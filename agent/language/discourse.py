@@ -20,12 +20,17 @@ class RefusedError(Exception):
         *,
         about: str = "",
         firm: bool = False,
+        sure: bool = True,
     ) -> None:
-        """Refuse; `about` are the words that an answer would make clear; `firm` if no farther reading could be meant."""
+        """Refuse; `about` are the words that an answer would make clear; `firm` if no farther reading could be meant.
+
+        Not `sure` is a refusal over words that the grammar does not know.
+        """
         super().__init__(message)
         self.about = about
         self.firm = firm
-        self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates))
+        sure = sure and code is not RefusalCode.UNRECOGNIZED
+        self.refusal = Refusal(code=code, message=message, candidates=tuple(candidates), sure=sure)
 
 
 @dataclass

@@ -394,6 +394,7 @@ class Grounder(Vicinity):
                 RefusalCode.OBJECT_NOT_FOUND,
                 f"I see nothing called “{ref.text.replace('namelyonly', 'only')}”; I see {listed(list(self.world.objects))}.",
                 near or tuple(self.world.objects),
+                sure=False,
             )
         raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what {quoted} means in “{ref.text}”.", ref.unknown)
 

@@ -108,7 +108,7 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
             readings = readings or _set_right(said)
-        return readings or _not_understood(said, skills)
+        return readings or _unsure(_not_understood(said, skills))
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
     except TooComplicatedError:
@@ -284,7 +284,13 @@ def _effect(draft: Draft) -> tuple[str, ...]:
 
 
 def _unrecognized(message: str, words: Sequence[str] = ()) -> Refusal:
-    return Refusal(code=RefusalCode.UNRECOGNIZED, message=message, candidates=tuple(words))
+    return Refusal(code=RefusalCode.UNRECOGNIZED, message=message, candidates=tuple(words), sure=False)
+
+
+def _unsure(refusal: Refusal) -> Refusal:
+    """Mark a refusal of a sentence that has no reading; a question about what is missing from it stays sure."""
+    asks = refusal.code is RefusalCode.AMBIGUOUS
+    return refusal if asks else refusal.model_copy(update={"sure": False})
 
 
 def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:

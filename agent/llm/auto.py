@@ -1,17 +1,17 @@
-"""The grammar first; a model for what it does not understand."""
+"""The grammar first; a model for what the grammar is not sure of."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from robosandbox.protocols import Attempt, Planner
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.types import ObservedScene, Plan, Refusal
 
 
 class AutoPlanner:
-    """Asks the second planner about what the first one refuses as unrecognized, and keeps to it for that prompt.
+    """Asks the second planner about what the first one refuses without being sure, and keeps to it for that prompt.
 
-    Every other refusal of the first stands: it understood and says why not.
+    A refusal that the first is sure of stands: it understood every word and says why not, or asks what only the person knows.
 
     Args:
         first: Quick and certain.
@@ -24,11 +24,11 @@ class AutoPlanner:
         self._handed_over: str | None = None
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
-        """Return the first planner's answer, or the second's where the first does not understand."""
+        """Return the first planner's answer, or the second's where the first refuses and is not sure."""
         if history and prompt == self._handed_over:
             return self._second.plan(prompt, scene, history)
         answer = self._first.plan(prompt, scene, history)
-        if not isinstance(answer, Refusal) or answer.code is not RefusalCode.UNRECOGNIZED:
+        if not isinstance(answer, Refusal) or answer.sure:
             return answer
         self._handed_over = prompt
         return self._second.plan(prompt, scene, history)

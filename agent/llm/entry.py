@@ -38,7 +38,7 @@ def with_model(
         base_url: The endpoint, for OpenAI's protocol up to and with `/v1`; the service's own when left out.
         cassette: A file to record exchanges to, or to replay when it exists.
         picture: Takes a camera picture for a model that sees.
-        time_limit: Seconds for a plan, retries included.
+        time_limit: Seconds for a prompt, retries and new plans after failures included.
 
     Raises:
         InputError: An option is wrong, a key is missing, or the package is not installed.
@@ -67,7 +67,7 @@ def auto(
     time_limit: float = 60.0,
     dialogue: bool = False,
 ) -> Planner:
-    """Return a planner that asks a model only about what the grammar does not understand; arguments as for `with_model`.
+    """Return a planner that asks a model only about what the grammar is not sure of; arguments as for `with_model`.
 
     With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
     """

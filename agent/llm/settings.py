@@ -30,7 +30,7 @@ class LLMSettings:
         picture: Takes an RGB picture (height, width, 3) uint8 for models that see; None sends the scene as text alone.
         max_turns: Answers asked for, the first included.
         max_tokens: Of all answers and questions together.
-        time_limit: Seconds for all of it, waiting and retries included.
+        time_limit: Seconds for a prompt, waiting, retries and new plans after failures included.
         attempts: Requests per answer when the transport fails.
         back_off: Seconds to wait before the second request; doubled each time.
         max_answer_bytes: Of one answer as it arrives.
@@ -55,7 +55,7 @@ class LLMSettings:
             _check_url(self.base_url)
         for name in ("max_turns", "max_tokens", "time_limit", "attempts", "back_off", "max_answer_bytes"):
             if not getattr(self, name) > 0:
-                raise InputError(f"{name}: {getattr(self, name)}; give more than 0")
+                raise InputError(f"--{name.replace('_', '-')}: {getattr(self, name)}; give more than 0")
 
 
 def _check_url(base_url: str) -> None:

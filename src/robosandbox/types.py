@@ -598,11 +598,13 @@ class Refusal(StrictModel):
         code: Its kind.
         message: A sentence for the person.
         candidates: What could have been meant: object ids or verbs.
+        sure: Whether the planner understood all that was said, so that asking another one cannot help.
     """
 
     code: RefusalCode
     message: str
     candidates: tuple[str, ...] = ()
+    sure: bool = True
 
 
 class SkillResult(StrictModel):

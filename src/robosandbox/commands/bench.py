@@ -15,6 +15,7 @@ from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.options import TimeLimit
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -52,6 +53,7 @@ def bench(
     planner: Annotated[str, typer.Option("--planner", help="What turns prompts into plans.")] = "stub",
     base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
     model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
+    time_limit: TimeLimit = None,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
     sensor: Annotated[
         str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
@@ -92,7 +94,7 @@ def bench(
     from robosandbox.tasks.row_file import RowFile
 
     chosen = _choose(tasks or [], task_file or [], suite)
-    options = {"base_url": base_url, "model": model}
+    options = {"base_url": base_url, "model": model, "time_limit": time_limit}
     # A wrong name or option is told before the first world is built.
     make_planner(planner, load_skills(), options)
     load_plugin("perceptions", perception)

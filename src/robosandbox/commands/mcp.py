@@ -28,6 +28,7 @@ def mcp(
     base_url: options.BaseUrl = None,
     model: options.Model = None,
     cassette: options.Cassette = None,
+    time_limit: options.TimeLimit = None,
     perception: options.PerceptionName = "ground_truth",
     seed: options.Seed = 0,
     what_if: options.WhatIf = True,
@@ -48,7 +49,7 @@ def mcp(
         from robosandbox.agent.mcp.serve import serve
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
-    planner_options = {"base_url": base_url, "model": model, "cassette": cassette}
+    planner_options = {"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit}
 
     if connect or robot_id or zenoh_config:
         if task or robot or seed or realtime:

@@ -9,10 +9,18 @@ import typer
 
 from robosandbox.errors import InputError
 
+_DAY = 86_400.0
+
 
 def _from_zero(option: typer.CallbackParam, value: int | None) -> int | None:
     if value is not None and value < 0:
         raise InputError(f"--{str(option.name).replace('_', '-')}: {value} is negative; give 0 or more")
+    return value
+
+
+def _seconds(option: typer.CallbackParam, value: float | None) -> float | None:
+    if value is not None and not 0.0 < value <= _DAY:
+        raise InputError(f"--{str(option.name).replace('_', '-')}: {value:g}; give seconds above 0, at most {_DAY:g}")
     return value
 
 
@@ -24,6 +32,14 @@ BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model
 Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
 Cassette = Annotated[
     Path | None, typer.Option("--cassette", help="Record what is said with the model; replay it if the file exists.")
+]
+TimeLimit = Annotated[
+    float | None,
+    typer.Option(
+        "--time-limit",
+        help="Seconds that a model may take for a prompt, new plans included; 60 if left out.",
+        callback=_seconds,
+    ),
 ]
 Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
 PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]

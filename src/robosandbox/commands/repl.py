@@ -19,6 +19,7 @@ from robosandbox.commands.options import (
     PlannerName,
     RobotName,
     TaskName,
+    TimeLimit,
 )
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
@@ -42,6 +43,7 @@ def repl(
     base_url: BaseUrl = None,
     model: Model = None,
     cassette: Cassette = None,
+    time_limit: TimeLimit = None,
     camera: Camera = None,
     perception: Annotated[
         str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")
@@ -76,7 +78,7 @@ def repl(
             raise InputError(
                 f"{option}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
             )
-    planner_options = {"base_url": base_url, "model": model, "cassette": cassette}
+    planner_options = {"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit}
     if not remote:
         from robosandbox.tasks.session import open_session
 

@@ -24,6 +24,7 @@ from robosandbox.commands.options import (
     Seed,
     SensorName,
     TaskName,
+    TimeLimit,
     WhatIf,
 )
 from robosandbox.commands.packages import PackagePath
@@ -53,6 +54,7 @@ def run(
     base_url: BaseUrl = None,
     model: Model = None,
     cassette: Cassette = None,
+    time_limit: TimeLimit = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     sensor: SensorName = "ideal",
@@ -82,7 +84,7 @@ def run(
         task,
         robot=robot,
         planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
         camera=camera,
         perception=perception,
         perception_options={"calibration": calibration},
@@ -124,6 +126,7 @@ def agent(
     base_url: BaseUrl = None,
     model: Model = None,
     cassette: Cassette = None,
+    time_limit: TimeLimit = None,
     camera: Camera = None,
     max_replans: MaxReplans = 3,
     json: Json = False,
@@ -138,7 +141,7 @@ def agent(
         robot_id,
         zenoh_config,
         planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
         camera=camera,
         max_replans=max_replans,
     ) as session:
@@ -154,6 +157,7 @@ def plan(
     base_url: BaseUrl = None,
     model: Model = None,
     cassette: Cassette = None,
+    time_limit: TimeLimit = None,
     camera: Camera = None,
     perception: PerceptionName = "ground_truth",
     sensor: SensorName = "ideal",
@@ -161,6 +165,7 @@ def plan(
     json: Json = False,
 ) -> int:
     """Print the plan for a prompt; nothing moves."""
+    from robosandbox.agent.usage import metered
     from robosandbox.types import Refusal
 
     _check_said(prompt, task)
@@ -170,7 +175,7 @@ def plan(
         task,
         robot=robot,
         planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette},
+        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
         camera=camera,
         perception=perception,
         sensor=sensor,
@@ -178,11 +183,18 @@ def plan(
         what_if=False,
     ) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
-        answer = session.agent.plan(said)
+        with metered() as usage:
+            answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
     if json:
         dump = answer.model_dump(mode="json")
-        print_json({"plan": None if refused else dump["steps"], "refusal": dump if refused else None})
+        print_json(
+            {
+                "plan": None if refused else dump["steps"],
+                "refusal": dump if refused else None,
+                "model_usage": usage.record(),
+            }
+        )
     else:
         print(planned(answer))
     return EXIT_FAILED if refused else EXIT_DONE

@@ -15,11 +15,13 @@ if TYPE_CHECKING:
 
 def dry_run(session: Session, prompt: str, json: bool) -> int:
     """Print a plan and what came of it on a copy of the world; the world itself does not move."""
+    from robosandbox.agent.usage import metered
     from robosandbox.tasks.preview import preview
     from robosandbox.types import Refusal
 
     _check_copies(session, "--dry-run")
-    answer = session.agent.plan(prompt)
+    with metered() as usage:
+        answer = session.agent.plan(prompt)
     tried = None if isinstance(answer, Refusal) else preview(session, answer)
     if json:
         dump = answer.model_dump(mode="json")
@@ -30,6 +32,7 @@ def dry_run(session: Session, prompt: str, json: bool) -> int:
                 "plan": None if refused else dump["steps"],
                 "refusal": dump if refused else None,
                 "preview": tried.record() if tried else None,
+                "model_usage": usage.record(),
             }
         )
     elif isinstance(answer, Refusal):
