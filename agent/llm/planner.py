@@ -37,7 +37,7 @@ class LLMPlanner:
 
     def __init__(self, skills: Sequence[Skill[Any]], settings: LLMSettings) -> None:
         self._skills = tuple(skills)
-        self._tools = answer_tools(self._skills)
+        self._tools = answer_tools(self._skills, max_steps=settings.max_steps)
         self._settings = settings
         self._player = open_cassette(settings)
         self._modes = known_modes(settings)
@@ -58,6 +58,7 @@ class LLMPlanner:
             RenderingError: The picture cannot be taken.
         """
         check_prompt(prompt)
+        most = self._settings.max_steps
         begun = time.monotonic()
         self._spent = self._spent if history else 0.0
         left = self._settings.time_limit - self._spent
@@ -78,8 +79,8 @@ class LLMPlanner:
                     instructions=lambda mode: instructions(self._skills, mode),
                     content=content,
                     tools=self._tools,
-                    exact_tools=answer_tools(self._skills, scene),
-                    read=lambda call: read_answer(call, scene, self._skills),
+                    exact_tools=answer_tools(self._skills, scene, max_steps=most),
+                    read=lambda call: read_answer(call, scene, self._skills, max_steps=most),
                 ),
             )
         finally:

@@ -10,6 +10,7 @@ from urllib.parse import urlsplit
 
 from numpy.typing import NDArray
 
+from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.errors import InputError
 
 Service = Literal["openai", "anthropic"]
@@ -29,6 +30,7 @@ class LLMSettings:
         cassette: A file that exchanges are recorded to, or replayed from when it exists.
         picture: Takes an RGB picture (height, width, 3) uint8 for models that see; None sends the scene as text alone.
         max_turns: Answers asked for, the first included.
+        max_steps: Skill calls in a plan.
         max_tokens: Of all answers and questions together.
         time_limit: Seconds for a prompt, waiting, retries and new plans after failures included.
         attempts: Requests per answer when the transport fails.
@@ -42,6 +44,7 @@ class LLMSettings:
     cassette: Path | None = None
     picture: Picture | None = None
     max_turns: int = 4
+    max_steps: int = MAX_STEPS
     max_tokens: int = 60_000
     time_limit: float = 60.0
     attempts: int = 4
@@ -53,9 +56,11 @@ class LLMSettings:
             raise InputError("--model: is missing; name the model, as in --model gpt-5 or --model qwen3:14b")
         if self.base_url is not None:
             _check_url(self.base_url)
-        for name in ("max_turns", "max_tokens", "time_limit", "attempts", "back_off", "max_answer_bytes"):
+        for name in ("max_turns", "max_steps", "max_tokens", "time_limit", "attempts", "back_off", "max_answer_bytes"):
             if not getattr(self, name) > 0:
                 raise InputError(f"--{name.replace('_', '-')}: {getattr(self, name)}; give more than 0")
+        if self.max_steps > MAX_STEPS:
+            raise InputError(f"--max-steps: {self.max_steps}; no plan has more than {MAX_STEPS}")
 
 
 def _check_url(base_url: str) -> None:
