@@ -114,7 +114,8 @@ def run_prompt(task: str, prompt: str, options: dict[str, Any], folder: Path) ->
         session.agent.listeners.append(hear)
         session.agent.permits.append(begun.append)
         episode = session.run(prompt)
-    exchanges = [json.loads(line) for line in cassette.read_text().splitlines()]
+    # A first answer that did not come in time leaves no exchange.
+    exchanges = [json.loads(line) for line in cassette.read_text().splitlines()] if cassette.exists() else []
     answered = [item for item in exchanges if item.get("response", {}).get("status") == 200]
     held = [item for item in answered if "response_format" in item["request"]["body"]]
     usable = episode.plan is not None or episode.refusal is not None

@@ -368,9 +368,9 @@ def test_server_errors_without_end_are_unavailable_after_four_attempts() -> None
 
 def test_a_stalled_answer_ends_at_the_time_limit() -> None:
     stalled = Answer(body=PICK.body, send=20, then="stall")
-    with ScriptedServer(stalled) as server:
-        with pytest.raises(PlannerUnavailableError, match=r"no complete answer within 0\.7 s"):
-            ask(server, time_limit=0.7)
+    told = r"no complete answer within 0\.7 s"
+    with ScriptedServer(stalled) as server, pytest.raises(PlannerUnavailableError, match=told):
+        ask(server, time_limit=0.7)
 
 
 def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path) -> None:

@@ -82,10 +82,12 @@ def answer_tools(
         "type": "object",
         "properties": {
             "code": {"type": "string", "enum": [code.value for code in RefusalCode]},
-            "message": {"type": "string", "description": "One sentence for the person.", "maxLength": 600},
+            "message": {"type": "string", "description": "One sentence for the person.", "maxLength": 200},
+            # Bounded, since a small model that is held to a schema writes on for as long as the schema lets it.
             "candidates": {
                 "type": "array",
-                "items": {"type": "string"},
+                "items": {"type": "string", "maxLength": 64},
+                "maxItems": 10,
                 "description": "Object ids that could be meant.",
             },
         },

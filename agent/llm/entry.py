@@ -8,8 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
+from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
