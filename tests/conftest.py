@@ -3,7 +3,12 @@
 import subprocess
 import sys
 
+import hypothesis
 import pytest
+
+# Hypothesis's own limit of 200 ms an example is wall time, which other processes use up, too.
+hypothesis.settings.register_profile("robosandbox", deadline=None)
+hypothesis.settings.load_profile("robosandbox")
 
 _PROBE = "from robosandbox.sim.rendering import _make_gl_context; _make_gl_context(64, 64).free()"
 

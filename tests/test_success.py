@@ -1,12 +1,17 @@
 """Success criteria on made-up states: no physics."""
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from pydantic import TypeAdapter
 
+from robosandbox.errors import InputError
 from robosandbox.sim.truth import ObjectTruth, Truth
 from robosandbox.tasks.judge import Verdict, judge
 from robosandbox.tasks.success import Check, Criterion
@@ -17,6 +22,7 @@ SIZES: dict[ObjectKind, tuple[float, ...]] = {
     "sphere": (0.01,),
     "bin": (0.06, 0.06, 0.05),
     "bowl": (0.05, 0.04),
+    "drawer": (0.2, 0.15, 0.1, 0.1),
 }
 Where = tuple[ObjectKind, tuple[float, float, float]]
 
@@ -154,3 +160,216 @@ def test_hold_reaches_into_not() -> None:
 def test_detail_of_a_single_check_is_what_the_bench_prints() -> None:
     verdict = judged_while_falling(LIFTED, falls_after=2.0)
     assert {key: round(value, 3) for key, value in verdict.detail.items()} == {"dz_mm": 140.0, "min_mm": 50.0}
+
+
+# Where each criterion turns from true to false: both sides of every limit, 0.1 mm (or as little of another unit) from it.
+
+EPS = 1e-4
+
+
+def world(**changes: Any) -> Truth:
+    """The start with some fields of `a` replaced, all else as it was."""
+    start = truth(a=A_LOW, b=("box", (0.3, 0.3, 0.06)))
+    return replace(start, objects={**start.objects, "a": replace(start.objects["a"], **changes)})
+
+
+def at(x: float, y: float, z: float) -> Truth:
+    return world(pose=Pose(xyz=(x, y, z)))
+
+
+def beside_b(gap: float, up: float = 0.0, across: float = 0.0) -> Truth:
+    """`a` to the left of `b`, with so much room between them, so much higher and further back."""
+    now = truth(a=("box", (0.1 + across, 0.04 + gap, 0.06 + up)), b=B_LOW)
+    return now
+
+
+def in_tray(x: float, bottom: float, kind: ObjectKind = "bin") -> Truth:
+    """`a` off the middle of a container on the table by x, its lowest point so high above the table."""
+    return truth(a=("box", (x, 0.0, 0.06 + bottom)), tray=(kind, (0.0, 0.0, 0.04)))
+
+
+def opened(opening: float) -> Truth:
+    return replace_object(truth(a=("drawer", (0.0, 0.0, 0.04))), opening=opening)
+
+
+def replace_object(state: Truth, **changes: Any) -> Truth:
+    return replace(state, objects={**state.objects, "a": replace(state.objects["a"], **changes)})
+
+
+def joints(*errors: float) -> Truth:
+    return replace(START, q=frozen_array(errors))
+
+
+ON_B = {"kind": "on", "object": "a", "target": "b"}
+ON_TABLE = {"kind": "on", "object": "a", "target": "table"}
+IN_TRAY = {"kind": "inside", "object": "a", "target": "tray"}
+LEFT_OF_B = {"kind": "beside", "object": "a", "target": "b", "side": "left"}
+FORWARD = {"kind": "displaced", "object": "a", "direction": "forward", "min_mm": 40}
+IN_PLACE = {"kind": "in_place_of", "object": "a", "target": "b"}
+OPENED = {"kind": "opened", "object": "a", "min_mm": 80}
+CLOSED = {"kind": "closed", "object": "a"}
+TAPPED = {"kind": "tapped", "object": "a"}
+HOME = {"kind": "at_home"}
+STILL = {"kind": "undisturbed", "except": []}
+
+
+def on_b(x: float, up: float) -> Truth:
+    return truth(a=("box", (0.1 + x, 0.0, 0.10 + up)), b=B_LOW)
+
+
+def instead_of_b(x: float, up: float) -> Truth:
+    return truth(a=("box", (0.1 + x, 0.0, 0.06 + up)), b=A_LOW)
+
+
+@pytest.mark.parametrize(
+    ("fields", "make", "limit", "grows"),
+    [
+        ({"kind": "lifted", "object": "a"}, lambda v: at(0, 0, 0.06 + v), 0.050, True),
+        (ON_B, lambda v: on_b(0.0, v), 0.005, False),
+        (ON_B, lambda v: on_b(0.0, v), -0.005, True),
+        (ON_B, lambda v: on_b(v, 0.0), 0.020, False),
+        (ON_B, lambda v: on_b(v, 0.0), -0.020, True),
+        (ON_TABLE, lambda v: at(0, 0, 0.06 + v), 0.005, False),
+        (ON_TABLE, lambda v: at(0, 0, 0.06 + v), -0.005, True),
+        (IN_TRAY, lambda v: in_tray(v, 0.004), 0.060, False),
+        (IN_TRAY, lambda v: in_tray(v, 0.004), -0.060, True),
+        (IN_TRAY, lambda v: in_tray(v, 0.004, "bowl"), 0.050, False),
+        (IN_TRAY, lambda v: in_tray(0.0, v), 0.050, False),
+        (IN_TRAY, lambda v: in_tray(0.0, v), -0.005, True),
+        (LEFT_OF_B, lambda v: beside_b(v), 0.100, False),
+        (LEFT_OF_B, lambda v: beside_b(v), -0.005, True),
+        (LEFT_OF_B, lambda v: beside_b(0.03, v), 0.005, False),
+        (LEFT_OF_B, lambda v: beside_b(0.03, v), -0.005, True),
+        (LEFT_OF_B, lambda v: beside_b(0.03, across=v), 0.070, False),
+        (LEFT_OF_B, lambda v: beside_b(0.03, across=v), -0.070, True),
+        (FORWARD, lambda v: at(v, 0, 0.06), 0.040, True),
+        (FORWARD, lambda v: at(0.05, v, 0.06), 0.050, False),
+        (FORWARD, lambda v: at(0.05, v, 0.06), -0.050, True),
+        (IN_PLACE, lambda v: instead_of_b(v, 0.0), 0.020, False),
+        (IN_PLACE, lambda v: instead_of_b(v, 0.0), -0.020, True),
+        (IN_PLACE, lambda v: instead_of_b(0.0, v), 0.005, False),
+        (IN_PLACE, lambda v: instead_of_b(0.0, v), -0.005, True),
+        (OPENED, opened, 0.080, True),
+        (CLOSED, opened, 0.003, False),
+        (TAPPED, lambda v: world(felt=v), 0.1, True),
+        (TAPPED, lambda v: world(felt=v), 30.0, False),
+        ({**TAPPED, "max_n": 5.0}, lambda v: world(felt=v), 5.0, False),
+        (HOME, lambda v: joints(v, 0.0), 0.05, False),
+        (HOME, lambda v: joints(0.0, v), -0.05, True),
+        (STILL, lambda v: truth(a=("box", (v, 0, 0.06)), b=B_LOW), 0.010, False),
+        (STILL, lambda v: truth(a=("box", (0, v, 0.06)), b=B_LOW), -0.010, True),
+        (STILL, lambda v: truth(a=A_LOW, b=("box", (0.1, 0, 0.06 + v))), 0.010, False),
+        ({"kind": "undisturbed", "object": "b"}, lambda v: truth(a=A_LOW, b=("box", (0.1, v, 0.06))), 0.010, False),
+        ({**STILL, "max_mm": 25}, lambda v: truth(a=("box", (v, 0, 0.06)), b=B_LOW), 0.025, False),
+    ],
+)
+def test_a_criterion_turns_at_its_limit(
+    fields: dict[str, Any], make: Callable[[float], Truth], limit: float, grows: bool
+) -> None:
+    criterion = check(**fields)
+    assert bool(criterion.evaluate(START, make(limit + EPS))) is grows
+    assert bool(criterion.evaluate(START, make(limit - EPS))) is not grows
+
+
+@pytest.mark.parametrize(
+    ("fields", "now"),
+    [
+        (ON_B, truth(a=A_ON_B, b=B_LOW)),
+        (ON_TABLE, START),
+        (IN_TRAY, in_tray(0.0, 0.004)),
+        (LEFT_OF_B, beside_b(0.03)),
+        (IN_PLACE, instead_of_b(0.0, 0.0)),
+    ],
+)
+def test_what_is_put_somewhere_was_let_go_of_by_the_robot(fields: dict[str, Any], now: Truth) -> None:
+    criterion = check(**fields)
+    for contacts, holds in ((frozenset(), True), (frozenset({"table", "b"}), True), (frozenset({"robot", "b"}), False)):
+        verdict = criterion.evaluate(START, replace_object(now, contacts=contacts))
+        assert verdict.holds is holds and verdict.detail["touched"] == float(not holds)
+
+
+@given(in_source=st.integers(0, 6), in_target=st.integers(0, 6), spilled=st.integers(0, 6), tenths=st.integers(0, 10))
+def test_poured_turns_at_its_fractions(in_source: int, in_target: int, spilled: int, tenths: int) -> None:
+    count = in_source + in_target + spilled
+    cups: dict[str, Where] = {"cup": ("bowl", (0.0, 0.0, 0.04)), "bowl": ("bowl", (0.2, 0.0, 0.04))}
+
+    def balls(where: list[float]) -> dict[str, Where]:
+        return {f"ball{index}": ("sphere", (x, 0.0, 0.055)) for index, x in enumerate(where)}
+
+    start = truth(**cups, **balls([0.0] * count))
+    now = truth(**cups, **balls([0.0] * in_source + [0.2] * in_target + [0.4] * spilled))
+    least = check(kind="poured", object="cup", target="bowl", min_fraction=tenths / 10, max_spilled=1.0)
+    most = check(kind="poured", object="cup", target="bowl", min_fraction=0.0, max_spilled=tenths / 10)
+    assert bool(least.evaluate(start, now)) is (count > 0 and 10 * in_target >= tenths * count)
+    assert bool(most.evaluate(start, now)) is (count > 0 and 10 * spilled <= tenths * count)
+
+
+def test_what_was_in_the_target_before_is_not_poured() -> None:
+    cups: dict[str, Where] = {"cup": ("bowl", (0.0, 0.0, 0.04)), "bowl": ("bowl", (0.2, 0.0, 0.04))}
+    start = truth(**cups, a=("sphere", (0.0, 0.0, 0.055)), b=("sphere", (0.2, 0.0, 0.055)))
+    relation = check(kind="poured", object="cup", target="bowl").evaluate(start, start)
+    assert not relation and relation.detail == {"fraction": 0.0, "spilled": 0.0, "count": 1.0}
+
+
+@given(first=st.booleans(), second=st.booleans(), third=st.booleans())
+def test_all_any_and_not_are_those_of_logic(first: bool, second: bool, third: bool) -> None:
+    states = {"a": first, "b": second, "c": third}
+    now = truth(**{name: ("drawer", (0.0, 0.3 * index, 0.04)) for index, name in enumerate(states)})
+    now = replace(
+        now, objects={name: replace(now.objects[name], opening=0.0 if shut else 0.08) for name, shut in states.items()}
+    )
+    checks = [{"kind": "closed", "object": name} for name in states]
+    assert bool(check(kind="all", checks=checks).evaluate(now, now)) is (first and second and third)
+    assert bool(check(kind="any", checks=checks).evaluate(now, now)) is (first or second or third)
+    assert bool(check(kind="not", check=checks[0]).evaluate(now, now)) is not first
+
+
+def test_a_drawer_that_does_not_say_how_far_it_is_open_is_not_guessed_at() -> None:
+    unknown = truth(a=("drawer", (0.0, 0.0, 0.04)))
+    for fields in (OPENED, CLOSED):
+        with pytest.raises(InputError, match="'a': this world does not report"):
+            check(**fields).evaluate(unknown, unknown)
+
+
+def test_undisturbed_is_about_everything_but_what_is_excepted() -> None:
+    moved = truth(a=("box", (0.05, 0, 0.06)), b=B_LOW)
+    for fields, holds in (
+        ({"kind": "undisturbed", "except": ["a"]}, True),
+        ({"kind": "undisturbed", "except": ["b"]}, False),
+        ({"kind": "undisturbed", "except": ["a", "b"]}, True),
+        ({"kind": "undisturbed", "object": "a"}, False),
+    ):
+        assert bool(check(**fields).evaluate(START, moved)) is holds
+    relation = check(kind="undisturbed", **{"except": []}).evaluate(START, moved)
+    assert relation.detail == {"moved_mm": pytest.approx(50.0), "max_mm": 10.0}
+
+
+@pytest.mark.parametrize(
+    ("fields", "now", "detail"),
+    [
+        (OPENED, opened(0.05), {"opening_mm": 50.0, "min_mm": 80.0}),
+        (CLOSED, opened(0.05), {"opening_mm": 50.0}),
+        (TAPPED, world(felt=2.5), {"felt_n": 2.5}),
+        (HOME, joints(0.01, -0.02), {"home_error": 0.02}),
+        (IN_PLACE, instead_of_b(0.01, 0.0), {"off_mm": 10.0, "within_mm": 20.0, "touched": 0.0}),
+    ],
+)
+def test_detail_names_what_was_measured(fields: dict[str, Any], now: Truth, detail: dict[str, float]) -> None:
+    assert check(**fields).evaluate(START, now).detail == pytest.approx(detail)
+
+
+def test_references_are_what_a_task_file_must_have() -> None:
+    cases: list[tuple[dict[str, Any], list[tuple[str, str]]]] = [
+        (ON_B, [("object", "a"), ("target", "b")]),
+        (IN_PLACE, [("object", "a"), ("target", "b")]),
+        ({"kind": "poured", "object": "a", "target": "b"}, [("object", "a"), ("target", "b")]),
+        ({"kind": "undisturbed", "except": ["a", "b"]}, [("except[0]", "a"), ("except[1]", "b")]),
+        ({"kind": "undisturbed", "object": "a"}, [("object", "a")]),
+        (HOME, []),
+        *(({**fields}, [("object", "a")]) for fields in (LIFTED, FORWARD, OPENED, CLOSED, TAPPED)),
+    ]
+    for fields, named in cases:
+        assert [(part, name) for part, name, _ in check(**fields).references()] == named
+    kinds = {kind for _, _, kinds in check(**IN_TRAY).references() for kind in kinds}
+    assert {"bin", "drawer", "bowl", "cup"} <= kinds and "box" not in kinds
+    assert [set(kinds) for _, _, kinds in check(**CLOSED).references()] == [{"drawer"}]
