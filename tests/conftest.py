@@ -1,7 +1,12 @@
-"""Tests marked `gl` are left out where no picture can be rendered."""
+"""Which tests run, and on how many processes.
 
+Without `--all` a sample of the long families runs and none of the slow tests; those marked `gl` run where pictures can be made.
+"""
+
+import os
 import subprocess
 import sys
+from collections import Counter
 
 import hypothesis
 import pytest
@@ -11,11 +16,49 @@ hypothesis.settings.register_profile("robosandbox", deadline=None)
 hypothesis.settings.load_profile("robosandbox")
 
 _PROBE = "from robosandbox.sim.rendering import _make_gl_context; _make_gl_context(64, 64).free()"
+_MOST_WORKERS = 8
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--all", action="store_true", help="run every test, the slow ones and whole families, too")
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_cmdline_main(config: pytest.Config) -> None:
+    """Spread a run of the whole suite over the cores; files and tests that are named run in this process.
+
+    Workers take neighbouring tests, so that those of a file share its worlds, and help one another at the end.
+    """
+    if "PYTEST_XDIST_WORKER" in os.environ or not config.pluginmanager.hasplugin("xdist"):
+        return
+    named = config.args_source is pytest.Config.ArgsSource.ARGS
+    if not named and config.option.numprocesses is None and not config.option.usepdb:
+        config.option.numprocesses = min(os.cpu_count() or 1, _MOST_WORKERS)
+        config.option.dist = "worksteal"
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    # A test that is named, or asked for by a mark, is meant.
+    chosen = config.option.markexpr or any("::" in str(argument) for argument in config.args)
+    if not config.option.all and not chosen:
+        left = set(_left_out(items))
+        config.hook.pytest_deselected(items=[item for item in items if item in left])
+        items[:] = [item for item in items if item not in left]
     marked = [item for item in items if item.get_closest_marker("gl")]
     # In a process of its own: a broken driver may take the interpreter with it.
     if marked and subprocess.run([sys.executable, "-c", _PROBE], capture_output=True).returncode:
         for item in marked:
             item.add_marker(pytest.mark.skip(reason="no OpenGL library renders on this machine"))
+
+
+def _left_out(items: list[pytest.Item]) -> list[pytest.Item]:
+    """Return what only `--all` runs: the slow tests, and of a sampled family all but its first, and every so many on."""
+    members: Counter[str] = Counter()
+    found = []
+    for item in items:
+        sample = item.get_closest_marker("sample")
+        family = item.nodeid.partition("[")[0]
+        if item.get_closest_marker("slow") or (sample and members[family] % sample.kwargs["every"]):
+            found.append(item)
+        members[family] += 1
+    return found

@@ -44,6 +44,7 @@ CAUSES = {
 
 
 @pytest.mark.parametrize("cause", CAUSES)
+@pytest.mark.sample(every=3)
 def test_check_blames_the_field_that_the_trial_shows_to_be_wrong(cause, tmp_path):
     side = toy()
     field, change = CAUSES[cause]

@@ -91,6 +91,7 @@ def _written(name, folder):
 
 
 @pytest.mark.parametrize("name", ["toy", "toy_jaw", "so101", "ur5e"])
+@pytest.mark.sample(every=4)
 def test_arm_picks_with_a_sidecar_written_from_the_users_page(name, tmp_path):
     model, path = _written(name, tmp_path)
     task = cube_task(model, path, work_point(load_robot(model, path)))
@@ -134,6 +135,7 @@ SYMPTOMS = {
 
 @pytest.mark.parametrize("symptom", SYMPTOMS)
 @pytest.mark.parametrize("name", ["toy", "toy_jaw"])
+@pytest.mark.sample(every=4)
 def test_check_names_the_field_for_each_symptom_on_small_arms(name, symptom, tmp_path):
     model, path = _written(name, tmp_path)
     side = yaml.safe_load(path.read_text())
@@ -144,6 +146,7 @@ def test_check_names_the_field_for_each_symptom_on_small_arms(name, symptom, tmp
 
 
 @pytest.mark.parametrize("name", ["toy", "toy_jaw", "ur5e"])
+@pytest.mark.sample(every=3)
 def test_sound_sidecar_raises_no_alarm(name, tmp_path):
     model, path = _written(name, tmp_path)
     report = check_robot(model, sidecar=path)

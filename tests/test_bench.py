@@ -87,6 +87,7 @@ def test_rows_come_by_task_and_seed_and_all_succeed_as_claimed(rows: list[Row]) 
     assert all(row.success and row.claimed and row.assists == () for row in rows)
 
 
+@pytest.mark.slow
 def test_rows_are_the_same_twice_in_a_row_and_on_two_processes(rows: list[Row]) -> None:
     tasks = [find_task("pick_cube_scrambled"), find_task("home")]
     assert untimed(list(run_bench(tasks, 4))) == untimed(rows)

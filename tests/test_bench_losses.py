@@ -186,6 +186,7 @@ def test_processes_are_sent_no_more_than_they_run_soon() -> None:
     assert len(list(coming)) == 11
 
 
+@pytest.mark.slow
 def test_memory_does_not_grow_with_the_rows() -> None:
     root = Path(__file__).parents[1]
     command = [sys.executable, str(root / "benchmarks" / "rows.py"), "--rows", "6000", "--json"]

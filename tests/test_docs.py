@@ -104,6 +104,7 @@ def program(words: list[str]) -> list[str]:
 
 
 @pytest.mark.parametrize("block", of("python"), ids=str)
+@pytest.mark.sample(every=3)
 def test_python_runs(block: Block, folder: Path) -> None:
     text = block.text
     with ExitStack() as stack:
@@ -119,6 +120,7 @@ def test_python_runs(block: Block, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("block", of("sh"), ids=str)
+@pytest.mark.sample(every=6)
 def test_commands_run(block: Block, folder: Path) -> None:
     with ExitStack() as stack:
         endpoint = "tcp/127.0.0.1:7447"

@@ -37,6 +37,7 @@ def checked(env: ManipulationEnv) -> None:
 
 
 @pytest.mark.parametrize("task", bundled_tasks())
+@pytest.mark.sample(every=5)
 def test_every_task_passes_the_checker(task: str) -> None:
     # Kinds of action take turns over the tasks.
     action = ("ee", "joint")[list(bundled_tasks()).index(task) % 2]

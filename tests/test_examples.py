@@ -20,6 +20,7 @@ def run(script: Path, cwd: Path) -> str:
 
 
 @pytest.mark.parametrize("name", sorted({file.name for file in EXAMPLES.glob("*.py")} - NEED_A_SIM))
+@pytest.mark.sample(every=3)
 def test_example_runs(name: str, tmp_path: Path) -> None:
     assert "success=True" in run(EXAMPLES / name, tmp_path)
 

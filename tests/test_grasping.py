@@ -170,6 +170,7 @@ CLUTTER = [name for name in bundled_tasks() if find_task(name).suite == "clutter
 
 
 @pytest.mark.parametrize("name", CLUTTER)
+@pytest.mark.sample(every=4)
 def test_each_clutter_task_succeeds_as_claimed_and_touches_nothing_else(name: str) -> None:
     (row,) = run_bench([find_task(name)], 1)
     assert row.success and row.claimed, row.detail

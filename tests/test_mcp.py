@@ -92,6 +92,7 @@ async def scene(client: Client) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.sample(every=2)
 def test_a_client_lists_tools_picks_places_cancels_and_sees_typed_errors(way: str) -> None:
     async def visit() -> None:
         async with WAYS[way]("--task", "put_in_bin") as client:
@@ -104,6 +105,7 @@ def test_a_client_lists_tools_picks_places_cancels_and_sees_typed_errors(way: st
 
 
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.sample(every=2)
 def test_a_client_cancels_a_running_goal_and_the_arm_stands_still(way: str) -> None:
     async def visit() -> None:
         # At the speed of the clock a pick takes seconds, so that there is something to cancel.
@@ -202,6 +204,7 @@ async def _plans_and_refuses(client: Client) -> None:
     assert structured(await client.call_tool("look"))["state"]["q"] == before["q"]
 
 
+@pytest.mark.slow
 def test_a_client_works_in_a_sim_process_through_the_server() -> None:
     """With --connect the same tools move the robot of another process."""
 
@@ -235,6 +238,7 @@ def sim_process(*arguments: str) -> Iterator[str]:
 
 @pytest.mark.gl
 @pytest.mark.parametrize("way", WAYS)
+@pytest.mark.sample(every=2)
 def test_a_client_reads_the_cameras(way: str) -> None:
     import cv2
     import numpy as np

@@ -218,6 +218,7 @@ def test_a_board_that_leans_is_seen_as_it_leans():
 
 @pytest.mark.gl
 @pytest.mark.parametrize("task, opening", [("open_drawer", 0.0), ("close_drawer", 0.1)])
+@pytest.mark.sample(every=2)
 def test_a_drawer_is_known_by_its_grip_and_how_far_it_is_open(task, opening):
     with open_session(task, perception="rgbd", sensor="realsense") as session:
         seen = session.observe()
@@ -547,6 +548,7 @@ def test_what_lies_in_an_open_drawer_lies_on_its_floor():
 
 
 @pytest.mark.gl
+@pytest.mark.slow
 def test_the_cubes_of_a_tower_keep_the_sizes_that_they_had_apart():
     with open_session("stack_three", perception="rgbd", sensor="realsense") as session:
         session.reset(91)
@@ -581,6 +583,7 @@ def test_a_bin_s_floor_is_not_taken_for_the_table_that_tells_the_light():
 
 
 @pytest.mark.gl
+@pytest.mark.slow
 def test_what_lies_in_a_drawer_goes_along_when_it_is_pushed_shut():
     with open_session("put_in_drawer", perception="rgbd", sensor="realsense") as session:
         episode = session.run()

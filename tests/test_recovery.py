@@ -27,6 +27,7 @@ def bench() -> ModuleType:
 
 
 @pytest.mark.parametrize("name", [case.name for case in RECOVERABLE])
+@pytest.mark.sample(every=3)
 def test_what_can_be_recovered_from_is(bench: ModuleType, name: str) -> None:
     row = bench.run(name, SEEDS.get(name, 2), what_if=True)
     assert row.done and row.claimed, row.detail
@@ -45,6 +46,7 @@ def test_a_hand_that_touches_the_object_from_the_start_plans_to_an_end(bench: Mo
     assert row.done and row.claimed and row.cpu_secs < 30.0, row.detail
 
 
+@pytest.mark.slow
 def test_same_seed_gives_the_same_episode(bench: ModuleType) -> None:
     one, other = (bench.run("crowded", 2, what_if=True) for _ in range(2))
     assert (one.about, one.errors, one.detail, one.sim_secs) == (

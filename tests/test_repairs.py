@@ -38,6 +38,7 @@ def test_what_moves_nothing_else_is_offered_first() -> None:
         assert verdict.success and episode.success, (episode.final_detail, verdict.detail)
 
 
+@pytest.mark.slow
 def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
     with open_session(ENCLOSED) as session:
         before = session.sim.snapshot()
@@ -57,6 +58,7 @@ def test_search_ends_with_its_budget_of_simulated_seconds() -> None:
         assert failed.value.repairs == ()
 
 
+@pytest.mark.slow
 def test_without_what_if_there_are_no_repairs() -> None:
     with open_session(ENCLOSED, what_if=False) as session:
         episode = session.run("pick up the red cube")
@@ -88,6 +90,7 @@ TOO_TALL = Scene(objects=(chest(0.1), standing("block", (0.15, 0.05), (0.015, 0.
 
 
 @pytest.mark.parametrize(("scene", "prompt"), [(IN_FRONT, "open the drawer"), (TOO_TALL, "close the drawer")])
+@pytest.mark.sample(every=2)
 def test_what_keeps_a_drawer_from_sliding_is_put_aside(scene: Scene, prompt: str) -> None:
     with open_session(scene) as session:
         episode = session.run(prompt)
@@ -98,6 +101,7 @@ def test_what_keeps_a_drawer_from_sliding_is_put_aside(scene: Scene, prompt: str
         assert opening is not None and (opening > 0.08) == (scene is IN_FRONT)
 
 
+@pytest.mark.slow
 def test_what_is_in_the_way_of_pouring_is_put_aside() -> None:
     cup = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)), mass=0.12)
     bowl = SceneObject(id="bowl", kind="bowl", size=(0.075, 0.06), pose=Pose(xyz=(0.15, 0.15, 0.04)), mass=0.3)

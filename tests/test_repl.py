@@ -228,6 +228,7 @@ def test_ctrl_c_stops_a_goal_or_an_endless_thought_and_leaves_the_conversation(p
     assert person.leaves("/quit\r") == EXIT_DONE
 
 
+@pytest.mark.slow
 def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_line(people):
     pytest.importorskip("pydantic_ai")
     picks = plan(("pick", {"object": "red_cube"}))
@@ -239,11 +240,10 @@ def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_lin
             person.types(f"{line}\r")
             while len(server.requests) == asked:
                 time.sleep(0.02)
-            start = time.monotonic()
+            # The answer stalls for good, so that only the key can end it.
             person.types("\x03")
             person.sees("cancelled")
             person.is_asked()
-            assert time.monotonic() - start < 10.0
         person.says("pick up the red cube", "done: pick(object=red_cube)")
         person.says("/plan put it down", "does not take the request: HTTP 400: no such field")
         assert "fault" not in "\n".join(person.screen.display)
@@ -270,6 +270,7 @@ def test_the_status_bar_tells_what_is_held(people):
     person.has_on_screen("pick_from_three | panda | holds red_cube")
 
 
+@pytest.mark.slow
 def test_lines_are_remembered_from_one_conversation_to_the_next(people):
     first = people()
     first.says("/plan go home", "1. home()")
@@ -301,6 +302,7 @@ def test_a_remote_robot_is_talked_to_in_the_same_way(people, endpoint):
     assert person.leaves() == EXIT_DONE
 
 
+@pytest.mark.slow
 def test_a_sim_that_dies_is_waited_for_and_the_work_goes_on(people, tmp_path):
     where, state = free_endpoint(), str(tmp_path / "state.json")
     with sim_process(where, "--state-file", state) as sim:
@@ -364,6 +366,7 @@ def test_one_line_that_fails_makes_the_exit_code_1_and_the_rest_is_done():
     assert wrong == "no command '/scnee'; did you mean '/scene'?"
 
 
+@pytest.mark.slow
 def test_ctrl_c_at_a_pipe_stops_the_arm_and_the_program(slow_planner):
     with subprocess.Popen(
         [*PROGRAM, "repl", "--planner", "slow"],
@@ -383,6 +386,7 @@ def test_ctrl_c_at_a_pipe_stops_the_arm_and_the_program(slow_planner):
     assert out.startswith("cancelled: ") and "home" not in out and program.returncode == 130
 
 
+@pytest.mark.slow
 def test_a_sim_that_never_returns_ends_a_pipe_with_exit_3():
     where = free_endpoint()
     with (
@@ -540,6 +544,7 @@ def test_every_kind_of_object_is_shown_with_its_full_size():
     assert {"red ball", "red bin", "bowl"} <= {*object_names(objects)}
 
 
+@pytest.mark.slow
 def test_history_is_where_xdg_has_it_and_a_read_only_disk_is_no_hindrance(tmp_path):
     assert history_file({"XDG_STATE_HOME": "/somewhere"}) == Path("/somewhere/robosandbox/history")
     assert history_file({"XDG_STATE_HOME": "not/absolute"}) == Path.home() / ".local/state/robosandbox/history"

@@ -38,6 +38,7 @@ def panda():
 
 
 @pytest.mark.parametrize("name", ["toy.urdf", "toy_tendon.xml", "toy_jaw.xml"])
+@pytest.mark.sample(every=3)
 def test_unedited_model_without_sidecar_is_sound_and_picks(name):
     report = check_robot(TOYS / name)
     assert report.ok, [item for item in report.checks if not item.ok]
@@ -89,6 +90,7 @@ _UR5E, _2F85 = "universal_robots_ur5e/ur5e.xml", "robotiq_2f85/2f85.xml"
 
 @pytest.mark.parametrize("named", [True, False], ids=["with the model's tool frame", "measured alone"])
 @pytest.mark.parametrize("case", ["panda", "2f85", "so101"])
+@pytest.mark.sample(every=3)
 def test_inferred_tcp_is_the_vendors(monkeypatch, case, named):
     model, gripper, body, xyz, approach, ends = {
         "panda": (PANDA / "panda.xml", None, "hand", (0.0, 0.0, 0.1034), 1.0, (0.04, 0.0)),
@@ -113,6 +115,7 @@ def test_inferred_tcp_is_the_vendors(monkeypatch, case, named):
     assert (found.gripper.open_qpos, found.gripper.closed_qpos) == pytest.approx(ends, abs=0.05)
 
 
+@pytest.mark.slow
 def test_second_finger_with_a_servo_of_its_own_moves_along(tmp_path):
     model = wheel_files("gym-aloha==0.1.5") / "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"
     side = _viperx()
@@ -152,6 +155,7 @@ def _viperx():
         ("gripper.primary_joint", lambda s: s["gripper"].update(primary_joint="vx300s_left/right_finger")),
     ],
 )
+@pytest.mark.slow
 def test_check_names_the_cause_on_an_arm_with_two_finger_servos(tmp_path, field, change):
     side = _viperx()
     change(side)
@@ -189,6 +193,7 @@ def _cases():
 
 
 @pytest.mark.parametrize(("field", "change"), [(f, c) for _, f, c in _cases()], ids=[n for n, _, _ in _cases()])
+@pytest.mark.sample(every=4)
 def test_check_names_the_cause_of_each_symptom(panda, tmp_path, field, change):
     sidecar = copy.deepcopy(panda)
     change(sidecar)
@@ -200,6 +205,7 @@ def test_check_names_the_cause_of_each_symptom(panda, tmp_path, field, change):
     assert named == {field}
 
 
+@pytest.mark.slow
 def test_straight_arm_is_named_as_a_bad_home_not_as_a_weak_servo(tmp_path):
     side = yaml.safe_load(
         to_yaml(infer(wheel("universal_robots_ur5e/ur5e.xml"), gripper=wheel("robotiq_2f85/2f85.xml")))
@@ -245,6 +251,7 @@ def test_gripper_of_its_own_file_mounts_on_an_arm():
         ("gym-aloha==0.1.5", "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"),
     ],
 )
+@pytest.mark.sample(every=2)
 def test_real_arm_from_a_wheel_is_sound_and_picks(requirement, model):
     report = check_robot(wheel_files(requirement) / model)
     assert report.ok, [item for item in report.checks if not item.ok]
@@ -492,6 +499,7 @@ def toy_sides():
     suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
 )
 @given(data=st.data())
+@pytest.mark.slow
 def test_mutated_file_gives_a_robot_or_one_line_that_names_it(data, tmp_path, toy_sides):
     name = data.draw(st.sampled_from(sorted(toy_sides)))
     path, config = tmp_path / name, None

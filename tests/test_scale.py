@@ -42,6 +42,7 @@ def bench(*options: str) -> subprocess.CompletedProcess[str]:
 # Files of rows.
 
 
+@pytest.mark.slow
 def test_what_a_file_holds_is_not_run_again_and_the_rows_are_the_same(rows: list[Row], tmp_path: Path) -> None:
     file = tmp_path / "rows.jsonl"
     ours = ("--tasks", *TASKS, "--seeds", str(SEEDS), "--resume", str(file), "--json", "-")
@@ -80,6 +81,7 @@ def test_rows_of_other_settings_or_versions_and_other_files_are_refused(rows: li
 # Processes.
 
 
+@pytest.mark.slow
 def test_episodes_of_a_killed_process_are_run_again(rows: list[Row], caplog: pytest.LogCaptureFixture) -> None:
     killed: list[int] = []
 
@@ -94,6 +96,7 @@ def test_episodes_of_a_killed_process_are_run_again(rows: list[Row], caplog: pyt
     assert killed and "run again" in caplog.text
 
 
+@pytest.mark.slow
 def test_processes_that_die_each_time_end_the_bench() -> None:
     chunk = Chunk(find_task("home"), (0,), replace(BenchSettings(), planner_options=_Deadly()))  # type: ignore[arg-type]
     with pytest.raises(ServiceUnavailableError, match="3 times"):

@@ -413,6 +413,7 @@ def test_stranger_at_the_router_is_refused(tmp_path: Path, certificates: Path, f
         all_refused(kit, altered(kit, "operator", disguise))
 
 
+@pytest.mark.slow
 def test_agent_with_an_observers_credentials_ends_in_one_line(tmp_path: Path, certificates: Path) -> None:
     with kit_of("password", tmp_path, certificates) as kit:
         ended = subprocess.run(
@@ -481,6 +482,7 @@ def test_odd_names_are_refused_by_the_sim(open_sim: Client, name: str) -> None:
 @pytest.mark.parametrize(
     "robot_id", ["**", "*", "..", "a/b", "$*", "a#b", "a?b", "Arm", "ärm", "", "x" * 65, "arm\n"], ids=ascii
 )
+@pytest.mark.sample(every=4)
 def test_odd_robot_ids_are_refused_at_the_start(robot_id: str) -> None:
     from robosandbox.cli import app
     from robosandbox.commands.console import run_app

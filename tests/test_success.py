@@ -102,6 +102,12 @@ def test_in_place_of_compares_with_where_the_target_was() -> None:
     assert not criterion.evaluate(START, truth(touched="a", a=B_LOW, b=A_LOW)), "not while it is held"
 
 
+def test_in_place_of_counts_both_directions_on_the_table_and_not_the_height() -> None:
+    for x, y, holds in ((0.1, 0.0199, True), (0.1, 0.0201, False), (0.1, -0.0201, False), (0.115, 0.015, False)):
+        now = truth(a=("box", (x, y, 0.0649)), b=A_LOW)
+        assert bool(check(kind="in_place_of", object="a", target="b").evaluate(START, now)) is holds
+
+
 def test_details_are_prefixed_only_where_checks_are_about_several_objects() -> None:
     still = {"kind": "undisturbed", "except": ["a"]}
     alone = check(kind="all", checks=[LIFTED, still]).evaluate(truth(a=A_LOW), truth(a=A_LOW))
@@ -302,6 +308,30 @@ def test_poured_turns_at_its_fractions(in_source: int, in_target: int, spilled: 
     most = check(kind="poured", object="cup", target="bowl", min_fraction=0.0, max_spilled=tenths / 10)
     assert bool(least.evaluate(start, now)) is (count > 0 and 10 * in_target >= tenths * count)
     assert bool(most.evaluate(start, now)) is (count > 0 and 10 * spilled <= tenths * count)
+
+
+@pytest.mark.parametrize(
+    ("in_source", "in_target", "spilled", "holds"), [(0, 8, 2, True), (3, 7, 0, False), (0, 7, 3, False)]
+)
+def test_a_fifth_may_be_spilled_or_stay_unless_the_task_says_otherwise(
+    in_source: int, in_target: int, spilled: int, holds: bool
+) -> None:
+    cups: dict[str, Where] = {"cup": ("bowl", (0.0, 0.0, 0.04)), "bowl": ("bowl", (0.2, 0.0, 0.04))}
+    places = [0.0] * in_source + [0.2] * in_target + [0.4] * spilled
+
+    def balls(places: list[float]) -> dict[str, Where]:
+        return {f"ball{index}": ("sphere", (x, 0.0, 0.055)) for index, x in enumerate(places)}
+
+    start, now = truth(**cups, **balls([0.0] * 10)), truth(**cups, **balls(places))
+    assert bool(check(kind="poured", object="cup", target="bowl").evaluate(start, now)) is holds
+    lenient = check(kind="poured", object="cup", target="bowl", min_fraction=0.5)
+    assert bool(lenient.evaluate(start, now)) is (spilled <= 2)
+
+
+def test_the_target_is_not_among_what_is_poured_into_it() -> None:
+    nested: dict[str, Where] = {"cup": ("bowl", (0.0, 0.0, 0.04)), "bowl": ("bowl", (0.0, 0.0, 0.05))}
+    start = truth(**nested, a=("sphere", (0.0, 0.0, 0.065)))
+    assert check(kind="poured", object="cup", target="bowl").evaluate(start, start).detail["count"] == 1.0
 
 
 def test_what_was_in_the_target_before_is_not_poured() -> None:

@@ -235,6 +235,7 @@ def _at(item, true):
 
 @pytest.mark.gl
 @pytest.mark.parametrize("rgba", [RED, (0.2, 0.3, 0.85, 1.0), (0.95, 0.85, 0.15, 1.0), (0.5, 0.5, 0.5, 1.0)])
+@pytest.mark.sample(every=4)
 def test_a_tag_does_not_change_what_else_is_seen(rgba):
     looks = []
     for scene in (three_cubes(rgba=rgba, half=0.02), untagged(three_cubes(rgba=rgba, half=0.02))):

@@ -378,6 +378,7 @@ def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: 
 
 
 @needs_chromium
+@pytest.mark.slow
 def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Browser, tmp_path: Path) -> None:
     with serving(task_file(tmp_path, ENCLOSED), max_replans=0) as viewer, page_of(browser, viewer) as page:
         session = viewer.cell.workcell
@@ -393,6 +394,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
 
 
 @needs_chromium
+@pytest.mark.slow
 def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.cell.workcell
@@ -425,6 +427,7 @@ def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
 
 
 @needs_chromium
+@pytest.mark.slow
 def test_two_browsers_see_the_same_world_and_another_one_can_be_loaded(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as one, page_of(browser, viewer) as two:
         one.get_by_role("tab", name="World").click()
@@ -438,6 +441,7 @@ def test_two_browsers_see_the_same_world_and_another_one_can_be_loaded(browser: 
 
 
 @needs_chromium
+@pytest.mark.slow
 def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tmp_path: Path) -> None:
     robot = panda_in(tmp_path)
     sidecar = robot.with_name("panda.robosandbox.yaml")
@@ -456,6 +460,7 @@ def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tm
 
 @needs_chromium
 @pytest.mark.gl
+@pytest.mark.slow
 def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         cell = viewer.cell
@@ -469,6 +474,7 @@ def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(bro
 
 
 @needs_chromium
+@pytest.mark.slow
 def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer):
         session = viewer.cell.workcell
@@ -629,6 +635,7 @@ def test_paths_and_grasps_are_in_the_event_stream() -> None:
     assert glyph(chosen).shape == (4, 2, 3)
 
 
+@pytest.mark.slow
 def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
     with SimProcess("--task", "stack_two") as sim, connect(sim.endpoint) as client:
         cell = ConnectedCell(RemoteSession(client.robot()))
@@ -685,6 +692,7 @@ def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
             viewer.stop()
 
 
+@pytest.mark.slow
 def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_task() -> None:
     arm = Path(__file__).parent / "toys" / "toy_jaw.xml"
     with (
