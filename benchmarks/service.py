@@ -62,7 +62,7 @@ def round_trips(goals: int) -> dict[str, Any]:
             tempfile.TemporaryDirectory() as folder,
             SimProcess("--task", "home", state_file=Path(folder, "world.json")) as sim,
             connect(sim.endpoint) as client,
-            open_connector([endpoint]) as session,
+            open_connector([endpoint], timeout=10.0) as session,
         ):
             robot = client.robot()
             times: dict[str, list[float]] = {"bare": [], "send_goal": []}
