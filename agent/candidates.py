@@ -18,8 +18,8 @@ from robosandbox.evidence import (
     PourEvidence,
     PushEvidence,
 )
-from robosandbox.perception.relations import gap
 from robosandbox.types import DIRECTION_AXES, DetectedObject, ObservedScene, SkillCall
+from robosandbox.world.relations import gap
 
 _NEIGHBOUR = 0.06
 _ASIDE = 0.06

@@ -9,8 +9,8 @@ from functools import partial
 
 from robosandbox.errors import NotHoldingError, Phase, PlacementError, SkillError
 from robosandbox.evidence import HoldingEvidence, PlacementEvidence
-from robosandbox.perception.relations import Relation, beside, centre, inside, on_top
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
+from robosandbox.world.relations import Relation, beside, centre, inside, on_top
 
 # Looser than the skills' own checks: what one of them accepted is not to be undone by a rounding.
 _PLACED = 0.025

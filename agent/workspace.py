@@ -7,9 +7,9 @@ from typing import Any
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.perception.relations import centre
 from robosandbox.protocols import Sim
 from robosandbox.types import DIRECTION_AXES, ObservedScene, SkillCall, Workspace
+from robosandbox.world.relations import centre
 
 # Servos overshoot and trail by this much; the line itself is the planner's business.
 TOLERANCE = 0.01

@@ -30,13 +30,13 @@ from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
 from robosandbox.perception.recognize import Thing
-from robosandbox.perception.relations import bottom, centre, gap, support
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
 from robosandbox.perception.track import Track
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, find_sensor
 from robosandbox.types import DetectedObject, ObjectKind, Pose, Scene, SceneObject
+from robosandbox.world.relations import bottom, centre, gap, support
 
 _MATCH = 0.04
 _LEAST_PIXELS = 40

@@ -8,13 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.perception.drawers import grip_of
-from robosandbox.perception.relations import support
 from robosandbox.perception.track import Track, carry
 from robosandbox.perception.tracker import slide_contents
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import Array, GripperState, Observation, Pose
+from robosandbox.world.relations import support
 
 _SOMETHING = 0.0015
 _WITHIN = 0.02

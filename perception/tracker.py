@@ -16,11 +16,11 @@ from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.naming import Declared, colour_difference, invented, names_for
 from robosandbox.perception.occlusion import is_its_contents, lies_in
 from robosandbox.perception.recognize import Thing
-from robosandbox.perception.relations import inside
 from robosandbox.perception.shape_prior import Known
 from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array, ObjectKind, Pose
+from robosandbox.world.relations import inside
 
 _GATE = 0.05
 _COLOUR_GATE = 30.0

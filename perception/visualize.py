@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.recognize import Thing
-from robosandbox.perception.relations import support
 from robosandbox.perception.tags import Tag
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
+from robosandbox.world.relations import support
 
 _AXES = ((230, 40, 40), (30, 170, 40), (50, 80, 250))
 _HULL = (255, 255, 255)
@@ -103,7 +103,7 @@ def _hull(item: DetectedObject) -> Array:
     rays = rng.standard_normal((160, 3))
     rays /= np.linalg.norm(rays, axis=1, keepdims=True)
     directions = np.vstack([rays, item.pose.rotation.T, -item.pose.rotation.T])
-    from robosandbox.perception.relations import centre
+    from robosandbox.world.relations import centre
 
     middle = centre(item)
     reach = support(item, directions) - directions @ middle

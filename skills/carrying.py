@@ -6,9 +6,9 @@ import numpy as np
 
 from robosandbox.errors import UnreachableError
 from robosandbox.motion.timing import join
-from robosandbox.perception.relations import contents
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.world.relations import contents
 
 MOST_TILT = np.radians(8.0)
 _EVERY = 10

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
-from robosandbox.perception.relations import CLOSED_WITHIN
 from robosandbox.protocols import SkillContext
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.base import Skill
@@ -26,6 +25,7 @@ from robosandbox.skills.guarded import follow_free
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
+from robosandbox.world.relations import CLOSED_WITHIN
 
 _STAND_OFF = 0.012
 _PRESS = 0.002

@@ -18,11 +18,11 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.evidence import DrawerEvidence, GraspEvidence, PlacementEvidence
-from robosandbox.perception.relations import CLOSED_WITHIN, bottom, bounds, contents, gap, mouth_of, top
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.guarded import follow_free, follow_until
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
+from robosandbox.world.relations import CLOSED_WITHIN, bottom, bounds, contents, gap, mouth_of, top
 
 SLIDE_SPEED = 0.12
 _AGAINST = 0.005

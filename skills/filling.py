@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from robosandbox.perception.relations import mouth_of, support, top
 from robosandbox.skills.placing import Spot, about_z, levelled, turns, with_pose, yaw_to_align
 from robosandbox.types import Array, DetectedObject, Pose
+from robosandbox.world.relations import mouth_of, support, top
 
 _SHARES = np.array([0.0, 0.5, -0.5, 1.0, -1.0])
 _WALL_ROOM = 0.004

@@ -12,7 +12,6 @@ from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, Un
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
 from robosandbox.grasp.hull import mesh_hull
-from robosandbox.perception.relations import support
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -23,6 +22,7 @@ from robosandbox.skills.manipulator import (
     withdrawn,
 )
 from robosandbox.types import Array, DetectedObject, Grasp, GraspSearch, ObservedScene, Pose, Trajectory
+from robosandbox.world.relations import support
 
 _OPENINGS = (0.02, 0.01, 0.005)
 _STRAIGHT_DOWN = 0.999

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.perception.relations import centre
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator
 from robosandbox.types import DetectedObject
+from robosandbox.world.relations import centre
 
 _GRAVITY = 9.81
 # What most pairs of materials have at least; friction is not seen.

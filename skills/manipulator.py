@@ -19,7 +19,6 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
-from robosandbox.perception.relations import inside, loose, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
@@ -30,6 +29,7 @@ from robosandbox.types import (
     Pose,
     Trajectory,
 )
+from robosandbox.world.relations import inside, loose, moved
 
 CARRY_SPEED = 0.35
 FINE_SPEED = 0.15

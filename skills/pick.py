@@ -8,7 +8,6 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, GraspError, Phase, TrackingError
 from robosandbox.evidence import GraspEvidence
-from robosandbox.perception.relations import bottom, gap, moved
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
@@ -29,6 +28,7 @@ from robosandbox.skills.sensing import (
     lift_error,
 )
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, SkillResult
+from robosandbox.world.relations import bottom, gap, moved
 
 _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5

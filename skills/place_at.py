@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.perception.relations import Relation, centre, on_table
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import occupied, place, table_spots
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+from robosandbox.world.relations import Relation, centre, on_table
 
 _TOLERANCE = 0.015
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, Phase
-from robosandbox.perception.relations import BESIDE_GAP, beside, centre, support
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import occupied, place, table_spots
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, Side, SkillResult
+from robosandbox.world.relations import BESIDE_GAP, beside, centre, support
 
 _SHIFTS = (0.0, 0.02, -0.02, 0.04, -0.04)
 _GAP_SHARES = (0.4, 0.55, 0.3, 0.7, 0.2)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from robosandbox.errors import Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.perception.relations import Relation, contents, inside
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.drawers import check_open
@@ -12,6 +11,7 @@ from robosandbox.skills.filling import spots_in
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import occupied, place
 from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.world.relations import Relation, contents, inside
 
 
 class PlaceIn(Skill):

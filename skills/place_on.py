@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from robosandbox.errors import InvalidArgumentError, Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.perception.relations import centre, on_top, rest_height
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.skills.placing import Spot, occupied, place, turns, yaw_to_align
 from robosandbox.types import SkillResult
+from robosandbox.world.relations import centre, on_top, rest_height
 
 
 class PlaceOn(Skill):

@@ -10,7 +10,6 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.perception.relations import Relation, bottom, bounds, gap
 from robosandbox.skills.carrying import carried_along, transfer
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
@@ -22,6 +21,7 @@ from robosandbox.skills.manipulator import (
     raised,
 )
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
+from robosandbox.world.relations import Relation, bottom, bounds, gap
 
 _DROP = 0.0015
 _STAND_OFF = 0.004

@@ -9,7 +9,6 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, PourError, SkillError, UnreachableError
 from robosandbox.evidence import PourEvidence
-from robosandbox.perception.relations import bottom, contents, mouth_of, poured, room_of, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
@@ -21,6 +20,7 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
+from robosandbox.world.relations import bottom, contents, mouth_of, poured, room_of, top
 
 LEAST_FRACTION = 0.9
 MOST_SPILLED = 0.02

@@ -9,12 +9,12 @@ from pydantic import Field
 
 from robosandbox.errors import CollisionError, Phase, PushError, SkillError, UnreachableError
 from robosandbox.evidence import PushEvidence
-from robosandbox.perception.relations import centre, displacement, support
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.guarded import MetError, back_off, follow_free
 from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
+from robosandbox.world.relations import centre, displacement, support
 
 _STROKES = 4
 _STAND_OFF = 0.012

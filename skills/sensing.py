@@ -6,10 +6,10 @@ from typing import Literal
 
 from robosandbox.errors import CollisionError, GraspError, Phase
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
-from robosandbox.perception.relations import bottom, moved, on_top
 from robosandbox.protocols import Sim
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
+from robosandbox.world.relations import bottom, moved, on_top
 
 # Fingers within this of where they were sent are there.
 _FINGERS_ARRIVED = 0.004

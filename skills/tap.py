@@ -8,7 +8,6 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, SkillError, TapError, UnreachableError
 from robosandbox.evidence import TapEvidence
-from robosandbox.perception.relations import centre, moved, on_top, top
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.guarded import follow_free, follow_until
@@ -22,6 +21,7 @@ from robosandbox.skills.manipulator import (
     raised,
 )
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult, Trajectory
+from robosandbox.world.relations import centre, moved, on_top, top
 
 _FELT = 0.5
 _MOST_MOVED = 0.004

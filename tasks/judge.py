@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robosandbox.perception.relations import Relation
 from robosandbox.sim.truth import Truth
 from robosandbox.tasks.success import AllOf, Check, merged
+from robosandbox.world.relations import Relation
 
 _SAMPLE_SECONDS = 0.1
 

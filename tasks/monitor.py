@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from robosandbox.perception.relations import contents
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import SkillCall
+from robosandbox.world.relations import contents
 
 _DESTINATIONS = frozenset({"target", "container"})
 _TABLE = "table"

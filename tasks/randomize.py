@@ -10,9 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.perception.relations import bottom, bounds, gap
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, Pose, Randomize, Scene, SceneObject
+from robosandbox.world.relations import bottom, bounds, gap
 
 CLEARANCE = 0.02
 EDGE = 0.01

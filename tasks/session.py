@@ -17,7 +17,6 @@ from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup, make_perception
-from robosandbox.perception.relations import centre
 from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -30,6 +29,7 @@ from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
+from robosandbox.world.relations import centre
 
 DEFAULT_TASK = "pick_from_three"
 _REACH_YAWS = (0.0, np.pi / 2.0)

@@ -11,8 +11,6 @@ import numpy as np
 from pydantic import ConfigDict, Field, model_validator
 
 from robosandbox.errors import InputError
-from robosandbox.perception import relations
-from robosandbox.perception.relations import Relation
 from robosandbox.shapes import kinds_that_hold, shapes
 from robosandbox.sim.truth import Truth
 from robosandbox.types import (
@@ -25,6 +23,8 @@ from robosandbox.types import (
     Side,
     StrictModel,
 )
+from robosandbox.world import relations
+from robosandbox.world.relations import Relation
 
 TABLE = "table"
 HOME_TOLERANCE = 0.05

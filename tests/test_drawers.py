@@ -9,7 +9,6 @@ from pydantic import ValidationError
 from robosandbox.agent.context import AgentContext
 from robosandbox.errors import DrawerError, InvalidArgumentError, PlacementError
 from robosandbox.evidence import DrawerEvidence, PlacementEvidence
-from robosandbox.perception.relations import CLOSED_WITHIN, inside
 from robosandbox.robots.loader import load_robot
 from robosandbox.shapes.drawer import LEAST_DRAWER
 from robosandbox.sim.world import build_world
@@ -19,6 +18,7 @@ from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_in import PlaceIn
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.world.relations import CLOSED_WITHIN, inside
 
 OPEN = 0.08
 

@@ -11,7 +11,6 @@ import pytest
 
 from robosandbox.errors import CollisionError, GraspError
 from robosandbox.grasp.analytic import AnalyticTopDown
-from robosandbox.perception.relations import inside, on_top
 from robosandbox.skills.carrying import MOST_TILT
 from robosandbox.skills.gripping import needed_force
 from robosandbox.skills.manipulator import Manipulator
@@ -19,6 +18,7 @@ from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall
+from robosandbox.world.relations import inside, on_top
 
 LYING = (0.0, math.sqrt(0.5), 0.0, math.sqrt(0.5))
 ON_EDGE = (math.sqrt(0.5), 0.0, 0.0, math.sqrt(0.5))

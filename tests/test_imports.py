@@ -18,7 +18,7 @@ LAYERS = (
     {"shapes"},
     {"types"},
     {"evidence"},
-    {"skill_errors"},
+    {"skill_errors", "world"},
     {"wire", "versions", "extras", "cache"},
     {"access"},
     {"transport"},

@@ -4,10 +4,10 @@ import mujoco
 import numpy as np
 import pytest
 
-from robosandbox.perception.relations import bounds, inside
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import ObjectKind, Pose, Scene, SceneObject
+from robosandbox.world.relations import bounds, inside
 
 
 def loaded(*objects: SceneObject) -> MuJoCoBackend:

@@ -16,7 +16,6 @@ from robosandbox.perception.frame import check_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.quantiles import median, percentiles
-from robosandbox.perception.relations import inside
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.silhouette import Rows
@@ -28,6 +27,7 @@ from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
 from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, RgbdFrame, Scene, SceneObject
+from robosandbox.world.relations import inside
 
 
 def frame(rgb=None, depth=None, size=(48, 64)):

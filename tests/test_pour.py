@@ -5,12 +5,12 @@ import pytest
 
 from robosandbox.errors import InputError, InvalidArgumentError, PourError
 from robosandbox.evidence import PourEvidence
-from robosandbox.perception.relations import contents
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.pour import Pour
 from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.world.relations import contents
 
 CUP = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)), mass=0.12)
 BOWL = SceneObject(id="bowl", kind="bowl", size=(0.075, 0.06), pose=Pose(xyz=(0.15, 0.15, 0.04)), mass=0.3)

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import InputError
-from robosandbox.perception.relations import bounds, gap
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.randomize import CLEARANCE, draw_layout, groups_of
 from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, Pose, Randomize, Scene, SceneObject
+from robosandbox.world.relations import bounds, gap
 
 
 def box(name: str, x: float, y: float = 0.0, z: float = 0.06, randomize: Randomize | None = None) -> SceneObject:

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from robosandbox.perception import relations
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import DetectedObject, ObjectKind, Pose
+from robosandbox.world import relations
 
 
 def thing(

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from robosandbox import open_session
-from robosandbox.perception.relations import bottom, inside, on_top
 from robosandbox.shapes import shape_of, shapes
 from robosandbox.testing import check_shape
 from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.world.relations import bottom, inside, on_top
 
 SIZES = {
     "box": (0.02, 0.03, 0.04),

@@ -18,13 +18,13 @@ from robosandbox.errors import (
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.perception.relations import beside, inside, on_top
 from robosandbox.protocols import Sim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import open_session
 from robosandbox.testing import check_planner, check_skill
 from robosandbox.types import ObservedScene, Plan, Pose, Scene, SceneObject, SkillResult
+from robosandbox.world.relations import beside, inside, on_top
 
 SKILLS = {skill.name: skill for skill in load_skills()}
 OBJECTS = (

@@ -8,11 +8,11 @@ import pytest
 import yaml
 
 from robosandbox.errors import InputError
-from robosandbox.perception import relations
 from robosandbox.tasks.loader import load_task
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, Pose
+from robosandbox.world import relations
 
 CUBE: dict[str, Any] = {"id": "cube", "kind": "box", "size": [0.015] * 3, "pose": {"xyz": [0.1, 0.0, 0.056]}}
 BLOCK: dict[str, Any] = {"id": "block", "kind": "box", "size": [0.03] * 3, "pose": {"xyz": [0.1, 0.15, 0.071]}}

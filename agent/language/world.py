@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.agent.language.match import STANDING
-from robosandbox.perception.relations import bounds
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import (
@@ -19,6 +18,7 @@ from robosandbox.types import (
     ObservedScene,
     Pose,
 )
+from robosandbox.world.relations import bounds
 
 TABLE_HALF = 0.5
 MARGIN = 0.02

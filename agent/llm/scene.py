@@ -7,9 +7,9 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import Any
 
-from robosandbox.perception.relations import centre, inside, loose, on_table, on_top
 from robosandbox.shapes.hull import SphereHull
 from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.world.relations import centre, inside, loose, on_table, on_top
 
 # Beyond this angle between its axis and the vertical a thing that stands by itself has tipped over, radians.
 _TIPPED = math.radians(30.0)

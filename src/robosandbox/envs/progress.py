@@ -10,7 +10,6 @@ from functools import singledispatch
 
 import numpy as np
 
-from robosandbox.perception import relations
 from robosandbox.sim.truth import Truth
 from robosandbox.tasks.success import (
     TABLE,
@@ -30,6 +29,7 @@ from robosandbox.tasks.success import (
     Undisturbed,
 )
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject
+from robosandbox.world import relations
 
 # What a criterion without a measure of its own is away from success: about a reach across the table, metres.
 _UNMEASURED = 0.5

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robosandbox.perception.relations import bounds, gap, top
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
+from robosandbox.world.relations import bounds, gap, top
 
 _NEAR = 0.15
 _OPENING = 0.006

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.perception.relations import centre, contents, support, top
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose
+from robosandbox.world.relations import centre, contents, support, top
 
 _ROUND_DIRECTIONS = 16
 _ANGLES = tuple(np.radians([80.0, 68.0]))

@@ -9,9 +9,9 @@ from typing import assert_never
 import numpy as np
 
 from robosandbox.grasp.hand import UP, unit
-from robosandbox.perception.relations import centre, support
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, SphereHull
 from robosandbox.types import Array, DetectedObject
+from robosandbox.world.relations import centre, support
 
 _ROUND_DIRECTIONS = 8
 _UPRIGHT = 0.9

@@ -9,7 +9,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.agent.episode import SkillStarted
-from robosandbox.perception.relations import gap
 from robosandbox.protocols import Perception
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
@@ -17,6 +16,7 @@ from robosandbox.tasks.success import AllOf, Check, Undisturbed
 from robosandbox.tasks.task import Task
 from robosandbox.testing.faults import Fault
 from robosandbox.types import Array, DetectedObject, Pose, Scene, SceneObject
+from robosandbox.world.relations import gap
 
 # What each task moves, and where to.
 SUBJECTS: dict[str, tuple[str, str | None]] = {

@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.perception.relations import bottom, centre, top
 from robosandbox.protocols import Sim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
+from robosandbox.world.relations import bottom, centre, top
 
 Fault = Callable[["Meddler"], Iterator[None]]
 

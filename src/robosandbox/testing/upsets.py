@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from robosandbox.errors import ErrorRecord
-from robosandbox.perception.relations import centre, support
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
@@ -21,6 +20,7 @@ from robosandbox.testing import causes, faults
 from robosandbox.testing.draw import DRAWS, Draw, Upset, moved_by, standing_at
 from robosandbox.testing.faults import MistakenPerception
 from robosandbox.types import Pose, SceneObject
+from robosandbox.world.relations import centre, support
 
 _PICKS = ("pick_cube_scrambled", "pick_can", "pick_ball")
 _HANDLED = (*_PICKS, "put_in_bin", "stack_two")

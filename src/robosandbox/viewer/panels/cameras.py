@@ -110,7 +110,7 @@ def mark(picture: NDArray[np.uint8], item: DetectedObject, camera: Picture) -> N
 
 def box_corners(item: DetectedObject) -> Array:
     """Return the corners (8, 3) in the world of the box around an object; bits of the index are signs of x, y, z."""
-    from robosandbox.perception.relations import support
+    from robosandbox.world.relations import support
 
     axes = item.pose.rotation.T
     ahead = support(item, axes)

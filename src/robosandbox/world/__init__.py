@@ -1,0 +1,1 @@
+"""One symbolic picture of what is where: relations computed by geometry from what is seen."""
