@@ -78,7 +78,7 @@ class Agent(Generic[WorldT]):
         if max_replans < 0:
             raise ValueError(f"max_replans is {max_replans}; it takes 0 or more")
         self.ctx = ctx
-        self.skills = {skill.name: skill for skill in skills}
+        self.skills: dict[str, Skill[WorldT]] = {skill.name: skill for skill in skills}
         if len(self.skills) != len(skills):
             raise ValueError(f"two skills share a name: {', '.join(sorted(skill.name for skill in skills))}")
         self.planner = planner

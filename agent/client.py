@@ -70,7 +70,7 @@ class Client:
     """
 
     def __init__(self, session: zenoh.Session, *, reconnect: float = 30.0) -> None:
-        self.id = str(uuid.uuid4())
+        self.id: str = str(uuid.uuid4())
         self.reconnect = reconnect
         self.listeners: list[OnPresence] = []
         self.session = session

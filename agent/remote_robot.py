@@ -69,7 +69,7 @@ class RemoteRobot:
 
     def __init__(self, client: Client, robot_id: str) -> None:
         self.id = robot_id
-        self.ctx = RemoteContext(self)
+        self.ctx: RemoteContext = RemoteContext(self)
         self._client = client
         self._session = client.session
         self._asker = Asker(client, robot_id)

@@ -68,7 +68,7 @@ class Studio:
 
     def __init__(self, sim: MuJoCoBackend, read: Read, boot_id: str) -> None:
         self.lock = threading.Lock()
-        self.frames = 0
+        self.frames: int = 0
         self._sim = sim
         self._read = read
         self._boot_id = boot_id

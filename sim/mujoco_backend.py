@@ -73,10 +73,10 @@ class MuJoCoBackend:
         self.tick_hooks: list[Callable[[], None]] = []
         self.wait_hooks: list[Callable[[], None]] = []
         self.jump_hooks: list[Callable[[], None]] = []
-        self.physics_steps = 0
-        self.compilations = 0
-        self.epoch = 0
-        self.episode = 0
+        self.physics_steps: int = 0
+        self.compilations: int = 0
+        self.epoch: int = 0
+        self.episode: int = 0
         self._as_written = Scene()
         self._world: World | None = None
         self._data: mujoco.MjData | None = None

@@ -92,7 +92,7 @@ class SimServer:
         truth: bool = True,
         state_file: StateFile | None = None,
     ) -> None:
-        self.boot_id = str(uuid.uuid4())
+        self.boot_id: str = str(uuid.uuid4())
         self._host = host
         self._session = session
         self._robot_id = robot_id

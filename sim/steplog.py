@@ -64,7 +64,7 @@ class StepLog:
 
     def __init__(self, world: World, data: mujoco.MjData, capacity: int) -> None:
         model, robot = world.model, world.robot
-        self.rows = 0
+        self.rows: int = 0
         self._world = world
         self._data = data
         self._model = model

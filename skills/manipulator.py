@@ -19,7 +19,7 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
-from robosandbox.protocols import SkillContext
+from robosandbox.protocols import MotionPlanner, Sim, SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
     Array,
@@ -73,10 +73,10 @@ class Manipulator:
 
     def __init__(self, ctx: SkillContext) -> None:
         self.ctx = ctx
-        self.sim = ctx.sim
-        self.motion = ctx.motion
+        self.sim: Sim = ctx.sim
+        self.motion: MotionPlanner = ctx.motion
         ctx.enter(Phase.PERCEIVE)
-        self.start = self.look()
+        self.start: ObservedScene = self.look()
 
     # Looking.
 

@@ -34,7 +34,7 @@ class LoadMeter:
     """
 
     def __init__(self, sim: Sim, object_id: str) -> None:
-        self.pull = 0.0
+        self.pull: float = 0.0
         self._sim = sim
         self._object = object_id
         self._ticks = 0

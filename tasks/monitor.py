@@ -27,7 +27,7 @@ class ContactMonitor:
     def __init__(self, sim: MuJoCoBackend) -> None:
         self._sim = sim
         self.touched: set[str] = set()
-        self.worst_force = 0.0
+        self.worst_force: float = 0.0
         self._moved: frozenset[str] = frozenset()
         self._allowed: frozenset[str] = frozenset()
         sim.tick_hooks.append(self._look)

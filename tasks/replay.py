@@ -59,7 +59,7 @@ class Replay:
     def __init__(self, episode: RecordedEpisode, session: Session) -> None:
         self.episode = episode
         self.session = session
-        self.row = 0
+        self.row: int = 0
         self._actions = episode["action"]
         self._pushes: Ragged = episode.ragged("push")
         # With the episode's scene in place: a layout may leave things out.

@@ -143,7 +143,9 @@ class Tally:
     """
 
     def __init__(self) -> None:
-        self.episodes = self.successes = self.errors = 0
+        self.episodes: int = 0
+        self.successes: int = 0
+        self.errors: int = 0
         self._tasks: dict[str, tuple[int, int]] = {}
 
     def add(self, row: Row) -> None:

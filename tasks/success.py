@@ -312,7 +312,7 @@ class AtHome(Check):
 class Undisturbed(Check):
     """One object, or all but some, moved no more than so far."""
 
-    model_config = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
+    model_config: ClassVar[ConfigDict] = ConfigDict(extra="forbid", frozen=True, serialize_by_alias=True)
 
     kind: Literal["undisturbed"]
     object: str | None = None

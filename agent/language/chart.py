@@ -77,12 +77,12 @@ class Chart:
     most_steps: int = MAX_STEPS
 
     def __post_init__(self) -> None:
-        self.count = len(self.tokens)
+        self.count: int = len(self.tokens)
         self.id_words: dict[int, str] = {}
-        self.texts = [token.text for token in self.tokens]
+        self.texts: list[str] = [token.text for token in self.tokens]
         self.text: Callable[[int], str] = _Texts(self.texts).__getitem__
         """Return a token's text, "" past the end; the last one's for -1."""
-        self.raws = [token.raw for token in self.tokens]
+        self.raws: list[str] = [token.raw for token in self.tokens]
         self.strains: Known = {}
         self.tags: list[dict[str, list[tuple[int, Any]]]] = []
         for i in range(len(self.tokens)):
@@ -93,7 +93,7 @@ class Chart:
                 if len(found) > 1:
                     found.sort(key=lambda item: -item[0])
             self.tags.append(tags)
-        self.present = frozenset(tag for tags in self.tags for tag in tags)
+        self.present: frozenset[str] = frozenset(tag for tags in self.tags for tag in tags)
 
     def tag(self, i: int, name: str) -> list[tuple[int, Any]]:
         """Return (end, value) of every phrase with this tag at `i`, longest first."""

@@ -43,7 +43,7 @@ class Clauses(Whereabouts):
     def __post_init__(self) -> None:
         super().__post_init__()
         self.rests: dict[int, list[tuple[int, int, Found[Elements]]]] = {}
-        self.height = 0
+        self.height: int = 0
         """How many elements the longest of the sequences has that are being made."""
 
     @rule

@@ -31,7 +31,7 @@ class Hands:
         self.ground = Grounder(self.world, discourse, chosen)
         self.skills = skills
         self.steps: list[Step] = []
-        self.start_held = scene.held
+        self.start_held: str | None = scene.held
         self.last_side: tuple[str, str] | None = None
         self.side_told = False
         """Whether the sentence said that side, and not just "next to"."""

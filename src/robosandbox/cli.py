@@ -47,7 +47,7 @@ COMMANDS = {
 # Objects that are made between two looks for cycles; Python's own 700 suits programs of a few modules.
 _GC_THRESHOLD = 50_000
 
-app = plain_app(cls=lazy_group(COMMANDS))
+app: typer.Typer = plain_app(cls=lazy_group(COMMANDS))
 
 
 def _say_version(wanted: bool) -> None:

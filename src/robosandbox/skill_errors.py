@@ -123,8 +123,8 @@ class SkillError(RoboSandboxError):
         repairs: tuple[Repair, ...] = (),
     ) -> None:
         super().__init__(message)
-        self.message = message
-        self.phase = phase
+        self.message: str = message
+        self.phase: Phase = phase
         self.evidence = evidence
         self.repairs = repairs
 
@@ -137,7 +137,7 @@ class SkillError(RoboSandboxError):
         """Put advice behind the message; advice that is there already is not repeated."""
         if advice and not self.message.endswith(advice):
             self.message += advice
-            self.args = (self.message,)
+            self.args: tuple[Any, ...] = (self.message,)
 
     def record(self) -> ErrorRecord:
         """Return the error as a value that can leave the process."""
@@ -193,98 +193,98 @@ class ObjectNotFoundError(SkillError):
     """Nothing seen has this id."""
 
     code = ErrorCode.OBJECT_NOT_FOUND
-    evidence_type = ObjectNotFoundEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = ObjectNotFoundEvidence
 
 
 class AmbiguousObjectError(SkillError):
     """Several things seen fit."""
 
     code = ErrorCode.AMBIGUOUS_OBJECT
-    evidence_type = AmbiguousEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = AmbiguousEvidence
 
 
 class UnreachableError(SkillError):
     """No joint configuration puts the TCP there."""
 
     code = ErrorCode.UNREACHABLE
-    evidence_type = UnreachableEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = UnreachableEvidence
 
 
 class LimitError(SkillError):
     """The task forbids the arm to go there."""
 
     code = ErrorCode.LIMIT
-    evidence_type = LimitEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = LimitEvidence
 
 
 class CollisionError(SkillError):
     """The only ways there touch something."""
 
     code = ErrorCode.COLLISION
-    evidence_type = CollisionEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = CollisionEvidence
 
 
 class TrackingError(SkillError):
     """The arm did not arrive where it was sent."""
 
     code = ErrorCode.TRACKING
-    evidence_type = TrackingEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = TrackingEvidence
 
 
 class GraspError(SkillError):
     """No grasp was found, it missed, or the object slipped."""
 
     code = ErrorCode.GRASP
-    evidence_type = GraspEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = GraspEvidence
 
 
 class NotHoldingError(SkillError):
     """The gripper is empty."""
 
     code = ErrorCode.NOT_HOLDING
-    evidence_type = HoldingEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = HoldingEvidence
 
 
 class AlreadyHoldingError(SkillError):
     """The gripper is full."""
 
     code = ErrorCode.ALREADY_HOLDING
-    evidence_type = HoldingEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = HoldingEvidence
 
 
 class PlacementError(SkillError):
     """The object is not where it was to be placed."""
 
     code = ErrorCode.PLACEMENT
-    evidence_type = PlacementEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = PlacementEvidence
 
 
 class PushError(SkillError):
     """The object did not go where it was pushed."""
 
     code = ErrorCode.PUSH
-    evidence_type = PushEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = PushEvidence
 
 
 class DrawerError(SkillError):
     """A drawer did not slide as far as it should."""
 
     code = ErrorCode.DRAWER
-    evidence_type = DrawerEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = DrawerEvidence
 
 
 class PourError(SkillError):
     """What was poured did not arrive, or spilled."""
 
     code = ErrorCode.POUR
-    evidence_type = PourEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = PourEvidence
 
 
 class TapError(SkillError):
     """The touch was not felt, or it moved the object."""
 
     code = ErrorCode.TAP
-    evidence_type = TapEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = TapEvidence
 
 
 class UnsupportedError(SkillError):
@@ -297,7 +297,7 @@ class GoalTimeoutError(SkillError):
     """The deadline passed."""
 
     code = ErrorCode.GOAL_TIMEOUT
-    evidence_type = TimeoutEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = TimeoutEvidence
 
 
 class CancelledError(SkillError):
@@ -327,14 +327,14 @@ class BusyError(ServiceError):
     """The robot does something else; cancel it, wait, or ask to be queued."""
 
     code = ErrorCode.BUSY
-    evidence_type = BusyEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = BusyEvidence
 
 
 class InvalidMessageError(ServiceError):
     """A message is not of the protocol."""
 
     code = ErrorCode.INVALID_MESSAGE
-    evidence_type = MessageEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = MessageEvidence
 
 
 class UnknownGoalError(ServiceError):
@@ -353,7 +353,7 @@ class ConnectionLostError(ServiceError):
     """The sim went away while it worked, and what it worked on is not known to be done."""
 
     code = ErrorCode.CONNECTION_LOST
-    evidence_type = ConnectionEvidence
+    evidence_type: ClassVar[type[Evidence] | None] = ConnectionEvidence
 
 
 SKILL_ERRORS: dict[ErrorCode, type[SkillError]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,7 +40,7 @@ class StrictModel(BaseModel):
     """A frozen pydantic model that refuses unknown fields."""
 
     # A schema is built when its class is first used: a process needs a few of the hundred, and each takes part of a millisecond.
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+    model_config: ClassVar[ConfigDict] = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
 
 def _unit_quaternion(quat_xyzw: tuple[float, ...]) -> tuple[float, ...]:

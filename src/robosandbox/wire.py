@@ -61,7 +61,7 @@ class Message(StrictModel):
     """
 
     # A NaN among a skill's arguments is to be refused by the sim, not to arrive as null.
-    model_config = ConfigDict(ser_json_inf_nan="constants")
+    model_config: ClassVar[ConfigDict] = ConfigDict(ser_json_inf_nan="constants")
     max_bytes: ClassVar[int] = MAX_MESSAGE_BYTES
 
     protocol: Literal[1] = PROTOCOL

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
-app = plain_app()
+app: typer.Typer = plain_app()
 _LISTS = ("--tasks", "--task-file")
 
 

@@ -17,7 +17,7 @@ from robosandbox.extras import missing_extra
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
 
-app = plain_app(help="Recorded episodes as datasets and logs.")
+app: typer.Typer = plain_app(help="Recorded episodes as datasets and logs.")
 
 Paths = Annotated[
     list[Path], typer.Argument(metavar="EPISODES... OUT", help="Episodes or folders of episodes, and last the target.")

@@ -16,7 +16,7 @@ from robosandbox.errors import InputError
 if TYPE_CHECKING:
     from robosandbox.robots.infer import Inference
 
-app = plain_app(help="Bring your own robot: infer its sidecar, check it.")
+app: typer.Typer = plain_app(help="Bring your own robot: infer its sidecar, check it.")
 
 Model = Annotated[str, typer.Argument(help="A URDF or MJCF file, a bundled robot, or menagerie:<name>.")]
 GripperModel = Annotated[

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from robosandbox.recording.episode import RecordedEpisode
 
-app = plain_app(help="Recorded episodes.")
+app: typer.Typer = plain_app(help="Recorded episodes.")
 
 EpisodeFolder = Annotated[Path, typer.Argument(help="An episode's folder.")]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]

@@ -9,7 +9,7 @@ import typer
 from robosandbox.commands.console import print_json
 from robosandbox.commands.lazy import plain_app
 
-app = plain_app(help="The tasks that a bench runs.")
+app: typer.Typer = plain_app(help="The tasks that a bench runs.")
 
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 

@@ -59,7 +59,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         render_size: (height, width) of pictures.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012 - Gymnasium's own form
+    metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 20}  # noqa: RUF012 - Gymnasium's own form
 
     def __init__(
         self,
@@ -82,7 +82,9 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             if value not in known:
                 raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
         self._owned = not isinstance(task, Session)
-        self.session = task if isinstance(task, Session) else open_session(task, robot=robot, render_size=render_size)
+        self.session: Session = (
+            task if isinstance(task, Session) else open_session(task, robot=robot, render_size=render_size)
+        )
         sim = self.session.sim
         rows_per_frame(control_hz, sim.control_timestep, "control_hz")
         self.render_mode = render_mode

@@ -37,7 +37,7 @@ class PictureStats:
     """
 
     def __init__(self) -> None:
-        self.count = 0
+        self.count: int = 0
         self.histogram = np.zeros((3, 256), dtype=np.int64)
 
     def add(self, picture: NDArray[np.uint8]) -> None:

@@ -80,10 +80,10 @@ class DlsSolver:
         self.data = mujoco.MjData(model)
         self.position_tolerance = position_tolerance
         few = robot.n < _FULL_POSE
-        self.orientation_tolerance = orientation_tolerance or (_LOOSE if few else _STRICT)
+        self.orientation_tolerance: float = orientation_tolerance or (_LOOSE if few else _STRICT)
         self._weight = _METRES_PER_RADIAN * (_FEW_JOINTS_SHARE if few else 1.0)
         self._few = few
-        self.reach = _reach(model, robot)
+        self.reach: float = _reach(model, robot)
         self._jacobian = np.zeros((6, model.nv))
         self._quat = np.zeros(4)
         self._target_quat = np.zeros(4)

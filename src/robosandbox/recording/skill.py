@@ -22,8 +22,8 @@ class RecordedSkill:
     """
 
     def __init__(self, skill: Skill, recorder: Recorder) -> None:
-        self.name = skill.name
-        self.description = skill.description
+        self.name: str = skill.name
+        self.description: str = skill.description
         self.schema = skill.schema
         self._skill = skill
         self._recorder = recorder

@@ -31,7 +31,7 @@ class Film:
 
         height, width = size
         rate = Fraction(fps).limit_denominator(1000)
-        self.frames = 0
+        self.frames: int = 0
         self._container: Any = av.open(str(path), "w", format="mp4", options={"movflags": _FRAGMENTED})
         self._stream: Any = self._container.add_stream("libx264", rate=rate)
         self._stream.width, self._stream.height, self._stream.pix_fmt = width, height, "yuv420p"

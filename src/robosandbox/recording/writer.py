@@ -34,7 +34,7 @@ class StepWriter:
     """
 
     def __init__(self, folder: Path, log: StepLog) -> None:
-        self.rows = 0
+        self.rows: int = 0
         self._folder = folder
         self._log = log
         self._stream: pa.ipc.RecordBatchStreamWriter | None = None

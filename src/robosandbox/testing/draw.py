@@ -83,14 +83,16 @@ class Draw:
     """
 
     def __init__(self, case: str, seed: int, tasks: Sequence[str]) -> None:
-        self.rng = np.random.default_rng([seed, *case.encode()])
+        self.rng: np.random.Generator = np.random.default_rng([seed, *case.encode()])
         task = find_task(tasks[seed % len(tasks)])
+        self.subject: str
+        self.target: str | None
         self.subject, self.target = SUBJECTS[task.name]
         with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
             scene = session.sim.scene
-            self.base = session.sim.robot.base_position
+            self.base: Array = session.sim.robot.base_position
         criterion = _without_undisturbed(task.success)
-        self.task = task.model_copy(update={"scene": scene, "success": criterion})
+        self.task: Task = task.model_copy(update={"scene": scene, "success": criterion})
         self._moments: list[Moment] | None = None
 
     @property

@@ -31,7 +31,7 @@ class SimProcess:
     def __init__(
         self, *options: str, state_file: Path | None = None, log: Path | None = None, protocol: str | None = "tcp"
     ) -> None:
-        self.endpoint = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
+        self.endpoint: str = f"{protocol}/127.0.0.1:{free_port()}" if protocol else ""
         self._options = [*options, *(["--state-file", str(state_file)] if state_file else [])]
         self._log = log
         self._process = self._start()

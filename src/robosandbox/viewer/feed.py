@@ -27,7 +27,7 @@ class Feed:
     """
 
     def __init__(self, draw: Callable[[Frame], None], watched: Callable[[], bool]) -> None:
-        self.drawn = 0
+        self.drawn: int = 0
         self._draw = draw
         self._watched = watched
         self._latest: Frame | None = None

@@ -8,7 +8,7 @@ its own, filled from what the form shows at the moment of the click, so there is
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -44,7 +44,7 @@ class Order(BaseModel):
         seed: The layout that Reset makes.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config: ClassVar[ConfigDict] = ConfigDict(frozen=True, extra="forbid")
 
     do: Literal["run", "plan", "stop", "reset", "back"]
     prompt: Annotated[str, Field(max_length=MAX_PROMPT_LENGTH)] = ""

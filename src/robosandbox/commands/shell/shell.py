@@ -66,7 +66,7 @@ class Shell:
     def __init__(self, workcell: Workcell, link: Link | None = None) -> None:
         self.workcell = workcell
         self.link = link
-        self.robot_name = workcell.robot_name + (f" as {link.robot_id!r}" if link else "")
+        self.robot_name: str = workcell.robot_name + (f" as {link.robot_id!r}" if link else "")
         self.log: list[Entry] = []
         self.plan: Plan | None = None
         self.candidates: tuple[str, ...] = ()

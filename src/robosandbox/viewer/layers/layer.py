@@ -28,12 +28,12 @@ class Layer:
 
     title = ""
     hint = ""
-    shown = True
+    shown: bool = True
     needs_forces = False
 
     def __init__(self, server: viser.ViserServer) -> None:
         self.server = server
-        self.scene = server.scene
+        self.scene: viser.SceneApi = server.scene
         self._kept: dict[str, viser.SceneNodeHandle] = {}
 
     def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
