@@ -12,6 +12,7 @@ from robosandbox.testing.llama_server import packaged_weights
 
 pytestmark = [
     pytest.mark.model,
+    pytest.mark.slow,
     pytest.mark.skipif(
         find_spec("xllamacpp") is None or packaged_weights() is None,
         reason="no small model here: uv sync --group models",
