@@ -64,14 +64,19 @@ def is_called_several(name: str) -> bool:
 NOUN_CLASS = _classes()
 
 
+# A thing that is called one of these may be called by another word for its form as well.
+_FORMS = frozenset(SHAPE_KINDS)
+
+
 def _add_installed_shapes() -> None:
-    """Let the words of each kind of object name it, where they name no kind yet."""
+    """Let the words of each kind of object that no word here names fit whatever has that kind."""
+    named = {kind for table in (SHAPE_KINDS, THING_KINDS) for kinds in table.values() for kind in kinds}
     for kind, shape in shapes().items():
+        if kind in named or shape.is_plural or not shape.size_fields:
+            continue
         for noun in shape.nouns:
-            known = THING_KINDS if noun in THING_KINDS else SHAPE_KINDS
             noun_class = NOUN_CLASS.get(noun, noun)
-            if noun_class not in ("thing", "box", "block", "cube") and not shape.is_plural:
-                known[noun_class] = known.get(noun_class, frozenset()) | {kind}
+            SHAPE_KINDS[noun_class] = SHAPE_KINDS.get(noun_class, frozenset()) | {kind}
 
 
 _add_installed_shapes()
@@ -158,7 +163,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
         return LOOSE
     if noun in things.POTS and kind in VESSELS and _head(parts) in things.POTTED:
         return LOOSE
-    if kind in THING_KINDS.get(noun_class, ()) and not (own - set(SHAPE_KINDS)):
+    if kind in THING_KINDS.get(noun_class, ()) and not (own - _FORMS):
         # A battery may pass for a can, but is none of "the cans".
         return LOOSE if _head(parts) in things.ABSENT_NOUNS else SHAPE
     return 0

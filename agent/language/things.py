@@ -61,7 +61,12 @@ NOUNS: dict[str, str] = {
 _KNOWN = {phrase.strip() for phrases in NOUNS.values() for phrase in phrases.split(",")}
 # Kinds of objects bring their own words.
 NOUNS.update(
-    {noun: noun for shape in shapes().values() for noun in shape.nouns if not shape.is_plural and noun not in _KNOWN}
+    {
+        noun: noun
+        for shape in shapes().values()
+        for noun in shape.nouns
+        if not shape.is_plural and noun not in {*NOUNS, *_KNOWN}
+    }
 )
 KINDS_OF: dict[str, frozenset[str]] = {
     "fruit": word_set(
