@@ -96,9 +96,8 @@ def _check_finite(model: mujoco.MjModel, source: str) -> None:
 
 
 def _check_most(model: mujoco.MjModel, source: str, kind: str, name: str, most: float, unit: str) -> None:
-    values = (
-        np.asarray(getattr(model, f"{kind}_{name}")).reshape(getattr(model, f"n{kind}"), -1).max(axis=1, initial=0.0)
-    )
+    each = np.asarray(getattr(model, f"{kind}_{name}"))
+    values = each.max(axis=1, initial=0.0) if each.ndim > 1 else each
     if values.max(initial=0.0) > most:
         element = getattr(model, kind)(int(values.argmax())).name
         raise InputError(

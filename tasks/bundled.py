@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
+from robosandbox.errors import InputError
+from robosandbox.suggestions import did_you_mean
+
 STANDARD_SUITE, ALL_SUITES = "standard", "all"
 """The suite of a task that names none, and the word for all suites."""
 
@@ -34,6 +37,18 @@ def definitions_folder() -> Path:
 def bundled_tasks() -> dict[str, Path]:
     """Return the YAML files in `tasks/definitions` by task name, sorted."""
     return {path.stem: path for path in sorted(definitions_folder().glob("*.yaml"))}
+
+
+def bundled_task(name: str) -> Path:
+    """Return the file of a bundled task.
+
+    Raises:
+        InputError: None has this name.
+    """
+    bundled = bundled_tasks()
+    if name not in bundled:
+        raise InputError(f"no task {name[:60]!r}{did_you_mean(name, bundled) or '; there is ' + ', '.join(bundled)}")
+    return bundled[name]
 
 
 def task_entries() -> list[TaskEntry]:

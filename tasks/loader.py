@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.bundled import ALL_SUITES, bundled_tasks as bundled_tasks
+from robosandbox.tasks.bundled import ALL_SUITES, bundled_task, bundled_tasks as bundled_tasks
 from robosandbox.tasks.named_files import BUILTIN, YCB, builtin_file, ycb_object
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene, SceneObject
@@ -34,11 +34,7 @@ def find_task(name: str) -> Task:
     Raises:
         InputError: None has this name, or its file is wrong.
     """
-    bundled = bundled_tasks()
-    if name not in bundled:
-        hint = did_you_mean(name, bundled)
-        raise InputError(f"no task {name[:60]!r}{hint or '; there is ' + ', '.join(bundled)}")
-    task = load_task(bundled[name])
+    task = load_task(bundled_task(name))
     if task.name != name:
         raise InputError(f"{name}.yaml: name: {task.name!r} is not the file's; call the file {task.name}.yaml")
     return task

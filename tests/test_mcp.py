@@ -62,7 +62,7 @@ def here(session: Session, timeout: float = 120.0) -> Robot:
 async def in_process(session: Session) -> AsyncIterator[Client]:
     robot = here(session)
     try:
-        async with Client(build_server(robot)) as client:
+        async with Client(build_server(robot.ready)) as client:
             yield client
     finally:
         robot.close()
@@ -289,7 +289,7 @@ def test_a_goal_that_takes_too_long_ends_in_a_typed_error() -> None:
     async def visit() -> None:
         with open_session("pick_cube_franka") as session:
             robot = here(session, timeout=0.5)
-            async with Client(build_server(robot)) as client:
+            async with Client(build_server(robot.ready)) as client:
                 error = structured(await client.call_tool("pick", {"object": "red_cube"}))["error"]
             robot.close()
         assert error["code"] == "goal_timeout" and error["evidence"]["deadline"] == 0.5

@@ -101,6 +101,10 @@ class Robot:
         if tick_hooks is not None:
             tick_hooks.append(self._answer_looks)
 
+    async def ready(self) -> Robot:
+        """Return the robot itself, which is there."""
+        return self
+
     @property
     def doing(self) -> str | None:
         """The call that is under way here."""

@@ -6,14 +6,17 @@ import asyncio
 import signal
 import socket
 import sys
-from collections.abc import Callable
 from typing import Any
 
+import anyio
+import mcp_types as types
 import uvicorn
 from mcp.server import Server
 from mcp.server.stdio import stdio_server
+from mcp.shared.message import SessionMessage
 
-from robosandbox.agent.mcp.robot import Cell, Robot, TickHooks
+from robosandbox.agent.mcp.greeting import FirstLine
+from robosandbox.agent.mcp.opening import Opening, OpenRobot
 from robosandbox.agent.mcp.server import build_server
 from robosandbox.errors import InputError
 
@@ -21,35 +24,69 @@ HOST = "127.0.0.1"
 PATH = "/mcp"
 
 
-def serve(
-    cell: Cell,
-    state: Callable[[], dict[str, Any]],
-    *,
-    tick_hooks: TickHooks | None,
-    timeout: float,
-    port: int | None,
-) -> None:
-    """Serve a session until the client leaves or somebody interrupts.
+def serve(open_robot: OpenRobot, *, port: int | None, first: FirstLine | None = None) -> None:
+    """Serve a robot until the client leaves or somebody interrupts.
 
     Args:
-        cell: The session.
-        state: Returns joints, TCP and gripper as JSON data.
-        tick_hooks: Those of a world in this process; None for one in another.
-        timeout: Simulated seconds that a call may take.
+        open_robot: Opens the robot's world, on a thread of its own, while the server already answers.
         port: Of 127.0.0.1; None is stdin and stdout.
+        first: What the client has sent over stdin already.
     """
-    robot = Robot(cell, state, tick_hooks=tick_hooks, timeout=timeout)
-    try:
-        server = build_server(robot)
-        asyncio.run(serve_stdio(server) if port is None else serve_http(server, port))
-    finally:
-        robot.close()
+
+    async def run() -> None:
+        opening = Opening(open_robot)
+        opening.begin()
+        server = build_server(opening.ready)
+        try:
+            await (serve_stdio(server, first) if port is None else serve_http(server, port))
+        finally:
+            await opening.close()
+
+    asyncio.run(run())
 
 
-async def serve_stdio(server: Server[Any]) -> None:
-    """Serve one client until it closes stdin."""
+async def serve_stdio(server: Server[Any], first: FirstLine | None = None) -> None:
+    """Serve one client until it closes stdin.
+
+    Args:
+        server: The server.
+        first: What the client has sent already.
+    """
+    options = server.create_initialization_options()
     async with stdio_server() as (read, write):
-        await server.run(read, write, server.create_initialization_options())
+        if first is None:
+            await server.run(read, write, options)
+            return
+        heard_send, heard = anyio.create_memory_object_stream[SessionMessage | Exception](0)
+        said, said_receive = anyio.create_memory_object_stream[SessionMessage](0)
+
+        async def hear() -> None:
+            async with heard_send, read:
+                await heard_send.send(_message(first.text))
+                async for message in read:
+                    await heard_send.send(message)
+
+        async def say() -> None:
+            waiting = first.answered is not None
+            async with write, said_receive:
+                async for message in said_receive:
+                    if waiting and getattr(message.message, "id", None) == first.answered:
+                        # The client has this answer already.
+                        waiting = False
+                    else:
+                        await write.send(message)
+
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(hear)
+            tasks.start_soon(say)
+            await server.run(heard, said, options)
+
+
+def _message(line: str) -> SessionMessage | Exception:
+    try:
+        return SessionMessage(types.jsonrpc_message_adapter.validate_json(line, by_name=False))
+    except ValueError as error:
+        return error
 
 
 async def serve_http(server: Server[Any], port: int) -> None:

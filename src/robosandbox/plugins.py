@@ -7,6 +7,7 @@ from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
 from robosandbox.errors import InputError
+from robosandbox.suggestions import did_you_mean
 
 
 def plugins(group: str) -> tuple[EntryPoint, ...]:
@@ -39,8 +40,6 @@ def check_plugin(group: str, name: str) -> None:
     names = plugin_names(group)
     if name in names:
         return
-    from robosandbox.validation import did_you_mean
-
     singular = group.removesuffix("s")
     raise InputError(
         f"--{singular}: no {singular} {name[:60]!r}; there is {', '.join(names)}{did_you_mean(name, names)}"

@@ -6,7 +6,7 @@ import math
 import re
 import types
 import typing
-from collections.abc import Hashable, Iterable, Mapping
+from collections.abc import Hashable, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union
 
@@ -15,30 +15,13 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from robosandbox.errors import InputError
+from robosandbox.suggestions import did_you_mean as did_you_mean, nearest as nearest
 
 MAX_FILE_BYTES = 1_000_000
 _MAX_SHOWN = 60
 _FIELD = re.compile(r"[a-z]\w*(\[\d+\]|\.[a-z]\w*)*")
 
 ModelT = TypeVar("ModelT", bound=BaseModel)
-
-
-def nearest(name: str, choices: Iterable[str], *, limit: int = 3) -> tuple[str, ...]:
-    """Return the choices that look like a misspelt `name`, the likeliest first."""
-    from rapidfuzz import fuzz, process, utils
-
-    found = process.extract(
-        name[:200], list(choices), scorer=fuzz.WRatio, processor=utils.default_process, limit=limit, score_cutoff=60.0
-    )
-    return tuple(choice for choice, _, _ in found)
-
-
-def did_you_mean(name: str, choices: Iterable[str]) -> str:
-    """Return "; did you mean 'x'?", or nothing when no choice is near."""
-    near = nearest(name, choices)
-    if not near:
-        return ""
-    return f"; did you mean {' or '.join(repr(choice) for choice in near[:2])}?"
 
 
 def load_yaml_model(path: Path, model: type[ModelT], *, context: Any = None) -> ModelT:

@@ -15,7 +15,7 @@ from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
-from robosandbox.commands.options import TimeLimit
+from robosandbox.commands.options import NoCache, TimeLimit
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -39,6 +39,7 @@ def bench(
     ] = None,
     task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
     engine: Annotated[

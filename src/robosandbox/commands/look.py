@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from robosandbox.commands.checks import check_names
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import (
     BaseUrl,
@@ -14,6 +15,7 @@ from robosandbox.commands.options import (
     Cassette,
     Json,
     Model,
+    NoCache,
     RobotName,
     Seed,
     SensorName,
@@ -31,6 +33,7 @@ def look(
     task: TaskName = None,
     robot: RobotName = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
     sensor: SensorName = "realsense",
     calibration: CalibrationFile = None,
@@ -42,10 +45,9 @@ def look(
     json: Json = False,
 ) -> int:
     """Print what is seen: names, shapes, places, sizes, and how sure that is."""
+    check_names(task, robot, perception=perception)
     from robosandbox.tasks.session import open_session
 
-    if seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
     options = {"calibration": calibration, "model": model, "base_url": base_url, "cassette": cassette}
     with open_session(
         task, robot=robot, perception=perception, perception_options=options, sensor=sensor, seed=seed

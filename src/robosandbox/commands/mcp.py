@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from robosandbox.commands import options
+from robosandbox.commands.checks import check_names
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.packages import PackagePath
@@ -21,6 +26,7 @@ def mcp(
     task: options.TaskName = None,
     robot: options.RobotName = None,
     package_path: PackagePath = None,
+    no_cache: options.NoCache = False,
     connect: Connect = None,
     robot_id: RobotId = None,
     zenoh_config: ZenohConfig = None,
@@ -45,40 +51,61 @@ def mcp(
         raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
     if not timeout > 0.0:
         raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
+    planner_options = {"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit}
+    remote = bool(connect or robot_id or zenoh_config)
+    if remote and (task or robot or seed or realtime):
+        raise InputError("--connect: the sim process has its own task, robot, seed and pace; leave those options out")
+    check_names(task, robot, planner=planner, perception=perception)
+    if any(value is not None for value in planner_options.values()):
+        from robosandbox.agent.planners import make_planner
+
+        # Which options a planner takes only the planner itself knows.
+        make_planner(planner, (), planner_options)
+    if find_spec("mcp") is None:
+        raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
+
+    first = None
+    if http is None:
+        from robosandbox.agent.mcp.greeting import greet
+
+        # A client waits for the first answer, and all that follows takes longer than some wait.
+        first = greet(sys.stdin.fileno(), sys.stdout.fileno())
+        if first is None:
+            return EXIT_DONE
     try:
         from robosandbox.agent.mcp.serve import serve
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
-    planner_options = {"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit}
+    from robosandbox.agent.mcp.robot import Robot
 
-    if connect or robot_id or zenoh_config:
-        if task or robot or seed or realtime:
-            raise InputError(
-                "--connect: the sim process has its own task, robot, seed and pace; leave those options out"
-            )
+    @contextmanager
+    def there() -> Iterator[Robot]:
         with remote_session(
             connect or [], robot_id, zenoh_config, planner=planner, planner_options=planner_options
-        ) as remote:
-            serve(remote, lambda: _remote_state(remote), tick_hooks=None, timeout=timeout, port=http)
-        return EXIT_DONE
+        ) as session:
+            yield Robot(session, lambda: _remote_state(session), tick_hooks=None, timeout=timeout)
 
-    from robosandbox.agent.mcp.tools import state_data
-    from robosandbox.agent.pace import Pace
-    from robosandbox.tasks.session import open_session
+    @contextmanager
+    def here() -> Iterator[Robot]:
+        from robosandbox.agent.mcp.tools import state_data
+        from robosandbox.agent.pace import Pace
+        from robosandbox.tasks.session import open_session
 
-    with open_session(
-        task,
-        robot=robot,
-        planner=planner,
-        planner_options=planner_options,
-        perception=perception,
-        seed=seed,
-        what_if=what_if,
-    ) as session:
-        hooks = session.sim.tick_hooks
-        if realtime:
-            hooks.append(Pace(session.sim))
-        serve(session, lambda: state_data(session.sim.observe()), tick_hooks=hooks, timeout=timeout, port=http)
+        with open_session(
+            task,
+            robot=robot,
+            planner=planner,
+            planner_options=planner_options,
+            perception=perception,
+            seed=seed,
+            what_if=what_if,
+        ) as session:
+            hooks = session.sim.tick_hooks
+            if realtime:
+                hooks.append(Pace(session.sim))
+            yield Robot(session, lambda: state_data(session.sim.observe()), tick_hooks=hooks, timeout=timeout)
+
+    serve(there if remote else here, port=http, first=first)
     return EXIT_DONE
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import Annotated
 
@@ -53,4 +54,19 @@ OwnSeed = Annotated[
 ]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.", callback=_from_zero)]
 WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
+
+
+def _uncached(value: bool) -> bool:
+    if value:
+        # Worker processes are to do likewise, and they inherit the environment.
+        os.environ["ROBOSANDBOX_NO_CACHE"] = "1"
+    return value
+
+
+NoCache = Annotated[
+    bool,
+    typer.Option(
+        "--no-cache", callback=_uncached, help="Measure the robot anew; ROBOSANDBOX_NO_CACHE=1 does so everywhere."
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]

@@ -10,6 +10,7 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.lazy import plain_app
+from robosandbox.commands.options import NoCache
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
@@ -39,6 +40,7 @@ def infer(
     output: Output = None,
     picture: PictureFile = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     json: Json = False,
 ) -> int:
     """Work out a robot's sidecar from its model, with the evidence for each field."""
@@ -72,6 +74,7 @@ def check(
     gripper: GripperModel = None,
     arm: ArmName = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     json: Json = False,
 ) -> int:
     """Check a robot and its sidecar, first on paper and then in simulation, up to a pick."""

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from robosandbox.commands.checks import check_names
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.commands.options import (
@@ -17,6 +18,7 @@ from robosandbox.commands.options import (
     Json,
     MaxReplans,
     Model,
+    NoCache,
     PerceptionName,
     PlannerName,
     Prompt,
@@ -50,6 +52,7 @@ def run(
     task: TaskName = None,
     robot: RobotName = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,
@@ -78,6 +81,7 @@ def run(
     if policy is not None and prompt is not None:
         raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
     settings = record_settings(record, video, video_fps)
+    check_names(task, robot, planner=planner, perception=perception)
     from robosandbox.tasks.session import open_session
 
     with open_session(
@@ -153,6 +157,7 @@ def plan(
     task: TaskName = None,
     robot: RobotName = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     planner: PlannerName = "stub",
     base_url: BaseUrl = None,
     model: Model = None,
@@ -165,11 +170,11 @@ def plan(
     json: Json = False,
 ) -> int:
     """Print the plan for a prompt; nothing moves."""
-    from robosandbox.agent.usage import metered
-    from robosandbox.types import Refusal
-
     _check_said(prompt, task)
+    check_names(task, robot, planner=planner, perception=perception)
+    from robosandbox.agent.usage import metered
     from robosandbox.tasks.session import open_session
+    from robosandbox.types import Refusal
 
     with open_session(
         task,

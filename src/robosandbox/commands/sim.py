@@ -11,7 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from robosandbox.commands.checks import check_names
 from robosandbox.commands.console import EXIT_DONE
+from robosandbox.commands.options import NoCache
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -35,6 +37,7 @@ def sim(
     ] = None,
     robot: Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")] = None,
     package_path: PackagePath = None,
+    no_cache: NoCache = False,
     robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
     listen: Annotated[
         str | None, typer.Option("--listen", help="Zenoh endpoint; tcp/127.0.0.1:7447 if left out.")
@@ -67,6 +70,7 @@ def sim(
 ) -> int:
     """Serve a world over Zenoh until SIGINT or SIGTERM."""
     _check(robot_id, pace, seed, allow_files or [])
+    check_names(task, robot, perception=perception)
     settings = record_settings(record, video, video_fps)
     # Zenoh's threads and the state stream must not wait 5 ms for a thread that plans.
     sys.setswitchinterval(_SWITCH_SECONDS)
