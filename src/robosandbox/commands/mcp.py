@@ -56,10 +56,10 @@ def mcp(
     if remote and (task or robot or seed or realtime):
         raise InputError("--connect: the sim process has its own task, robot, seed and pace; leave those options out")
     check_names(task, robot, planner=planner, perception=perception)
-    if any(value is not None for value in planner_options.values()):
+    if planner != "stub" or any(value is not None for value in planner_options.values()):
         from robosandbox.agent.planners import make_planner
 
-        # Which options a planner takes only the planner itself knows.
+        # Which options a planner takes and needs only the planner itself knows; the default one needs none.
         make_planner(planner, (), planner_options)
     if find_spec("mcp") is None:
         raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
