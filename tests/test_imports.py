@@ -12,7 +12,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 
 # A module may import from its own layer and from those before it.
 LAYERS = (
-    {"tags", "errors", "ranges"},
+    {"tags", "errors", "ranges", "suggestions"},
     {"validation"},
     {"plugins", "spatial"},
     {"shapes"},
