@@ -13,7 +13,8 @@ from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
-from robosandbox.protocols import ForkableSim, GraspPlanner, MotionPlanner, Perception, Sim
+from robosandbox.motion.planning_scene import PlanningScene
+from robosandbox.protocols import GraspPlanner, MotionPlanner, Perception, Sim, Simulated
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
@@ -79,6 +80,10 @@ class AgentContext:
         """Return what perception sees now."""
         return self.perception.perceive(self.sim)
 
+    def planning(self, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`."""
+        return self.perception.planning(self.sim, seen)
+
     def permit(self, call: SkillCall) -> None:
         """Check a call against the workspace before anything moves.
 
@@ -95,7 +100,7 @@ class AgentContext:
         Raises:
             TypeError: This world cannot be copied.
         """
-        if not isinstance(self.sim, ForkableSim):
+        if not isinstance(self.sim, Simulated):
             raise TypeError(f"{type(self.sim).__name__} cannot be copied; use what_if=False")
         copy = AgentContext(
             sim=self.sim.fork(),
@@ -112,7 +117,7 @@ class AgentContext:
 
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on copies of the world; nothing with `what_if` off."""
-        if not self.what_if or not isinstance(self.sim, ForkableSim):
+        if not self.what_if or not isinstance(self.sim, Simulated):
             return ()
         # Repairs call skills, which are called with this context.
         from robosandbox.agent.repairs import find_repairs

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.colour import colour_name
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Sim, Simulated
 from robosandbox.types import ObservedScene
 
 
@@ -16,9 +17,13 @@ class GroundTruthPerception:
         """Return the sim as it is."""
         return sim
 
+    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+        """Return the robot among what was seen, in the model that is simulated: what is seen exactly is the same there."""
+        return PlanningScene(_simulated(sim).world, seen)
+
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return all objects of the simulated state."""
-        truth, base = sim.truth(), sim.robot.base_position
+        truth, base = _simulated(sim).truth(), sim.robot.base_position
         return ObservedScene(
             time=truth.time,
             objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
@@ -27,3 +32,9 @@ class GroundTruthPerception:
             held=truth.held,
             reach=sim.robot.reach,
         )
+
+
+def _simulated(sim: Sim) -> Simulated:
+    if not isinstance(sim, Simulated):
+        raise TypeError(f"{type(sim).__name__} does not know the true state; choose a perception that looks, as rgbd")
+    return sim

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from pathlib import Path
 
+from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame, make_frame
@@ -56,14 +57,14 @@ class RgbdPerception:
         self._setup = setup
         self._cameras = cameras
         self._calibration = Calibration.load(calibration) if calibration else None
-        self._silhouette: tuple[object, RobotMask] | None = None
+        self._silhouette: RobotMask | None = None
         self._tracker = Tracker(setup.declared)
         self._containers = frozenset({"cup", *(item.kind for item in setup.declared)})
         self._tag_sizes = [item.tag_size for item in setup.declared if item.tag is not None]
         self._hands = Hands(None, 0.0)
         self._episode = -1
         self._last: ObservedScene | None = None
-        self._sensed: SensedSim | None = None
+        self._scenes: PlanningScenes | None = None
         self.frames = FrameSet({}, Table(setup.scene.table_height))
         self.things: list[Thing] = []
         self.tags: list[Tag] = []
@@ -75,9 +76,13 @@ class RgbdPerception:
         return list(self._tracker.tracks.values())
 
     def view(self, sim: Sim) -> Sim:
-        """Return the sim without its truth: its model holds what was seen."""
-        self._sensed = SensedSim(sim, self._setup.scene)
-        return self._sensed
+        """Return the sim without its truth."""
+        return SensedSim(sim)
+
+    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+        """Return the robot among what was seen."""
+        del sim
+        return self._planning_scenes().of(seen)
 
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return what the cameras show now, put together with what they showed before.
@@ -94,20 +99,17 @@ class RgbdPerception:
             return self._last
         self._episode = sim.episode
         self._feel(sim)
-        self.look([sim.capture(camera) for camera in self._cameras], sim)
-        self._last = scene = self._observed(sim)
-        if self._sensed is not None:
-            self._sensed.believe(scene)
-        return scene
+        self.look([sim.capture(camera) for camera in self._cameras])
+        self._last = self._observed(sim)
+        return self._last
 
-    def look(self, captures: list[RgbdFrame], sim: Sim) -> list[Thing]:
+    def look(self, captures: list[RgbdFrame]) -> list[Thing]:
         """Return what these frames show, by themselves.
 
         Args:
             captures: One of each camera.
-            sim: Gives the robot's model.
         """
-        self.frames = self._frames(captures, sim)
+        self.frames = self._frames(captures)
         segments = [segment for segmented in self.frames.by_camera.values() for segment in segmented.segments]
         held = self._hands.hold.id if self._hands.hold else None
         things = recognize(
@@ -125,9 +127,9 @@ class RgbdPerception:
         if self._hands.hold is not None and self._hands.hold.id == old:
             self._hands.hold.id = new
 
-    def _frames(self, captures: list[RgbdFrame], sim: Sim) -> FrameSet:
+    def _frames(self, captures: list[RgbdFrame]) -> FrameSet:
         table = Table(self._setup.scene.table_height)
-        silhouette = self._robot(sim)
+        silhouette = self._robot()
         notes = []
         sound: dict[str, Frame] = {}
         masks: dict[str, tuple[Mask, Image]] = {}
@@ -199,10 +201,15 @@ class RgbdPerception:
         middle, size = known.fit.centre, float(max(known.fit.sizes)) + 0.02
         return [thing for thing in self.things if float(abs(thing.fit.centre - middle).max()) > size]
 
-    def _robot(self, sim: Sim) -> RobotMask:
-        if self._silhouette is None or self._silhouette[0] is not sim.robot:
-            self._silhouette = (sim.robot, RobotMask(sim.model, sim.robot))
-        return self._silhouette[1]
+    def _planning_scenes(self) -> PlanningScenes:
+        if self._scenes is None:
+            self._scenes = PlanningScenes(self._setup.scene)
+        return self._scenes
+
+    def _robot(self) -> RobotMask:
+        if self._silhouette is None:
+            self._silhouette = RobotMask(self._planning_scenes().robot_shapes())
+        return self._silhouette
 
 
 def _unclear(track: Track) -> str:

@@ -75,7 +75,6 @@ class MuJoCoBackend:
         self.jump_hooks: list[Callable[[], None]] = []
         self.physics_steps: int = 0
         self.compilations: int = 0
-        self.epoch: int = 0
         self.episode: int = 0
         self._as_written = Scene()
         self._world: World | None = None
@@ -154,8 +153,13 @@ class MuJoCoBackend:
     # What it is.
 
     @property
+    def world(self) -> World:
+        """The compiled scene."""
+        return self._loaded
+
+    @property
     def model(self) -> mujoco.MjModel:
-        """The compiled model, for planning on MjData of one's own."""
+        """The compiled model."""
         return self._loaded.model
 
     @property
@@ -444,7 +448,6 @@ class MuJoCoBackend:
         other._trim = self._trim.copy()
         other._substeps = self._substeps
         other._mesh_sizes = self._mesh_sizes
-        other.epoch = self.epoch
         other.restore(self.snapshot())
         return other
 
@@ -475,7 +478,6 @@ class MuJoCoBackend:
         )
         self._data = mujoco.MjData(world.model)
         self.compilations += 1
-        self.epoch += 1
         self._mesh_sizes = {}
         for item in scene.objects:
             if item.mesh is not None:
@@ -516,8 +518,7 @@ class MuJoCoBackend:
         ]
         if any(stale):
             mujoco.mj_setConst(world.model, mujoco.MjData(world.model))
-            self.epoch += 1
-        self._world = replace(world, scene=scene)
+        self._world = replace(world, scene=scene, revision=world.revision + any(stale))
 
     def _settle(self) -> None:
         """Step until no object has moved for a while; a ball that rolls on is left rolling after a few seconds."""

@@ -42,6 +42,7 @@ class World:
         mass_share: What every body has of its object's mass as compiled, shape (bodies,).
         inertia_per_mass: Every body's principal inertia over its mass as compiled, m^2, shape (bodies, 3).
         cameras: Camera names as people use them -> names in the model.
+        revision: How often numbers in the model were rewritten since it was compiled.
     """
 
     scene: Scene
@@ -56,6 +57,7 @@ class World:
     mass_share: Array
     inertia_per_mass: Array
     cameras: dict[str, str]
+    revision: int = 0
 
 
 def build_world(scene: Scene, robot_model: RobotModel, *, board: Board | None = None) -> World:

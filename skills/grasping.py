@@ -11,7 +11,6 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
-from robosandbox.grasp.hull import mesh_hull
 from robosandbox.skills.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -75,12 +74,10 @@ def plan_grasp(
         CollisionError: All that can be reached touch something.
     """
     arm.ctx.enter(Phase.PLAN)
-    hull = None
-    if not target.shape.size_fields and target.id in arm.sim.object_bodies:
-        hull = mesh_hull(arm.sim.model, arm.sim.object_bodies[target.id])
+    arm.use(scene)
+    hull = None if target.shape.size_fields else arm.planning.hull(target.id)
     hand = arm.sim.observe().tcp_pose.rotation
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull, hand=hand)
-    arm.use(scene)
     search = _Search(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     for grasp in fresh:
@@ -219,10 +216,8 @@ class _Search:
 
     def _is_of_fingers(self, failure: SkillError) -> bool:
         """Tell whether fingers that open less could cure it."""
-        gripper, evidence = self._arm.sim.robot.gripper, failure.evidence
-        if gripper is None or not isinstance(evidence, CollisionEvidence):
-            return False
-        return evidence.body in {self._arm.sim.body_names[body] for body in gripper.bodies}
+        evidence = failure.evidence
+        return isinstance(evidence, CollisionEvidence) and self._arm.planning.is_of_gripper(evidence.body)
 
 
 def _alike(one: Grasp, other: Grasp) -> bool:

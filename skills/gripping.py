@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 
 from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator
@@ -61,7 +60,7 @@ def ease(arm: Manipulator, held: DetectedObject) -> float:
         # Fingers with servos of their own, at their limits, stand where the object pushed them: one command for both
         # would open the one that stands farther in.
         return before
-    slope = _force_per_closing(sim.model, arm, closed)
+    slope = arm.planning.closing_stiffness(closed)
     if wanted >= before or slope <= 0.0 or state.force <= 0.0:
         return before
     # The actuator's own force at the wanted pad force, by the ratio that both have now.
@@ -73,15 +72,3 @@ def ease(arm: Manipulator, held: DetectedObject) -> float:
         sim.step(_EASING_SECONDS)
         now = sim.grip_on(held.id)
     return now
-
-
-def _force_per_closing(model: mujoco.MjModel, arm: Manipulator, closed: float) -> float:
-    """Return how much more the gripper's servos give per closed fraction beyond `closed`; 0 for what is no servo."""
-    gripper = arm.sim.robot.gripper
-    if gripper is None or closed >= 1.0:
-        return 0.0
-    ids = gripper.actuator_ids
-    if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
-        return 0.0
-    travel = np.abs(gripper.geometry.control(1.0) - gripper.geometry.control(closed)) / (1.0 - closed)
-    return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())

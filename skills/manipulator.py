@@ -19,6 +19,7 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import MotionPlanner, Sim, SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
@@ -75,6 +76,7 @@ class Manipulator:
         self.ctx = ctx
         self.sim: Sim = ctx.sim
         self.motion: MotionPlanner = ctx.motion
+        self._planning: PlanningScene | None = None
         ctx.enter(Phase.PERCEIVE)
         self.start: ObservedScene = self.look()
 
@@ -86,7 +88,15 @@ class Manipulator:
 
     def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
         """Plan among these objects from now on."""
-        self.motion.use(self.sim, scene, held=held)
+        self._planning = self.ctx.planning(scene)
+        self.motion.use(self._planning, self.sim.observe(), held=held)
+
+    @property
+    def planning(self) -> PlanningScene:
+        """What is planned among: the objects that `use` was given last, or else those that were seen first."""
+        if self._planning is None:
+            self._planning = self.ctx.planning(self.start)
+        return self._planning
 
     @property
     def q(self) -> Array:

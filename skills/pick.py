@@ -24,7 +24,6 @@ from robosandbox.skills.sensing import (
     check_closed,
     check_open,
     check_uncovered,
-    finger_side,
     lift_error,
 )
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, SkillResult
@@ -101,7 +100,7 @@ class Pick(Skill):
             follow_free(arm, plan.descent, Phase.DESCEND)
         except MetError as met:
             # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
-            if met.other != target.id or finger_side(arm.sim, met.body) != 0:
+            if met.other != target.id or arm.planning.finger_side(met.body) != 0:
                 raise
         arm.ctx.enter(Phase.GRASP)
         before = arm.gripper.width
@@ -194,7 +193,7 @@ def _towards(arm: Manipulator, plan: GraspPlan, body: str) -> Array:
     """Return by how much (3,) an object that a finger came down on lies nearer to that finger than it was seen."""
     spare = (plan.aperture - plan.grasp.width) / 2.0 + arm.geometry.finger_thickness / 2.0
     closing = plan.grasp.tcp_pose.rotation[:, 1] * [1.0, 1.0, 0.0]
-    shift: Array = finger_side(arm.sim, body) * spare * closing
+    shift: Array = arm.planning.finger_side(body) * spare * closing
     return shift
 
 

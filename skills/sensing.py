@@ -66,16 +66,6 @@ def changed(before: ObservedScene, now: ObservedScene) -> bool:
     return any((other := now.find(item.id)) is None or moved(item, other) > _CHANGED for item in before.objects)
 
 
-def finger_side(sim: Sim, body: str) -> int:
-    """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for the palm."""
-    gripper = sim.robot.gripper
-    if gripper is not None:
-        for sign, bodies in zip((-1, 1), gripper.finger_bodies, strict=True):
-            if body in {sim.body_names[body_id] for body_id in bodies}:
-                return sign
-    return 0
-
-
 def check_open(arm: Manipulator, grasp: Grasp, aperture: float) -> None:
     """Check that the fingers have opened as commanded, or far enough for the object; work them free if they stick.
 

@@ -16,6 +16,7 @@ from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, UnreachableError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.protocols import Skill
 from robosandbox.sim.checkpoint import Checkpoint
@@ -329,7 +330,7 @@ class _ReachCheck:
         if not self._ready:
             # Reach is a matter of the arm alone.
             nothing = ObservedScene(time=0.0, objects=(), table_height=self._scene.table_height, base_xy=(0.0, 0.0))
-            self._motion.use(self._sim, nothing)
+            self._motion.use(PlanningScene(self._sim.world, nothing), self._sim.observe())
             self._ready = True
         if obj.id not in self._exempt:
             written = next(item for item in self._scene.objects if item.id == obj.id)

@@ -106,6 +106,21 @@ def test_protocols_import_the_package_under_type_checking_alone() -> None:
     assert list(_imported(tree))
 
 
+@pytest.mark.parametrize("part", ["skills", "grasp", "perception"])
+def test_part_names_no_simulator(part: str) -> None:
+    wrong = []
+    for file in _files():
+        if _part(file) != part:
+            continue
+        for node in ast.walk(ast.parse(file.read_text())):
+            modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+            if isinstance(node, ast.ImportFrom):
+                modules = [str(node.module)]
+            if any(module.split(".")[0] == "mujoco" or "mujoco_backend" in module for module in modules):
+                wrong.append(f"{file.name}:{node.lineno}")
+    assert not wrong
+
+
 def _loaded_after(statement: str) -> set[str]:
     code = f"import sys; {statement}; print(*sorted({{name.split('.')[0] for name in sys.modules}}))"
     return set(subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout.split())

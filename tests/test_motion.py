@@ -27,7 +27,8 @@ def sim():
 @pytest.fixture
 def planner(sim):
     planner = DLSMotionPlanner()
-    planner.use(sim, GroundTruthPerception().perceive(sim))
+    eyes = GroundTruthPerception()
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.observe())
     return planner
 
 
@@ -136,7 +137,7 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         links = [g for g in solid if int(sim.model.geom_bodyid[g]) in sim.robot.bodies]
         (target,) = (g for g in solid if int(sim.model.geom_bodyid[g]) == sim.object_bodies["can"])
         motion = DLSMotionPlanner()
-        motion.use(sim, session.observe())
+        motion.use(session.ctx.planning(session.observe()), sim.observe())
         close = 0
         for _ in range(250):
             yaw, bearing, away = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi), rng.uniform(0.05, 0.13)

@@ -7,6 +7,7 @@ import pytest
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError, RenderingError, SensorError
+from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.calibration import Calibration, calibration_of, find_camera
 from robosandbox.perception.drawers import find_drawers
 from robosandbox.perception.evidence import Evidence, Surface
@@ -20,7 +21,7 @@ from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, support_terms, turn_terms
-from robosandbox.protocols import ForkableSim
+from robosandbox.protocols import Simulated
 from robosandbox.sim.board import Board
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
@@ -334,23 +335,33 @@ def test_neither_skills_nor_planner_reach_the_simulated_truth(session, monkeypat
         raise AssertionError("the simulated state was read")
 
     with monkeypatch.context() as patch:
-        for name in ("truth", "held", "arm_contacts", "snapshot", "fork", "object_bodies"):
-            patch.setattr(MuJoCoBackend, name, property(refuse) if name == "object_bodies" else refuse)
+        for name in ("truth", "held", "arm_contacts", "snapshot", "fork", "object_bodies", "world"):
+            patch.setattr(MuJoCoBackend, name, property(refuse) if name in ("object_bodies", "world") else refuse)
         episode = session.run()
     assert episode.success and session.judge().success
-    assert not isinstance(session.ctx.sim, ForkableSim)
-    with pytest.raises(RuntimeError, match="simulated state"):
-        session.ctx.sim.truth()
+    assert not isinstance(session.ctx.sim, Simulated)
+    assert not hasattr(session.ctx.sim, "truth")
 
 
 @pytest.mark.gl
 def test_the_world_that_is_planned_in_holds_what_was_seen_and_nothing_else(session):
-    assert not session.ctx.sim.object_bodies
+    assert not hasattr(session.ctx.sim, "object_bodies") and not hasattr(session.ctx.sim, "model")
     seen = session.observe()
-    assert set(session.ctx.sim.object_bodies) == {item.id for item in seen.objects}
-    body = session.ctx.sim.object_bodies["red_cube"]
-    half = session.ctx.sim.model.geom_size[session.ctx.sim.model.body_geomadr[body]]
+    world = session.ctx.planning(seen)._world
+    assert world is not session.sim.world and set(world.object_bodies) == {item.id for item in seen.objects}
+    half = world.model.geom_size[world.model.body_geomadr[world.object_bodies["red_cube"]]]
     assert tuple(half) == pytest.approx(next(item.size for item in seen.objects if item.id == "red_cube"))
+
+
+@pytest.mark.gl
+def test_looking_changes_nothing_that_is_planned_in(session):
+    seen = session.observe()
+    planning, other = session.ctx.planning(seen), session.ctx.planning(seen)
+    assert planning.shares_model(other)
+    held = session.ctx.planning(replace(seen, objects=seen.objects[:1]))
+    session.observe()
+    assert not held.shares_model(planning) and held.body(seen.objects[1].id) is None
+    assert planning.body(seen.objects[1].id) is not None
 
 
 @pytest.mark.gl
@@ -385,7 +396,7 @@ def test_dark_cameras_give_an_empty_answer_with_the_reason(session, monkeypatch)
 def test_the_robot_is_masked_without_drawing_it(session):
     sim = session.sim
     seen = sim.capture("scene")
-    silhouette = RobotMask(sim.model, sim.robot)
+    silhouette = RobotMask(RobotShapes(sim.model, sim.robot))
     silhouette.place(seen.q, seen.gripper_q)
     sim.sensor = SENSORS["ideal"]
     mask, _ = silhouette.masks(sim.capture("scene"))

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.perception.evidence import Evidence, Surface
 from robosandbox.perception.fit import fit
 from robosandbox.perception.frame import Table
@@ -12,7 +13,6 @@ from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
 from robosandbox.perception.occlusion import is_its_contents
 from robosandbox.perception.recognize import Thing, described
-from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.shape_prior import Known, candidates
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.track import Track, update_from
@@ -157,7 +157,7 @@ def test_a_stranger_that_comes_to_look_like_what_was_lost_is_that(beside):
 
 def test_what_is_seen_too_small_to_be_does_not_break_the_world_to_plan_in():
     with open_session("put_in_bin") as session:
-        sensed = SensedSim(session.sim, session.task.scene)
+        scenes = PlanningScenes(session.task.scene)
         seen = session.observe()
         cube, phantom = (
             seen.objects[0],
@@ -170,8 +170,8 @@ def test_what_is_seen_too_small_to_be_does_not_break_the_world_to_plan_in():
                 pose=Pose(xyz=(0.2, 0.3, 0.06)),
             ),
         )
-        sensed.believe(replace(seen, objects=(cube, phantom)))
-        assert {cube.id, "phantom"} == {*sensed.object_bodies}
+        planning = scenes.of(replace(seen, objects=(cube, phantom)))
+        assert planning.body(cube.id) is not None and planning.body("phantom") is not None
 
 
 def in_a_bin(rgb, kind="box"):

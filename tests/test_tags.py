@@ -224,7 +224,7 @@ def test_a_number_that_is_read_late_settles_what_looks_had_guessed():
                 )
             )
             eyes = looking.eyes
-            eyes.look([other.capture(camera) for camera in CAMERAS], other)
+            eyes.look([other.capture(camera) for camera in CAMERAS])
             eyes._observed(other)
         assert {track.id: _at(track.detected(), looking.truth()) for track in eyes.tracks} == wrong
 

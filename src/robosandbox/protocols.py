@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
-    import mujoco
-
     from robosandbox.errors import CollisionError, Repair, SkillError
+    from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.robots.robot import Robot
     from robosandbox.sim.truth import Truth
+    from robosandbox.sim.world import World
     from robosandbox.types import (
         Array,
         DetectedObject,
@@ -32,33 +32,13 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Sim(Protocol):
-    """A world with one robot in it, advanced in control ticks.
-
-    `model` is for planning on MjData of one's own; the live state is reached through the methods only.
-    """
+    """A world with one robot in it, advanced in control ticks."""
 
     @property
     def robot(self) -> Robot: ...
     @property
-    def model(self) -> mujoco.MjModel: ...
-    @property
-    def epoch(self) -> int:
-        """Changes whenever numbers in `model` may have."""
-        ...
-
-    @property
     def episode(self) -> int:
         """Changes with every reset: what was seen before it is of another world."""
-        ...
-
-    @property
-    def object_bodies(self) -> Mapping[str, int]:
-        """Body ids in `model` of the objects, by object id."""
-        ...
-
-    @property
-    def body_names(self) -> Sequence[str]:
-        """What people call each body of `model`."""
         ...
 
     @property
@@ -95,10 +75,6 @@ class Sim(Protocol):
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once."""
         ...
 
-    def truth(self) -> Truth:
-        """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
-        ...
-
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         ...
@@ -121,10 +97,19 @@ class Sim(Protocol):
 
 
 @runtime_checkable
-class ForkableSim(Sim, Protocol):
-    """A world that can be copied, for trying things out."""
+class Simulated(Sim, Protocol):
+    """A simulated world: it knows its own state and can be copied. Judges, ground-truth perception and trials ask for it."""
 
-    def fork(self) -> Sim:
+    @property
+    def world(self) -> World:
+        """The compiled world, which exact beliefs may be planned in without a model of their own."""
+        ...
+
+    def truth(self) -> Truth:
+        """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
+        ...
+
+    def fork(self) -> Simulated:
         """Return a copy that shares nothing that moves."""
         ...
 
@@ -136,6 +121,10 @@ class Perception(Protocol):
     def perceive(self, sim: Sim) -> ObservedScene: ...
     def view(self, sim: Sim) -> Sim:
         """Return the sim as skills may see it: without its truth, where the perception does without it."""
+        ...
+
+    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`; changes nothing of the sim."""
         ...
 
 
@@ -162,8 +151,8 @@ class GraspPlanner(Protocol):
 class MotionPlanner(Protocol):
     """Joint configurations and collision-checked paths on data of its own."""
 
-    def use(self, sim: Sim, scene: ObservedScene, *, held: str | None = None) -> None:
-        """Take the world to plan in: the robot as it stands, objects as perceived, `held` moving with the TCP."""
+    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
+        """Take the world to plan in: objects as believed, the robot as it stands, `held` moving with the TCP."""
         ...
 
     def allow(self, *names: str) -> None:
@@ -235,6 +224,10 @@ class SkillContext(AgentWorld, Protocol):
     def motion(self) -> MotionPlanner: ...
     @property
     def what_if(self) -> bool: ...
+    def planning(self, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`."""
+        ...
+
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on copies of the world."""
         ...

@@ -67,7 +67,7 @@ def ask_before(session: Session, prompt: str | None) -> None:
 
 
 def _check_copies(session: Session, option: str) -> None:
-    from robosandbox.protocols import ForkableSim
+    from robosandbox.protocols import Simulated
 
-    if not isinstance(session.ctx.sim, ForkableSim):
+    if not isinstance(session.ctx.sim, Simulated):
         raise InputError(f"{option}: what cameras see cannot be copied to try things out; leave --perception out")

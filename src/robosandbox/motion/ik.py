@@ -4,17 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import mujoco
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.evidence import CollisionEvidence, UnreachableEvidence
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.dls import DlsSolver, Solution
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import join, spline, time_path
-from robosandbox.protocols import Sim
-from robosandbox.types import Array, ObservedScene, Pose, Trajectory, matrix_about_axis
+from robosandbox.types import Array, Observation, Pose, Trajectory, matrix_about_axis
 
 _LINE_STEP = 0.01
 _JOINT_STEP = 0.06
@@ -43,35 +42,36 @@ class DLSMotionPlanner:
         self.n_waypoints = n_waypoints
         self.dt = dt
         self.clearance = clearance
-        self._model: mujoco.MjModel | None = None
-        self._key: tuple[int, int] | None = None
+        self._planning: PlanningScene | None = None
         self._solver: DlsSolver | None = None
         self._checker: CollisionChecker | None = None
 
-    def use(self, sim: Sim, scene: ObservedScene, *, held: str | None = None) -> None:
+    def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
         """Take the world to plan in.
 
         Args:
-            sim: Its robot stands as it stands now.
-            scene: Objects as perceived; those that `sim` has no body for are not avoided.
+            planning: The robot, and the objects where they are believed to be; those without a body are not avoided.
+            state: How the robot stands now.
             held: Id of the object that moves with the TCP.
         """
-        # Copies of a world share its model, and so what was learned of it.
-        if self._key != (id(sim.model), sim.epoch):
-            self._model, self._key = sim.model, (id(sim.model), sim.epoch)
-            self._solver = DlsSolver(sim.model, sim.robot)
-            self._checker = CollisionChecker(sim.model, sim.robot, sim.body_names, clearance=self.clearance)
-        checker, observation = self._collisions, sim.observe()
-        for item in scene.objects:
-            if item.id in sim.object_bodies:
-                checker.place(sim.object_bodies[item.id], item.pose)
+        # Scenes that share a model share what was learned of it.
+        if self._planning is None or not planning.shares_model(self._planning):
+            self._solver = planning.kinematics()
+            self._checker = planning.collisions(self.clearance)
+        self._planning = planning
+        checker = self._collisions
+        for item in planning.seen.objects:
+            body = planning.body(item.id)
+            if body is not None:
+                checker.place(body, item.pose)
                 if item.opening is not None:
-                    checker.slide(sim.object_bodies[item.id], item.opening)
-        if observation.gripper:
-            checker.set_gripper(observation.gripper.joint)
-        target = scene.find(held) if held else None
-        if held and target and held in sim.object_bodies:
-            checker.hold(sim.object_bodies[held], observation.tcp_pose.inverse() @ target.pose)
+                    checker.slide(body, item.opening)
+        if state.gripper:
+            checker.set_gripper(state.gripper.joint)
+        target = planning.seen.find(held) if held else None
+        body = planning.body(target.id) if target else None
+        if target and body is not None:
+            checker.hold(body, state.tcp_pose.inverse() @ target.pose)
         else:
             checker.hold(None)
         checker.allow(())

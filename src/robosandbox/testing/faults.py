@@ -14,6 +14,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Sim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -261,6 +262,10 @@ class MistakenPerception:
     def view(self, sim: Sim) -> Sim:
         """Return the sim as it is."""
         return sim
+
+    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+        """Return the robot among what was seen, with that object mistaken."""
+        return self._exact.planning(sim, seen)
 
     def perceive(self, sim: Sim) -> ObservedScene:
         """Return all objects, that one mistaken."""

@@ -76,7 +76,7 @@ class WorldHands:
         """
         ctx, sim = self._session.ctx, self._session.sim
         scene = ctx.look()
-        ctx.motion.use(sim, scene, held=scene.held)
+        ctx.motion.use(ctx.planning(scene), sim.observe(), held=scene.held)
         # What is touched already must not keep the arm from moving on, or away.
         touched = {other for _, other in sim.arm_contacts()}
         if scene.held:
