@@ -15,6 +15,7 @@ from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
+    from robosandbox.robots.finding import Check
     from robosandbox.robots.infer import Inference
 
 app: typer.Typer = plain_app(help="Bring your own robot: infer its sidecar, check it.")
@@ -85,18 +86,19 @@ def check(
         sidecar=sidecar,
         gripper=_file(gripper, "--gripper"),
         arm=arm,
+        on_check=None if json else _print_check,
     )
     if json:
         print_json(report.document())
     else:
-        for item in report.checks:
-            mark = "ok  " if item.ok else "FAIL"
-            print(
-                f"{mark} {item.name:<14} {item.detail}"
-                + (f"  [change {item.field}]" if item.field and not item.ok else "")
-            )
         print("sound" if report.ok else "not sound")
     return EXIT_DONE if report.ok else EXIT_FAILED
+
+
+def _print_check(item: Check) -> None:
+    mark = "ok  " if item.ok else "FAIL"
+    change = f"  [change {item.field}]" if item.field and not item.ok else ""
+    print(f"{mark} {item.name:<14} {item.detail}{change}", flush=True)
 
 
 def _model(name: str) -> Path:

@@ -6,7 +6,7 @@ Each symptom of a wrong sidecar has one cause; a check that fails names the fiel
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -26,6 +26,8 @@ from robosandbox.robots.sidecar import Sidecar
 from robosandbox.testing.robot_trial import try_out
 from robosandbox.validation import load_yaml_model
 
+OnCheck = Callable[[Check], None]
+
 
 @dataclass(slots=True)
 class RobotReport:
@@ -35,11 +37,20 @@ class RobotReport:
         loads: The model and the sidecar load.
         sidecar: The sidecar in use, as data; empty when it could not be read.
         checks: In the order in which they were made.
+        on_check: Called with each check when it is made.
     """
 
     loads: bool = False
     sidecar: dict[str, Any] = field(default_factory=dict)
     checks: list[Check] = field(default_factory=list)
+    on_check: OnCheck | None = None
+
+    def add(self, checks: Iterable[Check]) -> None:
+        """Take down checks as they are made."""
+        for item in checks:
+            self.checks.append(item)
+            if self.on_check is not None:
+                self.on_check(item)
 
     @property
     def ok(self) -> bool:
@@ -66,6 +77,7 @@ def check_robot(
     gripper: Path | None = None,
     arm: str | None = None,
     package_paths: Iterable[Path] = (),
+    on_check: OnCheck | None = None,
 ) -> RobotReport:
     """Check a robot.
 
@@ -75,42 +87,59 @@ def check_robot(
         gripper: A gripper's model to mount, when there is no sidecar that does.
         arm: Which arm, where the model has several and no sidecar says.
         package_paths: Where package:// names are looked up.
+        on_check: Called with each check when it is made.
 
     Raises:
         InputError: The files cannot be found at all; what is wrong in them is in the report.
     """
     paths = tuple(Path(item) for item in package_paths)
     with searching(paths):
-        return _check(model, sidecar, gripper, arm, paths)
+        return _check(model, sidecar, gripper, arm, paths, on_check)
 
 
 def _check(
-    model: Path | str, sidecar: Path | None, gripper: Path | None, arm: str | None, paths: tuple[Path, ...]
+    model: Path | str,
+    sidecar: Path | None,
+    gripper: Path | None,
+    arm: str | None,
+    paths: tuple[Path, ...],
+    on_check: OnCheck | None,
 ) -> RobotReport:
+    report = RobotReport(on_check=on_check)
     path = resolve_robot(Path(model)).resolve()
     config = find_sidecar(path, sidecar)
     try:
         imported = import_model(path, paths)
     except InputError as error:
-        return RobotReport(checks=[Check("load", False, str(error))])
+        report.add([Check("load", False, str(error))])
+        return report
     if config is None and gripper is None and (known := known_sidecar(imported)) is not None:
-        shipped = _check_with(path, imported, known[0], None, arm, paths)
-        if shipped.loads:
-            return shipped
-        # It was written for a namesake of this model.
+        if _fits(path, known[0], paths):
+            config = known[0]
+        # It may have been written for a namesake of this model; trying it has changed what was imported.
         imported = import_model(path, paths)
-    return _check_with(path, imported, config, gripper, arm, paths)
+    _check_with(report, path, imported, config, gripper, arm, paths)
+    return report
+
+
+def _fits(path: Path, config: Path, paths: tuple[Path, ...]) -> bool:
+    """Tell whether a model loads with a sidecar."""
+    try:
+        load_robot(path, config, paths)
+    except InputError:
+        return False
+    return True
 
 
 def _check_with(
+    report: RobotReport,
     path: Path,
     imported: ImportedModel,
     config: Path | None,
     gripper: Path | None,
     arm: str | None,
     paths: tuple[Path, ...],
-) -> RobotReport:
-    report = RobotReport()
+) -> None:
     with tempfile.TemporaryDirectory() as folder:
         try:
             if config is None:
@@ -122,26 +151,20 @@ def _check_with(
                 given = load_yaml_model(config, Sidecar)
                 found = infer_beside(imported, given, config, paths)
         except InputError as error:
-            report.checks.append(Check("load", False, str(error), blamed_field(config, str(error))))
-            return report
+            report.add([Check("load", False, str(error), blamed_field(config, str(error)))])
+            return
         report.sidecar = given.model_dump(mode="json", exclude_none=True)
-        report.checks += compare(found, given)
-        robot = _load(report, path, config, paths)
-        if robot is not None:
-            report.loads = True
-            report.checks.insert(0, Check("load", True, _summary(robot)))
-            report.checks += try_out(path, config, robot, report.checks, found.sidecar.arm.home_qpos)
-    return report
-
-
-def _load(report: RobotReport, path: Path, config: Path, paths: tuple[Path, ...]) -> RobotModel | None:
-    try:
-        return load_robot(path, config, paths)
-    except InputError as error:
-        # What the comparison has named already is the cause; the loader saw its consequence.
-        named = next((item.field for item in report.checks if not item.ok and item.field), None)
-        report.checks.insert(0, Check("load", False, str(error), named or blamed_field(config, str(error))))
-        return None
+        static = list(compare(found, given))
+        try:
+            robot = load_robot(path, config, paths)
+        except InputError as error:
+            # What the comparison names is the cause; the loader saw its consequence.
+            named = next((item.field for item in static if not item.ok and item.field), None)
+            report.add([Check("load", False, str(error), named or blamed_field(config, str(error))), *static])
+            return
+        report.loads = True
+        report.add([Check("load", True, _summary(robot)), *static])
+        report.add(try_out(path, config, robot, tuple(report.checks), found.sidecar.arm.home_qpos))
 
 
 def _summary(robot: RobotModel) -> str:

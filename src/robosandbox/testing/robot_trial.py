@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -29,9 +30,9 @@ _TABLE_MARGIN = 0.05
 
 
 def try_out(
-    path: Path, config: Path, robot: RobotModel, static: list[Check], clear_home: tuple[float, ...]
-) -> list[Check]:
-    """Return the checks made in simulation.
+    path: Path, config: Path, robot: RobotModel, static: Sequence[Check], clear_home: tuple[float, ...]
+) -> Iterator[Check]:
+    """Yield the checks made in simulation, each when it is made.
 
     Args:
         path: The model.
@@ -42,33 +43,30 @@ def try_out(
     """
     blame = next((item.field for item in static if item.field and not item.ok), None)
     doubted = blame or next((item.field for item in static if item.field), None)
-    checks: list[Check] = []
     scene = Scene(robot_urdf=path, robot_config=config)
     sim = MuJoCoBackend()
     try:
         sim.load(scene)
     except InputError as error:
-        return [Check("start", False, str(error), blame or _start_field(sim, clear_home, str(error)))]
+        yield Check("start", False, str(error), blame or _start_field(sim, clear_home, str(error)))
+        return
     with sim:
-        checks.append(_home_is_held(sim, blame))
-        checks.append(_servos_track(sim, blame))
+        yield _home_is_held(sim, blame)
+        yield _servos_track(sim, blame)
         if robot.gripper is not None:
-            checks.append(_gripper_moves(sim, doubted))
+            yield _gripper_moves(sim, doubted)
     if robot.gripper is not None:
-        checks.append(_pick(path, config, robot, doubted, what_if=blame is None))
+        yield _pick(path, config, robot, doubted, what_if=blame is None)
     else:
-        checks.append(_push(path, config, robot, blame))
-        checks.append(
-            Check(
-                "pick",
-                False,
-                "no gripper: nothing at its end closes, so it cannot hold things; it can push, tap and go home "
-                "(--gripper mounts one)",
-                "gripper",
-                counts=False,
-            )
+        yield _push(path, config, robot, blame)
+        yield Check(
+            "pick",
+            False,
+            "no gripper: nothing at its end closes, so it cannot hold things; it can push, tap and go home "
+            "(--gripper mounts one)",
+            "gripper",
+            counts=False,
         )
-    return checks
 
 
 def _start_field(sim: MuJoCoBackend, clear_home: tuple[float, ...], message: str) -> str:
