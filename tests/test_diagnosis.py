@@ -24,8 +24,19 @@ def _run(model, path, task):
         return str(error)
 
 
-@pytest.mark.parametrize("symptom", [name for name in SYMPTOMS if name != "bad home"])
-@pytest.mark.parametrize("name", ["toy", "toy_jaw", "ur5e"])
+# The jaw of this toy is so broad that it holds the cube beside its middle as well: nothing fails, and nothing is said.
+HARMLESS = {("toy_jaw", "nothing grasped: TCP beside the fingers")}
+
+
+@pytest.mark.parametrize(
+    ("name", "symptom"),
+    [
+        (name, symptom)
+        for name in ("toy", "toy_jaw", "ur5e")
+        for symptom in SYMPTOMS
+        if symptom != "bad home" and (name, symptom) not in HARMLESS
+    ],
+)
 def test_failure_ends_in_the_field_that_is_wrong_its_value_and_the_command(name, symptom, tmp_path):
     model, path = written(name, tmp_path)
     task = cube_task(model, path, work_point(load_robot(model, path)))

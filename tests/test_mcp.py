@@ -197,7 +197,7 @@ async def _plans_and_refuses(client: Client) -> None:
     said = structured(await client.call_tool("refuse", {"code": "unsupported", "message": "I have no wings."}))
     assert said == {
         "plan": None,
-        "refusal": {"code": "unsupported", "message": "I have no wings.", "candidates": []},
+        "refusal": {"code": "unsupported", "message": "I have no wings.", "candidates": [], "sure": True},
     }
     wrong = await client.call_tool("refuse", {"code": "because", "message": "no"})
     assert wrong.is_error and structured(wrong)["error"]["code"] == "invalid_argument"
