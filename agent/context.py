@@ -130,7 +130,7 @@ class AgentContext:
         if not self.advise or files is None or error.code not in _SHAPED_BY_SIDECAR:
             return ""
         # The checks infer a robot from its model, which most worlds never need.
-        from robosandbox.robots.diagnosis import advice
+        from robosandbox.robots.check.diagnosis import advice
 
         evidence = error.evidence
         missed = isinstance(evidence, GraspEvidence) and evidence.reason == "missed"

@@ -24,8 +24,8 @@ import numpy as np
 from pydantic import TypeAdapter
 
 from robosandbox.errors import InputError
-from robosandbox.robots.explain import to_yaml
-from robosandbox.robots.infer import infer
+from robosandbox.robots.infer.report import to_yaml
+from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.robots.locate import resolve_robot
 from robosandbox.tasks.interval import beta_interval

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
-from robosandbox.robots.sweep import servo_map
+from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.types import Array
 
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value

@@ -10,22 +10,22 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.derive import DerivedGripper
-from robosandbox.robots.fingers import ensure_solid_tool, refine_fingers
-from robosandbox.robots.grip import fit_grip
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import infer_imported
-from robosandbox.robots.isolate import keep_arm
+from robosandbox.robots.gripper.calibrate import servo_map
+from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
+from robosandbox.robots.gripper.contact_model import fit_grip
+from robosandbox.robots.gripper.geometry import DerivedGripper
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.importers.isolate import keep_arm
+from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.sidecar import infer_imported
 from robosandbox.robots.limits import joint_limits
 from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
-from robosandbox.robots.mount import mount
-from robosandbox.robots.placement import Workspace
 from robosandbox.robots.robot import Gripper, Robot, RobotFiles
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.sweep import servo_map
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 from robosandbox.extras import install_command
-from robosandbox.robots.files import is_file
-from robosandbox.robots.imported import ImportedModel
+from robosandbox.robots.importers.files import is_file
+from robosandbox.robots.importers.imported import ImportedModel
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.validation import did_you_mean, load_yaml_model
 

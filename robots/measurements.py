@@ -12,13 +12,13 @@ import mujoco
 import numpy as np
 
 from robosandbox.cache import as_data, cached, content_key
-from robosandbox.robots.derive import DerivedGripper, derive_gripper
-from robosandbox.robots.flange import flange_tool
-from robosandbox.robots.placement import Workspace
-from robosandbox.robots.reach import measured_workspace
+from robosandbox.robots.gripper.calibrate import collision_geoms
+from robosandbox.robots.gripper.geometry import DerivedGripper, derive_gripper
+from robosandbox.robots.infer.placement import Workspace
+from robosandbox.robots.infer.reach import measured_workspace
+from robosandbox.robots.infer.tcp import flange_tool
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
-from robosandbox.robots.sweep import collision_geoms
 from robosandbox.types import Array
 
 # How far along the approach from the TCP a shape counts as being at it, metres.
@@ -103,7 +103,7 @@ def home_by_address(model: mujoco.MjModel, sidecar: Sidecar) -> dict[int, float]
 @cache
 def _versions() -> tuple[str, ...]:
     """Return what measures: this package's source as it is, and the libraries that compute."""
-    source = content_key(path.read_bytes() for path in sorted(Path(__file__).parent.glob("*.py")))
+    source = content_key(path.read_bytes() for path in sorted(Path(__file__).parent.rglob("*.py")))
     return source, mujoco.__version__, np.__version__, platform.machine()
 
 

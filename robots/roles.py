@@ -9,10 +9,10 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.chain import actuator_joints
-from robosandbox.robots.imported import ImportedModel, compile_spec
+from robosandbox.robots.gripper.calibrate import palm_of, servo_map
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.infer.kinematic_tree import actuator_joints
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.robots.sweep import palm_of, servo_map
 from robosandbox.validation import did_you_mean
 
 _ARM_JOINTS = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)

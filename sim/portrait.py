@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError, RenderingError
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.placement import Workspace
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.infer.placement import Workspace
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.world import add_sky

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.robots.imported import copy_options
+from robosandbox.robots.importers.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar

@@ -296,7 +296,7 @@ def _load(sim: MuJoCoBackend, scene: Scene) -> None:
         sim.load(scene)
     except InputError as error:
         # The checks infer a robot from its model, which most worlds never need.
-        from robosandbox.robots.diagnosis import advice, own_files
+        from robosandbox.robots.check.diagnosis import advice, own_files
 
         files = own_files(scene.robot_urdf, scene.robot_config)
         raise InputError(f"{error}{advice(files, str(error)) if files else ''}") from None

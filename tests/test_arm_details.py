@@ -9,9 +9,9 @@ import yaml
 
 from robosandbox.errors import InputError
 from robosandbox.motion.sampling import find_knots
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import infer
-from robosandbox.robots.mount import mount
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.testing.robot_check import check_robot
 

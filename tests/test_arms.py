@@ -19,10 +19,10 @@ from written_arms import (
 from robosandbox.errors import InputError
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.robots import loader
-from robosandbox.robots.explain import to_yaml
-from robosandbox.robots.files import ModelFiles
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import infer
+from robosandbox.robots.importers.files import ModelFiles
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.infer.report import to_yaml
+from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.session import open_session

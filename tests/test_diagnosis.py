@@ -8,7 +8,7 @@ import yaml
 from written_arms import SYMPTOMS, beside, written
 
 from robosandbox.errors import InputError
-from robosandbox.robots.diagnosis import _static_checks
+from robosandbox.robots.check.diagnosis import _static_checks
 from robosandbox.robots.loader import load_robot
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.robot_trial import cube_task, work_point

@@ -15,13 +15,13 @@ from typer.testing import CliRunner
 
 from robosandbox.cli import app
 from robosandbox.errors import InputError
-from robosandbox.robots.explain import to_yaml
-from robosandbox.robots.files import ModelFiles, check_xml
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import infer
+from robosandbox.robots.importers.files import ModelFiles, check_xml
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.importers.meshes import Mesh, convex_parts
+from robosandbox.robots.infer.report import to_yaml
+from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import known_sidecar
-from robosandbox.robots.meshes import Mesh, convex_parts
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.models import wheel_files
 from robosandbox.testing.robot_check import check_robot
@@ -105,7 +105,7 @@ def test_inferred_tcp_is_the_vendors(monkeypatch, case, named):
         ),
     }[case]
     if not named:
-        monkeypatch.setattr("robosandbox.robots.hand.is_tool", lambda name: False)
+        monkeypatch.setattr("robosandbox.robots.infer.gripper.is_tool", lambda name: False)
     found = infer(model, gripper=gripper).sidecar
     inject = found.ee_site.inject
     assert inject.attach_body == body

@@ -14,7 +14,7 @@ import yaml
 from seed_pages import PAGES, PANDA, TUTORIAL, sidecars
 
 from robosandbox.errors import InputError
-from robosandbox.robots.diagnosis import static_checks
+from robosandbox.robots.check.diagnosis import static_checks
 from robosandbox.robots.robot import RobotFiles
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Scene

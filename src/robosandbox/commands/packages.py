@@ -16,7 +16,7 @@ def _search(folders: list[Path] | None) -> list[Path] | None:
     Raises:
         InputError: One is no folder.
     """
-    from robosandbox.robots.files import search_first
+    from robosandbox.robots.importers.files import search_first
 
     for folder in folders or ():
         if not folder.is_dir():

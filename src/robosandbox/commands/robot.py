@@ -15,8 +15,8 @@ from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.robots.finding import Check
-    from robosandbox.robots.infer import Inference
+    from robosandbox.robots.check.finding import Check
+    from robosandbox.robots.infer.sidecar import Inference
 
 app: typer.Typer = plain_app(help="Bring your own robot: infer its sidecar, check it.")
 
@@ -45,8 +45,8 @@ def infer(
     json: Json = False,
 ) -> int:
     """Work out a robot's sidecar from its model, with the evidence for each field."""
-    from robosandbox.robots.explain import document, to_yaml
-    from robosandbox.robots.infer import infer as work_out
+    from robosandbox.robots.infer.report import document, to_yaml
+    from robosandbox.robots.infer.sidecar import infer as work_out
 
     found = work_out(_model(model), gripper=_file(gripper, "--gripper"), arm=arm)
     if output is not None:

@@ -12,14 +12,14 @@ from pathlib import Path
 from typing import Any
 
 from robosandbox.errors import InputError
-from robosandbox.robots.compare import compare
-from robosandbox.robots.diagnosis import blamed_field, infer_beside
-from robosandbox.robots.explain import to_yaml
-from robosandbox.robots.files import searching
-from robosandbox.robots.finding import Check
-from robosandbox.robots.imported import ImportedModel
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import infer
+from robosandbox.robots.check.compare import compare
+from robosandbox.robots.check.diagnosis import blamed_field, infer_beside
+from robosandbox.robots.check.finding import Check
+from robosandbox.robots.importers.files import searching
+from robosandbox.robots.importers.imported import ImportedModel
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.infer.report import to_yaml
+from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.robots.locate import find_sidecar, known_sidecar, resolve_robot
 from robosandbox.robots.sidecar import Sidecar

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.finding import Check
+from robosandbox.robots.check.finding import Check
 from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.tasks.session import open_session

@@ -5,8 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.robots.imported import ImportedModel, compile_spec, get_scalar, put_scalar
-from robosandbox.robots.servos import GRIP_FORCE, ROTOR_PER_EFFORT, get_armature, joint_bounds, write_gains
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec, get_scalar, put_scalar
+from robosandbox.robots.importers.servos import GRIP_FORCE, ROTOR_PER_EFFORT, get_armature, joint_bounds, write_gains
 from robosandbox.robots.sidecar import GripperRoles
 
 # By what share of its travel a finger is off when it presses with all of its force.
@@ -56,7 +56,9 @@ def fit_grip(imported: ImportedModel, roles: GripperRoles, tcp_site: str) -> Non
         if force > most:
             actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
             actuator.forcerange = [-most, most]
-            _calm(spec.joint(actuator.target), actuator, model, most * gear, _MOST_GRIP_FORCE * lever / travel)
+            _damp_at_force_limit(
+                spec.joint(actuator.target), actuator, model, most * gear, _MOST_GRIP_FORCE * lever / travel
+            )
             imported.notes.append(
                 f"actuator {name!r} could press with {(force * gear - friction) / lever:.0f} N at the fingertips: "
                 f"limited to {_MOST_GRIP_FORCE:.0f} N"
@@ -83,10 +85,10 @@ def _stiffen(
     actuator.forcelimited = mujoco.mjtLimited.mjLIMITED_TRUE
     actuator.forcerange = [-force / gear, force / gear]
     put_scalar(joint, "damping", max(kd, get_scalar(joint, "damping")))
-    _calm(joint, actuator, model, force, kd)
+    _damp_at_force_limit(joint, actuator, model, force, kd)
 
 
-def _calm(
+def _damp_at_force_limit(
     joint: mujoco.MjsJoint, actuator: mujoco.MjsActuator, model: mujoco.MjModel, force: float, damping: float
 ) -> None:
     """Let a finger that presses with up to `force` come to rest on what it holds: at most this damping, all in its joint.

@@ -8,14 +8,15 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.chain import Chain, actuator_joints
-from robosandbox.robots.finding import Finding
-from robosandbox.robots.fingers import refine_fingers
-from robosandbox.robots.flange import is_tool
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.pads import find_pads, grasp_sample, mean_frame, measure_tcp, openness, opposed_pads, pad_gap
+from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.gripper.calibrate import moving_groups, palm_of, place, sweep_gripper
+from robosandbox.robots.gripper.collision import refine_fingers
+from robosandbox.robots.gripper.grasp_frame import grasp_sample, mean_frame, measure_tcp
+from robosandbox.robots.gripper.pads import find_pads, openness, opposed_pads, pad_gap
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints
+from robosandbox.robots.infer.tcp import is_tool
 from robosandbox.robots.sidecar import GripperRoles
-from robosandbox.robots.sweep import moving_groups, palm_of, place, sweep_gripper
 from robosandbox.types import Array
 
 # How far from the measured grasp point a frame of the model's own may lie to be meant by it, metres.
@@ -25,7 +26,7 @@ _SNAP_BEYOND = 0.01
 
 
 @dataclass(slots=True)
-class Hand:
+class InferredGripper:
     """What was measured of a gripper, by names: TCP position and rotation are in the palm's frame.
 
     `tip` is how far the closed fingers go on beyond the TCP, metres.
@@ -40,9 +41,9 @@ class Hand:
     findings: dict[str, Finding]
 
 
-def measure_hand(
+def infer_gripper(
     imported: ImportedModel, gripper: tuple[str, ...], arm: tuple[str, ...], chain: Chain
-) -> tuple[Hand | None, Finding]:
+) -> tuple[InferredGripper | None, Finding]:
     """Return what a gripper is, or None, and why.
 
     Args:
@@ -113,7 +114,7 @@ def measure_hand(
         "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the gripper, y along the closing of its pads"),
     }
     tip = max(0.0, frame.tip - float((position - frame.position) @ frame.approach))
-    hand = Hand(roles, str(model.body(palm).name), local, rotation, opened.copy(), tip, findings)
+    hand = InferredGripper(roles, str(model.body(palm).name), local, rotation, opened.copy(), tip, findings)
     kind = "one jaw moves" if len(moving_groups(model, joints)) == 2 and len(joints) == 1 else f"{len(joints)} joints"
     return hand, Finding(0.95, f"{kind}; opens to {widest * 1000:.0f} mm")
 

@@ -10,11 +10,11 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.files import read_xml
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.mjcf import import_mjcf
-from robosandbox.robots.servos import ensure_servos, joint_bounds
-from robosandbox.robots.urdf import import_urdf
+from robosandbox.robots.importers.files import read_xml
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.importers.mjcf import import_mjcf
+from robosandbox.robots.importers.servos import ensure_servos, joint_bounds
+from robosandbox.robots.importers.urdf import import_urdf
 
 _SAMPLES = 60
 _ALWAYS = 0.9

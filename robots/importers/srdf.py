@@ -6,9 +6,9 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from robosandbox.errors import InputError
-from robosandbox.robots.files import read_xml
-from robosandbox.robots.imported import ImportedModel
-from robosandbox.robots.urdf_lint import numbers
+from robosandbox.robots.importers.files import read_xml
+from robosandbox.robots.importers.imported import ImportedModel
+from robosandbox.robots.importers.urdf_lint import numbers
 
 
 def read_srdf(model: ImportedModel) -> None:

@@ -13,11 +13,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.pads import behind_fingers, find_pads, grasp_sample, opposed_pads, pad_gap
-from robosandbox.robots.robot import GripperGeometry, Indices
-from robosandbox.robots.sidecar import GripperRoles
-from robosandbox.robots.surfaces import points_on, world_points
-from robosandbox.robots.sweep import (
+from robosandbox.robots.gripper.calibrate import (
     collision_geoms,
     control_range,
     moving_groups,
@@ -25,10 +21,15 @@ from robosandbox.robots.sweep import (
     servo_map,
     sweep_gripper,
 )
+from robosandbox.robots.gripper.extents import finger_extents, fingertip_depth
+from robosandbox.robots.gripper.grasp_frame import behind_fingers, grasp_sample
+from robosandbox.robots.gripper.pads import find_pads, opposed_pads, pad_gap
+from robosandbox.robots.robot import GripperGeometry, Indices
+from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.types import Array, frozen_array
 
 _FIXED_JAW = 0.25
-_TIP_LENGTH = 0.02
 _TIP_SAMPLES = 7
 _LINE_WIDTH = 0.004
 _LINE_BEYOND = 0.02
@@ -107,12 +108,14 @@ def derive_gripper(
     closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
     around = order[grasp_sample(aperture)]
     place(model, data, sweep.qpos[around])
-    extents = _finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
+    extents = finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
     # Fingers that swing reach farther out somewhere on the way from open to closed on something.
     opened = order[int(np.abs(joint - roles.open_qpos).argmin())]
     first, last = sorted((int(opened), int(around)))
     on_the_way = sweep.qpos[np.unique(np.linspace(first, last, _TIP_SAMPLES).round().astype(int))]
-    extents["tip_depth"] = max(_tip_depth(model, data, qpos, tcp_site, R_site_tcp, left | right) for qpos in on_the_way)
+    extents["tip_depth"] = max(
+        fingertip_depth(model, data, qpos, tcp_site, R_site_tcp, left | right) for qpos in on_the_way
+    )
     controls = np.empty((len(order), len(actuator_ids)))
     for column, actuator in enumerate(actuator_ids):
         scale, offset = servo_map(model, actuator)
@@ -302,55 +305,6 @@ def _snap(direction: Array, radians: float) -> Array:
     snapped = np.zeros(3)
     snapped[axis] = np.sign(direction[axis])
     return snapped
-
-
-def _finger_extents(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    tcp_site: int,
-    R_site_tcp: Array,
-    sides: tuple[frozenset[int], frozenset[int]],
-    pads: tuple[int, int],
-) -> dict[str, float]:
-    """Measure the fingers in the TCP frame, posed as they are in `data`."""
-    origin = data.site_xpos[tcp_site]
-    rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
-
-    def local(geoms: list[int]) -> Array:
-        turned: Array = (world_points(model, data, geoms) - origin) @ rotation
-        return turned
-
-    fingers = [local(collision_geoms(model, side)) for side in sides]
-    pad_points = [local([pad]) for pad in pads]
-    both = np.concatenate(pad_points)
-    tip_depth = float(max(points[:, 2].max() for points in fingers))
-    near = [points[points[:, 2] > tip_depth - _TIP_LENGTH] for points in fingers]
-    thickness = [float(np.ptp(points[:, 1])) for points in near if len(points)]
-    palm_body = int(model.site_bodyid[tcp_site])
-    palm = [
-        g
-        for g in collision_geoms(model, frozenset({palm_body}))
-        if int(model.geom_bodyid[g]) not in sides[0] | sides[1]
-    ]
-    palm_top = float(local(palm)[:, 2].max()) if palm else float(np.concatenate(fingers)[:, 2].min())
-    width = both[np.abs(both[:, 2]) < _TIP_LENGTH]
-    width = width if len(width) else both
-    return {
-        "tip_depth": max(0.0, tip_depth),
-        "palm_depth": max(0.0, -palm_top),
-        "finger_thickness": max(0.002, *thickness),
-        "finger_width": float(np.ptp(width[:, 0])),
-    }
-
-
-def _tip_depth(
-    model: mujoco.MjModel, data: mujoco.MjData, qpos: Array, tcp_site: int, R_site_tcp: Array, fingers: frozenset[int]
-) -> float:
-    """Return how far fingers reach beyond the TCP along the approach at a configuration, metres; 0 where they do not."""
-    place(model, data, qpos)
-    approach = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp[:, 2]
-    points = world_points(model, data, collision_geoms(model, fingers))
-    return max(0.0, float(((points - data.site_xpos[tcp_site]) @ approach).max()))
 
 
 def _names(model: mujoco.MjModel, bodies: frozenset[int]) -> tuple[str, ...]:

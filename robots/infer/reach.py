@@ -7,10 +7,10 @@ from collections.abc import Callable
 import mujoco
 import numpy as np
 
-from robosandbox.robots.derive import DerivedGripper
-from robosandbox.robots.imported import compile_spec
+from robosandbox.robots.gripper.geometry import DerivedGripper
+from robosandbox.robots.importers.imported import compile_spec
+from robosandbox.robots.infer.placement import Workspace, find_workspace
 from robosandbox.robots.kinematics import Kinematics, Tool
-from robosandbox.robots.placement import Workspace, find_workspace
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Array
 

@@ -9,6 +9,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,7 @@ from robosandbox.types import Array
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 _MAX_FACES = 500_000
+_SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,3 +164,19 @@ def _decompose(mesh: Mesh, most: int) -> list[Mesh]:
 def _cache_folder() -> Path:
     base = os.environ.get("XDG_CACHE_HOME")
     return (Path(base) if base else Path.home() / ".cache") / "robosandbox" / "hulls"
+
+
+def add_mesh(spec: mujoco.MjSpec, name: str, vertices: Array, faces: Any, *, mirrored: bool = False) -> None:
+    """Add a mesh from arrays; one that encloses nothing is taken as its hull."""
+    corners = np.asarray(faces, dtype=np.int32)
+    spec.add_mesh(
+        name=name,
+        uservert=np.asarray(vertices, dtype=np.float32).ravel(),
+        userface=(corners[:, ::-1] if mirrored else corners).ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX if _is_solid(vertices) else _SHELL,
+    )
+
+
+def _is_solid(vertices: Array) -> bool:
+    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
+    return len(vertices) >= 4 and bool(spread[-1] > 1e-4 * spread[0])

@@ -13,9 +13,9 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots import inertia
-from robosandbox.robots.files import ModelFiles, is_file, read_xml
-from robosandbox.robots.imported import ImportedModel, compile_spec, copy_options, one_line
+from robosandbox.robots.importers import inertia
+from robosandbox.robots.importers.files import ModelFiles, is_file, read_xml
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec, copy_options, one_line
 
 _MAX_FILES = 100
 _MAX_REPLICAS = 1000

@@ -7,7 +7,7 @@ import re
 import mujoco
 import numpy as np
 
-from robosandbox.robots.finding import Finding
+from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 

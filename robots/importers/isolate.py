@@ -6,9 +6,9 @@ from collections.abc import Iterable
 
 import mujoco
 
-from robosandbox.robots.chain import tendon_joints
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.importing import let_neighbours_touch
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.importers.importing import let_neighbours_touch
+from robosandbox.robots.infer.kinematic_tree import tendon_joints
 
 
 def keep_arm(imported: ImportedModel, model: mujoco.MjModel, joints: Iterable[str]) -> None:

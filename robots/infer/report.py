@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from robosandbox.robots.finding import Finding
-from robosandbox.robots.infer import Inference
+from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.infer.sidecar import Inference
 
 _WIDTH = 110
 

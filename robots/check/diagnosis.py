@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 from robosandbox.errors import InputError
-from robosandbox.robots.compare import compare
-from robosandbox.robots.finding import Check
-from robosandbox.robots.imported import ImportedModel
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.infer import Inference, infer_imported
+from robosandbox.robots.check.compare import compare
+from robosandbox.robots.check.finding import Check
+from robosandbox.robots.importers.imported import ImportedModel
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.sidecar import Inference, infer_imported
 from robosandbox.robots.locate import find_sidecar, is_bundled, resolve_robot
-from robosandbox.robots.mount import mount
 from robosandbox.robots.robot import RobotFiles
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.validation import load_yaml_model, parse_yaml, read_text

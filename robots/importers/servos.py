@@ -5,7 +5,7 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.robots.imported import ImportedModel, compile_spec, get_scalar
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec, get_scalar
 from robosandbox.types import Array
 
 # The position error at which a servo gives all its effort: a real arm's stiffness.

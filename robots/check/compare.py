@@ -5,13 +5,13 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.robots.chain import actuator_joints
-from robosandbox.robots.finding import Check
-from robosandbox.robots.imported import compile_spec
-from robosandbox.robots.infer import Inference
+from robosandbox.robots.check.finding import Check
+from robosandbox.robots.importers.imported import compile_spec
+from robosandbox.robots.infer.kinematic_tree import actuator_joints
+from robosandbox.robots.infer.placement import find_workspace
+from robosandbox.robots.infer.reach import collision_test
+from robosandbox.robots.infer.sidecar import Inference
 from robosandbox.robots.kinematics import Kinematics, Tool
-from robosandbox.robots.placement import find_workspace
-from robosandbox.robots.reach import collision_test
 from robosandbox.robots.sidecar import GripperRoles, Sidecar
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from robosandbox.errors import InputError
-from robosandbox.robots.imported import ImportedModel, copy_options
-from robosandbox.robots.importing import import_model, let_mounted_touch
+from robosandbox.robots.importers.imported import ImportedModel, copy_options
+from robosandbox.robots.importers.importing import import_model, let_mounted_touch
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.validation import did_you_mean
 

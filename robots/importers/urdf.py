@@ -13,12 +13,12 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots import inertia
-from robosandbox.robots.files import ModelFiles, read_xml
-from robosandbox.robots.imported import ImportedModel, put_scalar
-from robosandbox.robots.meshes import Mesh, read_mesh
-from robosandbox.robots.srdf import read_srdf
-from robosandbox.robots.urdf_lint import check_urdf, numbers
+from robosandbox.robots.importers import inertia
+from robosandbox.robots.importers.files import ModelFiles, read_xml
+from robosandbox.robots.importers.imported import ImportedModel, put_scalar
+from robosandbox.robots.importers.meshes import Mesh, add_mesh, read_mesh
+from robosandbox.robots.importers.srdf import read_srdf
+from robosandbox.robots.importers.urdf_lint import check_urdf, numbers
 from robosandbox.types import Array
 
 _GREY = (0.7, 0.7, 0.72, 1.0)
@@ -325,25 +325,6 @@ class _Builder:
         if material.color is not None and material.color.rgba is not None:
             return tuple(float(c) for c in material.color.rgba)
         return self.colours.get(material.name)
-
-
-def add_mesh(spec: mujoco.MjSpec, name: str, vertices: Array, faces: Any, *, mirrored: bool = False) -> None:
-    """Add a mesh from arrays; one that encloses nothing is taken as its hull."""
-    corners = np.asarray(faces, dtype=np.int32)
-    spec.add_mesh(
-        name=name,
-        uservert=np.asarray(vertices, dtype=np.float32).ravel(),
-        userface=(corners[:, ::-1] if mirrored else corners).ravel(),
-        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX if _is_solid(vertices) else _SHELL,
-    )
-
-
-_SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-
-
-def _is_solid(vertices: Array) -> bool:
-    spread = np.linalg.svd(vertices - vertices.mean(axis=0), compute_uv=False)
-    return len(vertices) >= 4 and bool(spread[-1] > 1e-4 * spread[0])
 
 
 def _pos_quat(origin: Array) -> tuple[Array, Array]:

@@ -8,10 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.meshes import Mesh, convex_parts
-from robosandbox.robots.sweep import moving_groups, palm_of
-from robosandbox.robots.urdf import add_mesh
+from robosandbox.robots.gripper.calibrate import moving_groups, palm_of
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.importers.meshes import Mesh, add_mesh, convex_parts
 from robosandbox.types import Array
 
 _CONCAVE = 1.35

@@ -10,18 +10,18 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.chain import Chain, actuator_joints, find_chains
-from robosandbox.robots.finding import Finding
-from robosandbox.robots.fingers import ensure_solid_tool
-from robosandbox.robots.flange import flange_tool, is_tool
-from robosandbox.robots.hand import Hand, measure_hand
-from robosandbox.robots.imported import ImportedModel, compile_spec
-from robosandbox.robots.importing import import_model
-from robosandbox.robots.isolate import keep_arm
+from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.gripper.collision import ensure_solid_tool
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec
+from robosandbox.robots.importers.importing import import_model
+from robosandbox.robots.importers.isolate import keep_arm
+from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.gripper import InferredGripper, infer_gripper
+from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find_chains
+from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
+from robosandbox.robots.infer.reach import collision_test, with_table
+from robosandbox.robots.infer.tcp import flange_tool, is_tool
 from robosandbox.robots.kinematics import Kinematics, Tool
-from robosandbox.robots.mount import mount
-from robosandbox.robots.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
-from robosandbox.robots.reach import collision_test, with_table
 from robosandbox.robots.sidecar import (
     ArmRoles,
     BasePose,
@@ -122,9 +122,9 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = str(model.body(chain.palm).name)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
-    hand: Hand | None = None
+    hand: InferredGripper | None = None
     if gripper_names:
-        hand, findings["gripper"] = measure_hand(imported, gripper_names, names, chain)
+        hand, findings["gripper"] = infer_gripper(imported, gripper_names, names, chain)
         if hand is not None:
             findings |= hand.findings
     else:

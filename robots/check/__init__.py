@@ -1,0 +1,1 @@
+"""A sidecar compared with its model, and what its author should change."""
