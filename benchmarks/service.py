@@ -25,7 +25,7 @@ import zenoh
 
 from robosandbox.agent.client import RemoteRobot, connect
 from robosandbox.errors import ServiceError, UnsupportedError
-from robosandbox.sim.server import SimServer
+from robosandbox.sim.service.server import SimServer
 from robosandbox.tasks.hosting import TaskHouse
 from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.transport import open_connector, open_listener

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.perception.frame import Table, make_frame
-from robosandbox.sim.board import Board
+from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
 from robosandbox.validation import load_yaml_model
 
@@ -83,7 +83,7 @@ class Finding:
     correction: Pose | None = None
 
 
-def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], NDArray[np.int32]]:
+def find_tags(picture: NDArray[np.uint8], board: CalibrationBoard) -> tuple[list[Array], NDArray[np.int32]]:
     """Return the corners of each tag (4, 2), pixels, and the tags' numbers (n,); Olson's AprilTags of family 36h11.
 
     Args:
@@ -101,7 +101,7 @@ def find_tags(picture: NDArray[np.uint8], board: Board) -> tuple[list[Array], ND
     return [corner.reshape(4, 2) for corner in found], np.asarray(numbers, dtype=np.int32).reshape(-1)
 
 
-def find_camera(rgbd: RgbdFrame, board: Board, table_height: float) -> Finding:
+def find_camera(rgbd: RgbdFrame, board: CalibrationBoard, table_height: float) -> Finding:
     """Return where the camera of a frame is, from the table and the board that it sees.
 
     A flat board alone tells tilt and distance badly. Those come from the depth of the table, height and two tilts; what is

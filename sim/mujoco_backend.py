@@ -16,14 +16,14 @@ from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.sim.board import Board
+from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
-from robosandbox.sim.plausible import check_state
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
+from robosandbox.sim.state_check import check_state
 from robosandbox.sim.states import object_truth
-from robosandbox.sim.steplog import StepLog
+from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.truth import Truth
 from robosandbox.sim.world import World, build_world, check_start
 from robosandbox.types import Array, Observation, Pose, RgbdFrame, Scene, Trajectory, frozen_array
@@ -64,7 +64,7 @@ class MuJoCoBackend:
         control_timestep: float = 0.01,
         *,
         sensor: Sensor = SENSORS["ideal"],
-        board: Board | None = None,
+        board: CalibrationBoard | None = None,
     ) -> None:
         self.render_size = render_size
         self.control_timestep = control_timestep
@@ -293,9 +293,9 @@ class MuJoCoBackend:
 
     # Looking.
 
-    def log(self, capacity: int) -> StepLog:
+    def log(self, capacity: int) -> StepRecorder:
         """Return a log that can take down this world's state; it ends with the model."""
-        return StepLog(self._loaded, self._live, capacity)
+        return StepRecorder(self._loaded, self._live, capacity)
 
     def observe(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception, and a picture per named camera.

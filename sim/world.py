@@ -13,7 +13,7 @@ from robosandbox.robots.importers.imported import copy_options
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
-from robosandbox.sim.board import Board
+from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.objects import PREFIX, add_objects, body_names
 from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 
@@ -60,7 +60,7 @@ class World:
     revision: int = 0
 
 
-def build_world(scene: Scene, robot_model: RobotModel, *, board: Board | None = None) -> World:
+def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoard | None = None) -> World:
     """Compile a scene.
 
     Args:

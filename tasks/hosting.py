@@ -8,8 +8,8 @@ from pathlib import Path
 from robosandbox.errors import InputError
 from robosandbox.recording.settings import RecordSettings, open_recorder
 from robosandbox.recording.skill import RecordedSkill
-from robosandbox.sim.checkpoint import SavedWorld
 from robosandbox.sim.objects import count_bodies, count_geoms
+from robosandbox.sim.service.checkpoint import SavedWorld
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task

@@ -8,7 +8,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.sim.steplog import Ragged
+from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.judge import Verdict, judge
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task

@@ -19,9 +19,9 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.protocols import Skill
-from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
+from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.judge import Verdict, judge

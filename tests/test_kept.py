@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from robosandbox.errors import InputError
-from robosandbox.sim.journal import COMPACT_BYTES, Acceptance, Journal, KeptGoal, read_journal
+from robosandbox.sim.service.journal import COMPACT_BYTES, Acceptance, Journal, KeptGoal, read_journal
 from robosandbox.wire import Goal, GoalStatus
 
 ROOT = Path(__file__).resolve().parents[1]

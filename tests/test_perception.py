@@ -22,7 +22,7 @@ from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, support_terms, turn_terms
 from robosandbox.protocols import Simulated
-from robosandbox.sim.board import Board
+from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import SENSORS, find_sensor, perfect_intrinsics
@@ -437,7 +437,7 @@ def test_without_opengl_one_line_says_what_to_install(monkeypatch, capsys):
 
 @pytest.mark.gl
 def test_calibrating_takes_a_camera_to_where_it_is():
-    board = Board(centre=(0.2, -0.22))
+    board = CalibrationBoard(centre=(0.2, -0.22))
     sensor = replace(SENSORS["realsense"], calibration_position=0.008, calibration_rotation=0.008)
     with MuJoCoBackend(sensor=sensor, board=board) as sim:
         sim.load(Scene())

@@ -27,8 +27,8 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.protocols import SkillContext
-from robosandbox.sim.checkpoint import SavedWorld, StateFile
-from robosandbox.sim.server import SimServer
+from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
+from robosandbox.sim.service.server import SimServer
 from robosandbox.skills.base import Skill
 from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.hosting import TaskHouse

@@ -17,7 +17,7 @@ import pytest
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
-from robosandbox.sim.checkpoint import SavedWorld, StateFile
+from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
 from robosandbox.tasks.hosting import TaskHouse
 from robosandbox.testing.processes import free_port
 

@@ -25,14 +25,14 @@ def calibrate(
 ) -> int:
     """Find each camera's pose from a board of tags, and how far it is off."""
     from robosandbox.perception.calibration import calibration_of, find_camera
-    from robosandbox.sim.board import Board
+    from robosandbox.sim.calibration_board import CalibrationBoard
     from robosandbox.sim.mujoco_backend import MuJoCoBackend
     from robosandbox.sim.sensors import find_sensor
     from robosandbox.types import Scene
 
     if not all(abs(value) <= 0.5 for value in at):
         raise InputError(f"--at: {at[0]:g} {at[1]:g} is off the table, which spans -0.5..0.5 m")
-    board = Board(centre=at)
+    board = CalibrationBoard(centre=at)
     scene = Scene(robot_urdf=Path(robot) if robot else None)
     with MuJoCoBackend(sensor=find_sensor(sensor), board=board) as sim:
         sim.load(scene)

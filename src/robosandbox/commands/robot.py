@@ -114,6 +114,6 @@ def _file(path: Path | None, option: str) -> Path | None:
 
 
 def _draw(found: Inference, picture: Path) -> None:
-    from robosandbox.sim.portrait import draw_robot
+    from robosandbox.sim.robot_figure import draw_robot
 
     draw_robot(found.model, found.sidecar, found.workspace, picture)

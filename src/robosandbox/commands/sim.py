@@ -19,7 +19,7 @@ from robosandbox.commands.recording import Video, VideoFps, record_settings
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.sim.checkpoint import SavedWorld
+    from robosandbox.sim.service.checkpoint import SavedWorld
     from robosandbox.tasks.hosting import TaskHouse
     from robosandbox.tasks.session import Session
 
@@ -79,9 +79,9 @@ def sim(
         signal.signal(number, lambda *_: stopped.set())
 
     from robosandbox.plugins import load_plugin
-    from robosandbox.sim.checkpoint import StateFile
     from robosandbox.sim.sensors import find_sensor
-    from robosandbox.sim.server import SimServer
+    from robosandbox.sim.service.checkpoint import StateFile
+    from robosandbox.sim.service.server import SimServer
     from robosandbox.tasks.hosting import TaskHouse
     from robosandbox.transport import open_listener
 
@@ -111,7 +111,7 @@ def sim(
             while not stopped.wait(_WAKE_SECONDS):
                 pass
             print("stopping", file=sys.stderr, flush=True)
-        server.host.close()
+        server.served.close()
     finally:
         zenoh_session.close()
     return EXIT_DONE

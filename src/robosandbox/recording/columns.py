@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from robosandbox.sim.steplog import Ragged, StepColumns
+from robosandbox.sim.step_recorder import Ragged, StepColumns
 
 # What each column holds, per control tick. Row 0 is the state in which the episode begins; row i is the state after
 # the i-th tick, and its action is what was commanded during that tick.

@@ -17,7 +17,7 @@ from robosandbox.errors import InputError
 from robosandbox.recording.columns import to_numpy, to_ragged
 from robosandbox.recording.files import EVENTS, META, RESULT, VIDEOS, Meta, Result, find_episodes
 from robosandbox.recording.writer import read_steps
-from robosandbox.sim.steplog import Ragged
+from robosandbox.sim.step_recorder import Ragged
 from robosandbox.types import Array
 from robosandbox.validation import validate
 

@@ -30,9 +30,9 @@ from robosandbox.recording.files import (
 from robosandbox.recording.settings import VideoSettings
 from robosandbox.recording.video import VideoWriter
 from robosandbox.recording.writer import StepWriter
-from robosandbox.sim.host import Host
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.sim.steplog import StepLog
+from robosandbox.sim.service.served_task import ServedTask
+from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.types import Array
 from robosandbox.versions import versions
 
@@ -43,7 +43,7 @@ _LOG_ROWS = 1000
 class _Open:
     """The episode that is being written."""
 
-    def __init__(self, folder: Path, sim: MuJoCoBackend, log: StepLog, videos: list[VideoWriter]) -> None:
+    def __init__(self, folder: Path, sim: MuJoCoBackend, log: StepRecorder, videos: list[VideoWriter]) -> None:
         self.folder = folder
         self.log = log
         self.writer = StepWriter(folder, log)
@@ -72,7 +72,7 @@ class Recorder:
         last: The folder of the episode that was finished last.
     """
 
-    def __init__(self, folder: Path, host: Host, *, video: VideoSettings | None = None) -> None:
+    def __init__(self, folder: Path, host: ServedTask, *, video: VideoSettings | None = None) -> None:
         self.last: Path | None = None
         self._folder = folder
         self._host = host
@@ -80,7 +80,7 @@ class Recorder:
         self._video = video
         self._open: _Open | None = None
         self._agents: list[Agent[Any]] = []
-        self._log: tuple[int, StepLog] | None = None
+        self._log: tuple[int, StepRecorder] | None = None
         # Before all other hooks: one that stops the motion must not hide the tick that it stopped.
         self._sim.tick_hooks.insert(0, self._tick)
         self._sim.jump_hooks.append(self._jumped)
@@ -129,7 +129,7 @@ class Recorder:
             started=datetime.now(UTC),
         )
         write_whole(folder / META, meta.model_dump_json() + "\n")
-        log = self._step_log()
+        log = self._step_recorder()
         self._open = _Open(folder, sim, log, videos)
         self._tick()
 
@@ -246,7 +246,7 @@ class Recorder:
             _log.error("%s: nothing more is recorded: %s", current.folder, error)
             current.writer.abandon()
 
-    def _step_log(self) -> StepLog:
+    def _step_recorder(self) -> StepRecorder:
         """Return the log of the loaded model; it is made once, for episodes of a second are many."""
         if self._log is None or self._log[0] != self._sim.compilations:
             self._log = (self._sim.compilations, self._sim.log(_LOG_ROWS))

@@ -13,7 +13,7 @@ import pyarrow.parquet as pq
 
 from robosandbox.recording.columns import to_batch
 from robosandbox.recording.files import STEPS, STREAM
-from robosandbox.sim.steplog import StepLog
+from robosandbox.sim.step_recorder import StepRecorder
 
 _FLUSH_SECONDS = 1.0
 _ROW_GROUP = 2000
@@ -33,7 +33,7 @@ class StepWriter:
         rows: Taken so far.
     """
 
-    def __init__(self, folder: Path, log: StepLog) -> None:
+    def __init__(self, folder: Path, log: StepRecorder) -> None:
         self.rows: int = 0
         self._folder = folder
         self._log = log

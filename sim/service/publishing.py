@@ -15,7 +15,7 @@ from zenoh import ext
 from robosandbox.errors import InvalidMessageError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
-from robosandbox.sim.requests import Request
+from robosandbox.sim.service.requests import Request
 from robosandbox.validation import did_you_mean
 from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
 

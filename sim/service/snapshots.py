@@ -1,4 +1,4 @@
-"""A world in the protocol's words: what it is, how it stands, what is true in it."""
+"""Messages that describe a world: what it is, its state, what is true in it, and what a skill intends."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.sim.goals import LiveGoal
-from robosandbox.sim.host import Host
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.service.goals import LiveGoal
+from robosandbox.sim.service.served_task import ServedTask
 from robosandbox.types import GraspSearch, Intent
 from robosandbox.wire import (
     Camera,
@@ -28,9 +28,9 @@ from robosandbox.wire import (
 _MOST_SHOWN = 64
 
 
-def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
+def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
     """Return what a loaded task is."""
-    sim, robot = host.sim, host.sim.robot
+    sim, robot = served.sim, served.sim.robot
     height, width = sim.render_size
     joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
     geometry = robot.gripper.geometry if robot.gripper else None
@@ -50,10 +50,10 @@ def info_of(host: Host, *, robot_id: str, boot_id: str, truth: bool, pace: Liter
         cameras=tuple(Camera(name=name, width=width, height=height) for name in sim.cameras),
         skills=tuple(
             SkillInfo(name=skill.name, description=skill.description, arguments=dict(skill.schema))
-            for skill in host.skills
+            for skill in served.skills
         ),
-        task=host.task.model_dump(mode="json"),
-        seed=host.seed,
+        task=served.task.model_dump(mode="json"),
+        seed=served.seed,
         pace=pace,
         control_timestep=sim.control_timestep,
         truth=truth,

@@ -26,17 +26,17 @@ from robosandbox.errors import (
 from robosandbox.evidence import ConnectionEvidence, MessageEvidence
 from robosandbox.protocols import Skill
 from robosandbox.sim.cameras import Studio
-from robosandbox.sim.changes import Changes
-from robosandbox.sim.checkpoint import Checkpoint, SavedWorld, StateFile
-from robosandbox.sim.execution import Executor
-from robosandbox.sim.goals import Ledger
-from robosandbox.sim.host import Host, Loader
-from robosandbox.sim.presence import Clients
-from robosandbox.sim.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
-from robosandbox.sim.requests import Request, serve
-from robosandbox.sim.saving import Saver
-from robosandbox.sim.survey import info_of, state_of, true_state_of
-from robosandbox.sim.worker import Pace, Worker
+from robosandbox.sim.service.autosave import Autosave
+from robosandbox.sim.service.changes import WorldChanges
+from robosandbox.sim.service.checkpoint import Checkpoint, SavedWorld, StateFile
+from robosandbox.sim.service.execution import Executor
+from robosandbox.sim.service.goals import Ledger
+from robosandbox.sim.service.liveliness import ConnectedClients
+from robosandbox.sim.service.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
+from robosandbox.sim.service.requests import Request, serve
+from robosandbox.sim.service.served_task import OpenTask, ServedTask
+from robosandbox.sim.service.snapshots import info_of, state_of, true_state_of
+from robosandbox.sim.service.worker import Pace, Worker
 from robosandbox.validation import did_you_mean
 from robosandbox.wire import (
     KEPT_CHECKPOINTS,
@@ -68,7 +68,7 @@ class SimServer:
     Zenoh's threads check, queue and answer; one worker thread touches the world.
 
     Args:
-        host: The loaded task.
+        served: The loaded task.
         session: A Zenoh session; it stays the caller's to close.
         robot_id: In keys.
         load: Loads other tasks.
@@ -83,36 +83,36 @@ class SimServer:
 
     def __init__(
         self,
-        host: Host,
+        served: ServedTask,
         session: zenoh.Session,
         *,
         robot_id: str,
-        load: Loader,
+        load: OpenTask,
         pace: Pace = "realtime",
         truth: bool = True,
         state_file: StateFile | None = None,
     ) -> None:
         self.boot_id: str = str(uuid.uuid4())
-        self._host = host
+        self._served = served
         self._session = session
         self._robot_id = robot_id
         self._load = load
         self._default_pace: Pace = pace
         self._truth = truth
         self._skills: dict[str, Skill] = {}
-        self._worker = Worker(host.sim, pace)
+        self._worker = Worker(served.sim, pace)
         self._loads = 0
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
-        self._info = self._survey()
-        self.studio = Studio(host.sim, self._worker.read, self.boot_id)
-        self._saver = Saver(state_file, self._worker.read, self._freeze)
-        self._ledger = Ledger(self.boot_id, self._saver.keep)
-        self._changes = Changes(self._ledger, self._worker.order)
-        host.sim.wait_hooks.append(self._changes.check)
-        self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._saver.save)
-        self._clients = Clients(session, robot_id, self._on_client_gone)
+        self._info = self._describe()
+        self.studio = Studio(served.sim, self._worker.read, self.boot_id)
+        self._autosave = Autosave(state_file, self._worker.read, self._freeze)
+        self._ledger = Ledger(self.boot_id, self._autosave.keep)
+        self._changes = WorldChanges(self._ledger, self._worker.order)
+        served.sim.wait_hooks.append(self._changes.check)
+        self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._autosave.save)
+        self._clients = ConnectedClients(session, robot_id, self._on_client_gone)
         self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
         self._objects = ObjectStream(session, robot_id, self._worker.read, self._read_objects)
         self._cameras = CameraStreams(session, robot_id, self.studio)
@@ -131,7 +131,7 @@ class SimServer:
             raise ServiceUnavailableError(
                 f"--robot-id: another sim serves {self._robot_id!r} already; give this one another id"
             )
-        self._saver.start()
+        self._autosave.start()
         self._worker.start()
         self.studio.start()
         self._declare()
@@ -155,16 +155,16 @@ class SimServer:
         self._changes.cancel()
         idle = threading.Event()
         # Behind the goals that wait for the journal.
-        self._saver.when_flushed(lambda: self._worker.order(idle.set))
+        self._autosave.when_flushed(lambda: self._worker.order(idle.set))
         if not idle.wait(patience):
             _log.error("%s does not stop and is left open", self._changes.occupation())
         self.studio.stop()
         self._state.stop()
         self._objects.stop()
         stopped = self._worker.stop(_GIVE_UP_SECONDS)
-        self._saver.stop()
+        self._autosave.stop()
         if stopped:
-            self._saver.save()
+            self._autosave.save()
         self._cameras.close()
 
     def __enter__(self) -> Self:
@@ -179,9 +179,9 @@ class SimServer:
         self._ledger.adopt(world.goals, self._robot_id)
 
     @property
-    def host(self) -> Host:
+    def served(self) -> ServedTask:
         """What is served now."""
-        return self._host
+        return self._served
 
     def _key(self, *parts: str) -> str:
         return key(self._robot_id, *parts)
@@ -235,20 +235,20 @@ class SimServer:
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
     def _read_state(self) -> Message:
-        return state_of(self._host.sim, self.boot_id, self._executor.running, self._host.ctx.phase, self._loads)
+        return state_of(self._served.sim, self.boot_id, self._executor.running, self._served.ctx.phase, self._loads)
 
     def _read_objects(self) -> Objects:
-        return Objects(boot_id=self.boot_id, scene=self._host.ctx.look())
+        return Objects(boot_id=self.boot_id, scene=self._served.ctx.look())
 
     def _read_truth(self) -> TrueState:
-        return true_state_of(self._host.sim, self.boot_id, with_objects=self._truth)
+        return true_state_of(self._served.sim, self.boot_id, with_objects=self._truth)
 
     def _save_checkpoint(self) -> Saved:
         name = uuid.uuid4().hex
-        self._checkpoints[name] = self._host.checkpoint()
+        self._checkpoints[name] = self._served.checkpoint()
         while len(self._checkpoints) > KEPT_CHECKPOINTS:
             self._checkpoints.popitem(last=False)
-        return Saved(checkpoint=name, time=self._host.sim.time)
+        return Saved(checkpoint=name, time=self._served.sim.time)
 
     # Changes of the world.
 
@@ -259,18 +259,18 @@ class SimServer:
 
         def reset() -> TrueState:
             with self.studio.lock:
-                before = self._host.checkpoint()
+                before = self._served.checkpoint()
                 try:
                     if message.seed is not None:
-                        self._host.reset(message.seed)
+                        self._served.reset(message.seed)
                     else:
-                        self._host.restore(self._checkpoint(str(message.checkpoint)))
+                        self._served.restore(self._checkpoint(str(message.checkpoint)))
                 except CancelledError:
                     # Half a reset is no layout of any seed.
-                    self._host.restore(before)
+                    self._served.restore(before)
                     raise
-            self._info = self._survey()
-            self._saver.save()
+            self._info = self._describe()
+            self._autosave.save()
             return self._read_truth()
 
         self._change("reset", request, reset, message.client_id)
@@ -288,17 +288,17 @@ class SimServer:
 
         def load() -> TrueState:
             self._changes.check()
-            host = self._load(message, self._changes.check)
+            served = self._load(message, self._changes.check)
             with self.studio.lock:
-                before, self._host = self._host, host
+                before, self._served = self._served, served
                 self._loads += 1
-                self._worker.exchange(host.sim)
-                self.studio.exchange(host.sim)
+                self._worker.exchange(served.sim)
+                self.studio.exchange(served.sim)
             before.close()
             self._checkpoints.clear()
-            self._info = self._survey()
+            self._info = self._describe()
             self._cameras.follow(self._info.cameras)
-            self._saver.save()
+            self._autosave.save()
             return self._read_truth()
 
         self._change("load", request, load, message.client_id)
@@ -316,9 +316,9 @@ class SimServer:
             return
 
         def step() -> TrueState:
-            for _ in range(max(1, round(seconds / self._host.sim.control_timestep))):
+            for _ in range(max(1, round(seconds / self._served.sim.control_timestep))):
                 self._changes.check()
-                self._host.sim.step()
+                self._served.sim.step()
             return self._read_truth()
 
         self._change("clock", request, step, message.client_id)
@@ -328,10 +328,10 @@ class SimServer:
         if client_id is not None:
             self._clients.expect(client_id)
 
-    def _survey(self) -> Info:
-        self._skills = {skill.name: skill for skill in self._host.skills}
+    def _describe(self) -> Info:
+        self._skills = {skill.name: skill for skill in self._served.skills}
         return info_of(
-            self._host, robot_id=self._robot_id, boot_id=self.boot_id, truth=self._truth, pace=self._worker.pace
+            self._served, robot_id=self._robot_id, boot_id=self.boot_id, truth=self._truth, pace=self._worker.pace
         )
 
     # Goals.
@@ -360,8 +360,8 @@ class SimServer:
         if not new:
             return
         # It moves nothing before a power cut would leave it known.
-        self._saver.when_flushed(
-            lambda: self._worker.order(lambda: self._executor.execute(goal.goal_id, self._host, self._skills))
+        self._autosave.when_flushed(
+            lambda: self._worker.order(lambda: self._executor.execute(goal.goal_id, self._served, self._skills))
         )
         if message.client_id is not None:
             self._clients.expect(message.client_id)
@@ -384,7 +384,7 @@ class SimServer:
             raise UnknownGoalError(f"goal {goal_id} is a {goal.skill} goal, not {name[:60]!r}")
 
     def _cancel(self, goal_id: str, *, abandoned: bool = False) -> None:
-        self._ledger.cancel(goal_id, self._host.ctx.cancel, abandoned=abandoned)
+        self._ledger.cancel(goal_id, self._served.ctx.cancel, abandoned=abandoned)
 
     def _on_client_gone(self, client_id: str) -> None:
         for goal_id in self._ledger.of_client(client_id):
@@ -400,8 +400,8 @@ class SimServer:
         return SavedWorld(
             boot_id=self.boot_id,
             mujoco=mujoco.__version__,
-            task=self._host.task.model_dump(mode="json"),
-            checkpoint=self._host.checkpoint(),
+            task=self._served.task.model_dump(mode="json"),
+            checkpoint=self._served.checkpoint(),
             goals=goals,
             accepted=accepted,
         )

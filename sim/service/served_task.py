@@ -1,4 +1,4 @@
-"""What a sim process serves: a loaded task with skills to call, handed in by the command that starts it."""
+"""The interface of a loaded task that the service serves: world, skills, reset, checkpoint, restore."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Protocol
 from pydantic import BaseModel
 
 from robosandbox.protocols import Skill, SkillContext
-from robosandbox.sim.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.types import SkillCall
 from robosandbox.wire import Load
 
@@ -36,7 +36,7 @@ class GoalContext(SkillContext, Protocol):
         ...
 
 
-class Host(Protocol):
+class ServedTask(Protocol):
     """A loaded task."""
 
     @property
@@ -82,4 +82,4 @@ class Host(Protocol):
 
 
 # Returns another loaded task, calling the second argument often on the way; raises InputError, and what that raises.
-Loader = Callable[[Load, Callable[[], None]], Host]
+OpenTask = Callable[[Load, Callable[[], None]], ServedTask]

@@ -1,4 +1,4 @@
-"""A saved state vector, checked against the model that is to go on from it."""
+"""A saved state vector is checked against the model that is to continue from it."""
 
 from __future__ import annotations
 

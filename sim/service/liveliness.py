@@ -1,4 +1,4 @@
-"""Which clients are there, by their liveliness tokens, and what follows when one goes."""
+"""Liveliness tokens of clients: which clients are connected, and what follows when one goes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from robosandbox.wire import key
 _GRACE_SECONDS = 1.0
 
 
-class Clients:
+class ConnectedClients:
     """The clients of one robot.
 
     Args:

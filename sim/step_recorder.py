@@ -1,4 +1,4 @@
-"""What a world does, tick by tick, in arrays: the state, what was commanded, and what touched what."""
+"""The state of a simulated world after each control tick, recorded in arrays: state, commands, contacts."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class StepColumns:
     phase: list[str]
 
 
-class StepLog:
+class StepRecorder:
     """Takes down the state of one world after each control tick.
 
     Taking a row copies memory only, in pieces as they lie there; what can be worked out from it is left to `take`.

@@ -8,10 +8,10 @@ from collections.abc import Callable, Mapping
 from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.protocols import Skill
-from robosandbox.sim.goals import Ledger, LiveGoal
-from robosandbox.sim.host import Host
-from robosandbox.sim.publishing import GoalNews
-from robosandbox.sim.survey import intended_of
+from robosandbox.sim.service.goals import Ledger, LiveGoal
+from robosandbox.sim.service.publishing import GoalNews
+from robosandbox.sim.service.served_task import ServedTask
+from robosandbox.sim.service.snapshots import intended_of
 from robosandbox.types import Intent, SkillCall, SkillResult
 from robosandbox.wire import Feedback, Goal
 
@@ -39,18 +39,18 @@ class Executor:
         self._robot_id = robot_id
         self._save = save
 
-    def execute(self, goal_id: str, host: Host, skills: Mapping[str, Skill]) -> None:
+    def execute(self, goal_id: str, served: ServedTask, skills: Mapping[str, Skill]) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
         outcome: SkillResult | ErrorRecord
         self.running = entry
         try:
-            with host.ctx.goal(entry.timeout):
+            with served.ctx.goal(entry.timeout):
                 # From here on a cancel reaches the context; one that came before is in the ledger.
-                if not self._ledger.start(goal_id, host.sim.time):
+                if not self._ledger.start(goal_id, served.sim.time):
                     raise CancelledError("cancelled before it began")
                 self._news.status(entry.goal)
-                outcome = self._call(entry, host, skills[entry.goal.skill])
+                outcome = self._call(entry, served, skills[entry.goal.skill])
         except CancelledError as error:
             outcome = self._abandoned(error) if entry.abandoned else error.record()
         except SkillError as error:
@@ -58,9 +58,9 @@ class Executor:
         except Exception as fault:
             outcome = InternalError.log(entry.goal.skill, fault, _log).record()
         if isinstance(outcome, ErrorRecord):
-            _come_to_rest(host)
+            _come_to_rest(served)
         self.running = None
-        ended = self._ledger.ended(goal_id, host.sim.time, outcome)
+        ended = self._ledger.ended(goal_id, served.sim.time, outcome)
         self._save(ended)
         self._ledger.finish(ended)
         self._news.status(ended)
@@ -73,12 +73,12 @@ class Executor:
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
         ).record()
 
-    def _call(self, entry: LiveGoal, host: Host, skill: Skill) -> SkillResult:
-        began = host.sim.time
+    def _call(self, entry: LiveGoal, served: ServedTask, skill: Skill) -> SkillResult:
+        began = served.sim.time
 
         def tell(phase: str) -> None:
             entry.phases += 1
-            now = host.sim.time
+            now = served.sim.time
             self._news.feedback(
                 Feedback(
                     goal_id=entry.goal.goal_id,
@@ -93,24 +93,24 @@ class Executor:
         def show(intent: Intent) -> None:
             self._news.intent(intended_of(entry.goal.goal_id, intent))
 
-        host.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
-        host.ctx.listeners.append(tell)
+        served.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
+        served.ctx.listeners.append(tell)
         if entry.intents:
-            host.ctx.intent_listeners.append(show)
+            served.ctx.intent_listeners.append(show)
         try:
-            return skill(host.ctx, entry.checked)
+            return skill(served.ctx, entry.checked)
         finally:
-            host.ctx.listeners.remove(tell)
+            served.ctx.listeners.remove(tell)
             if entry.intents:
-                host.ctx.intent_listeners.remove(show)
+                served.ctx.intent_listeners.remove(show)
 
 
-def _come_to_rest(host: Host) -> None:
+def _come_to_rest(served: ServedTask) -> None:
     for _ in range(_REST_TRIALS):
         try:
             # A new goal of the context, in which no deadline and no earlier cancel counts.
-            with host.ctx.goal():
-                host.sim.rest()
+            with served.ctx.goal():
+                served.sim.rest()
             return
         except SkillError as error:
             # Another cancel, or a limit that the braking arm still passes.

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 from robosandbox.errors import InputError
 from robosandbox.sim.cameras import Read
-from robosandbox.sim.checkpoint import SavedWorld, StateFile
-from robosandbox.sim.journal import Acceptance, Journal
+from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
+from robosandbox.sim.service.journal import Acceptance, Journal
 from robosandbox.wire import Goal
 
 _log = logging.getLogger(__name__)
@@ -26,7 +26,7 @@ class _Frozen:
     world: SavedWorld
 
 
-class Saver:
+class Autosave:
     """Keeps a state file at the newest state.
 
     Args:
@@ -44,7 +44,7 @@ class Saver:
         self._stopping = threading.Event()
         self._frozen = 0
         self._saved = 0
-        self._thread = threading.Thread(target=self._loop, name="saver", daemon=True)
+        self._thread = threading.Thread(target=self._loop, name="autosave", daemon=True)
 
     def start(self) -> None:
         """Save now, before the world's thread starts, and every few seconds from now on.
@@ -102,7 +102,7 @@ class Saver:
 
     def _write(self, frozen: _Frozen, file: StateFile) -> None:
         with self._writing:
-            # The saver's thread may come late with a state from before a goal's end.
+            # The autosave's thread may come late with a state from before a goal's end.
             if frozen.number <= self._saved:
                 return
             try:

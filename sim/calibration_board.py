@@ -16,7 +16,7 @@ _ABOVE = 0.0005
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Board:
+class CalibrationBoard:
     """Rows of square tags, flat on the table, their upper edges towards +y.
 
     Attributes:

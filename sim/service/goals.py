@@ -17,7 +17,7 @@ from robosandbox.errors import (
     UnknownGoalError,
 )
 from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
-from robosandbox.sim.journal import Acceptance, KeptGoal
+from robosandbox.sim.service.journal import Acceptance, KeptGoal
 from robosandbox.types import SkillResult
 from robosandbox.wire import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 

@@ -10,7 +10,7 @@ from pydantic import Field
 from pydantic_core import from_json
 
 from robosandbox.errors import InputError
-from robosandbox.sim.journal import KeptGoal, flush_folder, read_file, read_journal
+from robosandbox.sim.service.journal import KeptGoal, flush_folder, read_file, read_journal
 from robosandbox.types import Scene, StrictModel
 from robosandbox.validation import validate
 from robosandbox.wire import Count

@@ -7,12 +7,12 @@ from collections.abc import Callable
 
 from robosandbox.errors import BusyError, CancelledError
 from robosandbox.evidence import BusyEvidence
-from robosandbox.sim.goals import Ledger
-from robosandbox.sim.requests import Request
+from robosandbox.sim.service.goals import Ledger
+from robosandbox.sim.service.requests import Request
 from robosandbox.wire import Message
 
 
-class Changes:
+class WorldChanges:
     """Runs what changes the world besides goals.
 
     Args:

@@ -1,0 +1,1 @@
+"""The process that serves a simulated workcell over Zenoh: goals, state, pictures, saved worlds."""
