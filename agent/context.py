@@ -11,10 +11,11 @@ from dataclasses import dataclass, field
 from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.goal import one_goal
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
+from robosandbox.drivers import require
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import GraspPlanner, MotionPlanner, Perception, Sim, Simulated
+from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception, Simulated
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
@@ -49,7 +50,7 @@ class AgentContext:
         phase: The phase that began last.
     """
 
-    sim: Sim
+    sim: Driver
     perception: Perception
     grasp: GraspPlanner
     motion: MotionPlanner
@@ -70,6 +71,7 @@ class AgentContext:
             if limits.workspace is not None:
                 self.sim.tick_hooks.append(WorkspaceGuard(self.sim, limits.workspace))
             if limits.max_force is not None:
+                require(self.sim, "contact", f"limits.max_force, {limits.max_force:g} N, is kept with it")
                 self.sim.tick_hooks.append(ForceGuard(self.sim, limits.max_force))
 
     def _all_limits(self) -> list[Limits]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 
 # Impacts last a tick or two; pressing lasts.
 _TICKS = 3
@@ -18,7 +18,7 @@ class ForceGuard:
         max_force: Newtons.
     """
 
-    def __init__(self, sim: Sim, max_force: float) -> None:
+    def __init__(self, sim: Driver, max_force: float) -> None:
         self._sim = sim
         self._max_force = max_force
         self._ticks = 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 
 
 class Pace:
@@ -14,7 +14,7 @@ class Pace:
         sim: Whose time.
     """
 
-    def __init__(self, sim: Sim) -> None:
+    def __init__(self, sim: Driver) -> None:
         self._sim = sim
         self._sim_start = sim.time
         self._wall_start = time.monotonic()

@@ -7,7 +7,7 @@ from typing import Any
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 from robosandbox.types import DIRECTION_AXES, ObservedScene, SkillCall, Workspace
 from robosandbox.world.relations import centre
 
@@ -36,7 +36,7 @@ class WorkspaceGuard:
         workspace: Where its TCP may be.
     """
 
-    def __init__(self, sim: Sim, workspace: Workspace) -> None:
+    def __init__(self, sim: Driver, workspace: Workspace) -> None:
         self._sim = sim
         self._workspace = workspace
         self._outside: dict[str, float] = {}

@@ -4,24 +4,25 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from robosandbox.drivers import require
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.colour import colour_name
-from robosandbox.protocols import Sim, Simulated
+from robosandbox.protocols import Driver, Simulated
 from robosandbox.types import ObservedScene
 
 
 class GroundTruthPerception:
     """Reports every object where it is."""
 
-    def view(self, sim: Sim) -> Sim:
+    def view(self, sim: Driver) -> Driver:
         """Return the sim as it is."""
         return sim
 
-    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen, in the model that is simulated: what is seen exactly is the same there."""
         return PlanningScene(_simulated(sim).world, seen)
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         """Return all objects of the simulated state."""
         truth, base = _simulated(sim).truth(), sim.robot.base_position
         return ObservedScene(
@@ -34,7 +35,7 @@ class GroundTruthPerception:
         )
 
 
-def _simulated(sim: Sim) -> Simulated:
-    if not isinstance(sim, Simulated):
-        raise TypeError(f"{type(sim).__name__} does not know the true state; choose a perception that looks, as rgbd")
+def _simulated(sim: Driver) -> Simulated:
+    require(sim, "truth", "ground-truth perception reads it (--perception rgbd looks through cameras)")
+    assert isinstance(sim, Simulated)
     return sim

@@ -19,7 +19,7 @@ from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 from robosandbox.types import ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)
@@ -75,16 +75,16 @@ class RgbdPerception:
         """All that is remembered."""
         return list(self._tracker.tracks.values())
 
-    def view(self, sim: Sim) -> Sim:
+    def view(self, sim: Driver) -> Driver:
         """Return the sim without its truth."""
         return SensedSim(sim)
 
-    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen."""
         del sim
         return self._planning_scenes().of(seen)
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         """Return what the cameras show now, put together with what they showed before.
 
         Raises:
@@ -158,7 +158,7 @@ class RgbdPerception:
         self.notes = tuple(notes)
         return FrameSet(by_camera, table)
 
-    def _feel(self, sim: Sim) -> None:
+    def _feel(self, sim: Driver) -> None:
         """Find out from the gripper's readings what it holds, and move that along with it."""
         robot = sim.robot
         if robot.gripper is not None and self._hands.hold is None:
@@ -168,7 +168,7 @@ class RgbdPerception:
         self._hands.update(seen, self._tracker.tracks.values())
         self._hands.move_drawers(seen, self.tracks)
 
-    def _observed(self, sim: Sim) -> ObservedScene:
+    def _observed(self, sim: Driver) -> ObservedScene:
         seen, robot = sim.observe(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None

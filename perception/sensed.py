@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
-from robosandbox.protocols import Sim
+from robosandbox.drivers import Capabilities
+from robosandbox.errors import UnsupportedError
+from robosandbox.protocols import Driver
 from robosandbox.robots.robot import Robot
 from robosandbox.types import (
     Array,
@@ -24,12 +27,16 @@ class SensedSim:
         sim: The real one.
     """
 
-    def __init__(self, sim: Sim) -> None:
+    def __init__(self, sim: Driver) -> None:
         self._sim = sim
 
     def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Return nothing: the arm has no skin to feel with."""
-        return ()
+        """Refuse: the arm feels that it touches something, not what.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise UnsupportedError("contact: this driver tells contact without what is touched; read strongest_contact()")
 
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest force that the robot feels, and on which link; not what it touches."""
@@ -52,6 +59,13 @@ class SensedSim:
     def robot(self) -> Robot:
         """The robot."""
         return self._sim.robot
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What the sim can do, without what only a simulation can."""
+        whole = self._sim.capabilities
+        felt = whole.contact and "felt"
+        return replace(whole, contact=felt, fork=False, reset=False, truth=False)
 
     @property
     def time(self) -> float:

@@ -12,6 +12,7 @@ from typing import Self
 import mujoco
 import numpy as np
 
+from robosandbox.drivers import Capabilities
 from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
@@ -153,6 +154,21 @@ class MuJoCoBackend:
     # What it is.
 
     @property
+    def capabilities(self) -> Capabilities:
+        """All of them: a simulation knows everything."""
+        return Capabilities(
+            gripper_force=True,
+            joint_torque=True,
+            wrist_wrench=True,
+            contact="named",
+            cameras=self.cameras if self._world else (),
+            fork=True,
+            reset=True,
+            truth=True,
+            clock="simulated",
+        )
+
+    @property
     def world(self) -> World:
         """The compiled scene."""
         return self._loaded
@@ -202,6 +218,11 @@ class MuJoCoBackend:
         if name not in cameras:
             raise InputError(f"camera {name!r} is not one of {', '.join(cameras)}")
         return cameras[name]
+
+    @property
+    def servo_lag(self) -> Array:
+        """By how many seconds each arm servo trails a moving target, shape (n,)."""
+        return self._servo_lag
 
     @property
     def time(self) -> float:

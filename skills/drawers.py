@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.drivers import require
 from robosandbox.errors import (
     CollisionError,
     DrawerError,
@@ -57,7 +58,9 @@ def find_drawer(arm: Manipulator, name: str) -> DetectedObject:
     Raises:
         ObjectNotFoundError: Nothing seen has this id.
         InvalidArgumentError: It is no drawer.
+        UnsupportedError: The driver does not tell how hard the hand pulls.
     """
+    require(arm.sim, "wrist_wrench", "a drawer that is locked or blocked is told by how hard the hand pulls at it")
     found = arm.find(name)
     if not found.shape.opens:
         drawers = [item.id for item in arm.start.objects if item.shape.opens]

@@ -39,13 +39,16 @@ def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
     return _MARGIN * mass * (_GRAVITY + acceleration) * (1.0 + lever / radius) / (2.0 * _FRICTION)
 
 
-def ease(arm: Manipulator, held: DetectedObject) -> float:
+def ease(arm: Manipulator, held: DetectedObject) -> float | None:
     """Weigh what hangs still in the closed fingers, hold it no harder than that takes, and return the pads' force, N.
 
     The servo is told to close less far: its force is its gain times what its target lies beyond where the fingers are.
-    Where it is no servo, or the weight needs all the force there is, or the object would slip, the grip stays as it was.
+    Where it is no servo, or the weight needs all the force there is, or the object would slip, the grip stays as it was;
+    and where the driver tells no force at all, which returns None.
     """
     sim, gripper = arm.sim, arm.sim.robot.gripper
+    if not (sim.capabilities.gripper_force and sim.capabilities.wrist_wrench):
+        return None
     before = sim.grip_on(held.id)
     if gripper is None or before <= 0.0:
         return before
@@ -61,7 +64,7 @@ def ease(arm: Manipulator, held: DetectedObject) -> float:
         # would open the one that stands farther in.
         return before
     slope = arm.planning.closing_stiffness(closed)
-    if wanted >= before or slope <= 0.0 or state.force <= 0.0:
+    if wanted >= before or slope <= 0.0 or not state.force:
         return before
     # The actuator's own force at the wanted pad force, by the ratio that both have now.
     sim.set_gripper(float(np.clip(closed + wanted / before * state.force / slope, closed, 1.0)))

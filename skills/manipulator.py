@@ -20,7 +20,7 @@ from robosandbox.errors import (
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import MotionPlanner, Sim, SkillContext
+from robosandbox.protocols import Driver, MotionPlanner, SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
     Array,
@@ -74,7 +74,7 @@ class Manipulator:
 
     def __init__(self, ctx: SkillContext) -> None:
         self.ctx = ctx
-        self.sim: Sim = ctx.sim
+        self.sim: Driver = ctx.sim
         self.motion: MotionPlanner = ctx.motion
         self._planning: PlanningScene | None = None
         ctx.enter(Phase.PERCEIVE)
@@ -232,10 +232,15 @@ class Manipulator:
     def _off_goal(self, goal: Array, joint: int, phase: Phase) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
         robot, error = self.sim.robot, float((goal - self.q)[joint])
-        contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts())
-        force, limit = self.sim.servo_force(joint)
+        has = self.sim.capabilities
+        contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts()) if has.contact == "named" else ()
+        force, limit = self.sim.servo_force(joint) if has.joint_torque else (None, np.inf)
         if contacts:
             cause = f"while {', '.join(contacts)}; clear what is in the way, or take something lighter"
+        elif force is None:
+            cause = (
+                "for a reason that this driver does not measure; clear what is in the way, or take something lighter"
+            )
         elif force >= _SPENT * limit:
             cause = f"with its servo at its limit of {limit:.0f}; the load is too heavy for it: take something lighter"
         else:
@@ -247,7 +252,7 @@ class Manipulator:
                 joint=robot.joints[joint],
                 error=error,
                 contacts=contacts,
-                servo_force=round(force, 3),
+                servo_force=None if force is None else round(force, 3),
                 servo_limit=limit if np.isfinite(limit) else None,
             ),
         )

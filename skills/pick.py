@@ -171,7 +171,9 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     return _still_held(arm, target, width, rise, load.pull)
 
 
-def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: float, pull: float) -> DetectedObject:
+def _still_held(
+    arm: Manipulator, target: DetectedObject, width: float, rise: float, pull: float | None
+) -> DetectedObject:
     """Return where a lifted object is seen when it is still.
 
     Raises:

@@ -6,7 +6,7 @@ from typing import Literal
 
 from robosandbox.errors import CollisionError, GraspError, Phase
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 from robosandbox.skills.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
 from robosandbox.world.relations import bottom, moved, on_top
@@ -30,11 +30,11 @@ class LoadMeter:
         object_id: What it holds.
 
     Attributes:
-        pull: That force, N.
+        pull: That force, N; None where the driver does not tell it.
     """
 
-    def __init__(self, sim: Sim, object_id: str) -> None:
-        self.pull: float = 0.0
+    def __init__(self, sim: Driver, object_id: str) -> None:
+        self.pull: float | None = 0.0 if sim.capabilities.wrist_wrench else None
         self._sim = sim
         self._object = object_id
         self._ticks = 0
@@ -42,7 +42,7 @@ class LoadMeter:
     def __call__(self) -> None:
         """Read the force now and then."""
         self._ticks += 1
-        if self._ticks % _EVERY == 0:
+        if self.pull is not None and self._ticks % _EVERY == 0:
             self.pull = max(self.pull, float(self._sim.force_on(self._object)[2]))
 
 
@@ -125,21 +125,21 @@ def _stuck(arm: Manipulator, grasp: Grasp, commanded: float) -> GraspError:
     )
 
 
-def lift_error(arm: Manipulator, before: DetectedObject, width: float, pull: float) -> GraspError:
+def lift_error(arm: Manipulator, before: DetectedObject, width: float, pull: float | None) -> GraspError:
     """Return why an object did not come up with the hand.
 
     Args:
         arm: Whose hand.
         before: The object when the fingers closed.
         width: Its extent between them, metres.
-        pull: The largest upward force on it, N.
+        pull: The largest upward force on it, N; None where the driver does not tell it.
     """
     after = arm.look().find(before.id)
     travelled = moved(before, after) if after else 0.0
     risen = bottom(after) - bottom(before) if after else 0.0
     name, aperture = before.id, arm.gripper.width
     reason: Literal["slipped", "immovable", "too_heavy"]
-    if pull < _LOAD:
+    if pull is None or pull < _LOAD:
         reason = "slipped"
         said = (
             f"lost {name} while lifting: the fingers are {aperture * 1000:.1f} mm apart and it is "
@@ -166,7 +166,7 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, pull: flo
             object_width=width,
             aperture=aperture,
             max_aperture=arm.geometry.max_aperture,
-            pull=round(pull, 2),
+            pull=None if pull is None else round(pull, 2),
             moved=round(travelled, 4),
         ),
     )

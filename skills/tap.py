@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from robosandbox.drivers import require
 from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, SkillError, TapError, UnreachableError
 from robosandbox.evidence import TapEvidence
 from robosandbox.protocols import SkillContext
@@ -94,6 +95,7 @@ def _check(arm: Manipulator, target: DetectedObject) -> None:
 
 def _touch(arm: Manipulator, target: DetectedObject) -> float:
     """Go down until the object is felt, and up again; return the most that was felt, N."""
+    require(arm.sim, "wrist_wrench", "a tap ends where the object is felt")
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
     failures: list[SkillError] = []

@@ -13,7 +13,7 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
-from robosandbox.protocols import Attempt, Sim, Skill, SkillContext
+from robosandbox.protocols import Attempt, Driver, Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 
 
@@ -35,7 +35,7 @@ class Clock:
 class Eyes:
     looks = 0
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         self.looks += 1
         return ObservedScene(time=sim.time, objects=(), table_height=0.04, base_xy=(0.0, 0.0))
 
@@ -77,7 +77,7 @@ def calls(*names: str) -> Plan:
 
 def make(planner: Script, *skills: Act, max_replans: int = 3) -> tuple[Agent, AgentContext, list[events.AgentEvent]]:
     unused = cast(Any, SimpleNamespace())
-    ctx = AgentContext(sim=cast(Sim, Clock()), perception=Eyes(), grasp=unused, motion=unused)
+    ctx = AgentContext(sim=cast(Driver, Clock()), perception=Eyes(), grasp=unused, motion=unused)
     agent = Agent(ctx=ctx, skills=cast(Sequence[Skill], skills), planner=planner, max_replans=max_replans)
     seen: list[events.AgentEvent] = []
     agent.listeners.append(seen.append)

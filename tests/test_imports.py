@@ -23,6 +23,7 @@ LAYERS = (
     {"access"},
     {"transport"},
     {"protocols"},
+    {"drivers"},
     {"robots"},
     {"sim"},
     {"motion", "grasp", "perception"},

@@ -18,7 +18,7 @@ from robosandbox.errors import (
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import open_session
@@ -159,7 +159,7 @@ class TakesEmptyHandedBinsForCans(GroundTruthPerception):
 
     let_go = False
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         seen = super().perceive(sim)
         self.let_go |= seen.held is not None
         if not self.let_go or seen.held is not None:
@@ -183,7 +183,7 @@ def test_a_bin_that_the_last_look_takes_for_a_can_shows_nothing_of_what_is_in_it
 class SeesNothingUnderTheHand(GroundTruthPerception):
     """A perception that does not see what the hand is over, as cameras from above do not."""
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         seen, hand = super().perceive(sim), sim.observe().tcp_pose.position[:2]
         kept = [
             item

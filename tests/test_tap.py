@@ -6,9 +6,11 @@ import pytest
 
 from robosandbox.errors import InvalidArgumentError, TapError
 from robosandbox.evidence import TapEvidence
+from robosandbox.perception.ground_truth import GroundTruthPerception
+from robosandbox.protocols import Driver
 from robosandbox.skills.tap import Tap
 from robosandbox.tasks.session import Session, open_session
-from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.types import ObservedScene, Pose, Scene, SceneObject
 
 OBJECTS = (
     SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.15, 0.0, 0.055))),
@@ -67,11 +69,11 @@ def _moved(item: SceneObject) -> SceneObject:
     return item.model_copy(update={"pose": Pose(xyz=(0.25, 0.1, 0.055))})
 
 
-class _Stale:
+class _Stale(GroundTruthPerception):
     """Sees what was there before."""
 
-    def __init__(self, seen: object) -> None:
+    def __init__(self, seen: ObservedScene) -> None:
         self._seen = seen
 
-    def perceive(self, sim: object) -> object:
+    def perceive(self, sim: Driver) -> ObservedScene:
         return self._seen

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
 from typing_extensions import TypeVar
 
 if TYPE_CHECKING:
+    from robosandbox.drivers import Capabilities
     from robosandbox.errors import CollisionError, Repair, SkillError
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.robots.robot import Robot
@@ -31,11 +32,16 @@ if TYPE_CHECKING:
 
 
 @runtime_checkable
-class Sim(Protocol):
+class Driver(Protocol):
     """A world with one robot in it, advanced in control ticks."""
 
     @property
     def robot(self) -> Robot: ...
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it has; what is not there raises an UnsupportedError where it is asked for."""
+        ...
+
     @property
     def episode(self) -> int:
         """Changes with every reset: what was seen before it is of another world."""
@@ -97,7 +103,7 @@ class Sim(Protocol):
 
 
 @runtime_checkable
-class Simulated(Sim, Protocol):
+class Simulated(Driver, Protocol):
     """A simulated world: it knows its own state and can be copied. Judges, ground-truth perception and trials ask for it."""
 
     @property
@@ -118,12 +124,12 @@ class Simulated(Sim, Protocol):
 class Perception(Protocol):
     """What is where."""
 
-    def perceive(self, sim: Sim) -> ObservedScene: ...
-    def view(self, sim: Sim) -> Sim:
+    def perceive(self, sim: Driver) -> ObservedScene: ...
+    def view(self, sim: Driver) -> Driver:
         """Return the sim as skills may see it: without its truth, where the perception does without it."""
         ...
 
-    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`; changes nothing of the sim."""
         ...
 
@@ -215,7 +221,7 @@ class SkillContext(AgentWorld, Protocol):
     """All that a skill may use."""
 
     @property
-    def sim(self) -> Sim: ...
+    def sim(self) -> Driver: ...
     @property
     def perception(self) -> Perception: ...
     @property

@@ -360,13 +360,15 @@ class GripperState:
         joint: The primary joint's value.
         width: Gap between the finger pads, metres.
         closed: 0 at the sidecar's open, 1 at its closed.
-        force: What the actuator presses with, in its own unit (N or N m), >= 0.
+        force: What the actuator presses with, in its own unit (N or N m), >= 0; None where nothing measures it.
+        commanded: Where the fingers were last sent, 0 open to 1 closed; None where that is not told.
     """
 
     joint: float
     width: float
     closed: float
-    force: float
+    force: float | None
+    commanded: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -411,13 +411,13 @@ class Gripper(StrictModel):
         joint: The primary joint's value, rad or m.
         width: The gap between the finger pads, metres.
         closed: 0 open to 1 closed.
-        force: What the actuator presses with, N or N m.
+        force: What the actuator presses with, N or N m; null where nothing measures it.
     """
 
     joint: Finite
     width: Finite
     closed: Finite
-    force: Finite
+    force: Finite | None
 
 
 class State(Message):

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robosandbox.errors import InvalidArgumentError, SkillError
-from robosandbox.protocols import Planner, Sim, Skill, SkillContext
+from robosandbox.protocols import Driver, Planner, Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillResult, Trajectory
 
 
@@ -70,7 +70,7 @@ def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Skill
             _demand(set(needed) <= set(call.arguments), f"{prompt!r}: {call} lacks arguments")
 
 
-def check_sim(sim: Sim) -> None:
+def check_sim(sim: Driver) -> None:
     """Check a loaded sim's promises: looking changes nothing, holding holds, motions arrive, hooks stop them."""
     first, second = sim.observe(), sim.observe()
     _demand(bool((first.q == second.q).all()) and first.time == second.time, "observe() changed the state")

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
-from robosandbox.protocols import Sim
+from robosandbox.protocols import Driver
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world.relations import bottom, centre, top
@@ -259,15 +259,15 @@ class MistakenPerception:
     end: float = np.inf
     _exact: GroundTruthPerception = field(default_factory=GroundTruthPerception)
 
-    def view(self, sim: Sim) -> Sim:
+    def view(self, sim: Driver) -> Driver:
         """Return the sim as it is."""
         return sim
 
-    def planning(self, sim: Sim, seen: ObservedScene) -> PlanningScene:
+    def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen, with that object mistaken."""
         return self._exact.planning(sim, seen)
 
-    def perceive(self, sim: Sim) -> ObservedScene:
+    def perceive(self, sim: Driver) -> ObservedScene:
         """Return all objects, that one mistaken."""
         scene = self._exact.perceive(sim)
         if not self.begin <= scene.time < self.end:

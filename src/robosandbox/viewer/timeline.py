@@ -58,7 +58,12 @@ class Timeline:
     def add(self, frame: Frame, blueprint: Blueprint) -> None:
         """Take a frame; one from before the last sample, as after a step back, begins anew."""
         seen = frame.seen
-        gripper = (np.nan, np.nan) if seen.gripper is None else (1000.0 * seen.gripper.width, seen.gripper.force)
+        force = seen.gripper.force if seen.gripper else None
+        gripper = (
+            (np.nan, np.nan)
+            if seen.gripper is None
+            else (1000.0 * seen.gripper.width, np.nan if force is None else force)
+        )
         sample = (seen.time, joint_speed(seen.qd, blueprint), *gripper)
         with self._lock:
             if self._samples and seen.time < self._samples[-1][0]:

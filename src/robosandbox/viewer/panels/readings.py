@@ -44,7 +44,8 @@ class ReadingsPanel:
             low, high = geometry.min_aperture, geometry.max_aperture
             limits = f"{1000 * low:.1f} to {1000 * high:.1f} mm"
             lines.append(html.gauge("opening", gripper.width, low, high, width, limits=limits, warn=False))
-            force = f"{html.number(gripper.force, 1)} {blueprint.force_unit}"
+            measured = gripper.force
+            force = "not measured" if measured is None else f"{html.number(measured, 1)} {blueprint.force_unit}"
             lines.append(html.rows([("force", force), ("holds", frame.held or "nothing")]))
         lines.append(html.heading("Tool centre point"))
         lines.append(html.rows(_pose(seen.tcp_pose)))

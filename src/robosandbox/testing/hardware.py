@@ -1,0 +1,264 @@
+"""A driver over a hidden MuJoCo plant: late commands, noisy encoders, lost frames, and no sense but those it is given."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import Final
+
+import numpy as np
+
+from robosandbox.drivers import Capabilities, require
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.robot import Robot
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.sensors import find_sensor
+from robosandbox.types import (
+    Array,
+    GripperState,
+    Observation,
+    ObservedScene,
+    Pose,
+    RgbdFrame,
+    Scene,
+    Trajectory,
+    frozen_array,
+)
+
+# Time from a command to the servos, seconds: what the issue tracker asks of this plant.
+_LATENCY = 0.03
+# Standard deviation of a joint's reading, rad: a twentieth of the 0.004 rad within which skills call an arm arrived.
+_ENCODER_NOISE = 2e-4
+# Share of frames that are lost; the next one comes after a frame's time, seconds (30 frames a second).
+_LOST_SHARE = 0.1
+_FRAME_SECONDS = 1.0 / 30.0
+# Integral action as the MuJoCo driver has it: share of the error taken up a tick, and the most of it, rad.
+_TRIM_SHARE = 0.08
+_LARGEST_TRIM = 0.3
+
+
+class Hardware:
+    """A robot as its driver knows it: encoders, cameras and commands; the plant behind it is nobody's business.
+
+    Args:
+        scene: What the plant is loaded with.
+        latency: Seconds from a command to the servos; a whole number of control ticks.
+        encoder_noise: Standard deviation of a joint's reading, rad or m.
+        lost_share: Share of camera frames that are lost.
+        gripper_force: Whether the gripper measures its force.
+        joint_torque: Whether the joints measure their torques.
+        wrist_wrench: Whether there is a force sensor at the wrist.
+        sensor: What its cameras are like.
+        seed: Of the noise.
+
+    Attributes:
+        control_timestep: Seconds between commands.
+        tick_hooks: Called after every control tick; a hook that raises stops the motion with the arm holding.
+        episode: Always 0: nothing starts over by itself.
+    """
+
+    episode: Final = 0
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        latency: float = _LATENCY,
+        encoder_noise: float = _ENCODER_NOISE,
+        lost_share: float = _LOST_SHARE,
+        gripper_force: bool = False,
+        joint_torque: bool = False,
+        wrist_wrench: bool = False,
+        sensor: str = "ideal",
+        seed: int = 0,
+    ) -> None:
+        self._plant = MuJoCoBackend(sensor=find_sensor(sensor))
+        self._plant.load(scene)
+        nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
+        self._planning = PlanningScenes(scene).of(nothing)
+        self._kinematics = self._planning.kinematics()
+        self._random = np.random.default_rng(seed)
+        self._noise = encoder_noise
+        self._lost_share = lost_share
+        self._capabilities = Capabilities(
+            gripper_force=gripper_force,
+            joint_torque=joint_torque,
+            wrist_wrench=wrist_wrench,
+            cameras=self._plant.cameras,
+            clock="simulated",
+        )
+        self.control_timestep: float = self._plant.control_timestep
+        self.tick_hooks: list[Callable[[], None]] = []
+        self._commands = self._plant.controls.copy()
+        self._on_the_way: deque[Array] = deque(
+            self._commands.copy() for _ in range(round(latency / self.control_timestep))
+        )
+        self._trim = np.zeros(self.robot.n)
+        self._closed = 0.0
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self._planning.robot
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it measures."""
+        return self._capabilities
+
+    @property
+    def time(self) -> float:
+        """Seconds since it was switched on."""
+        return self._plant.time
+
+    def close(self) -> None:
+        """Switch it off."""
+        self._plant.close()
+
+    # Acting.
+
+    def execute(self, trajectory: Trajectory) -> None:
+        """Follow a trajectory, commands interpolated to the control ticks."""
+        ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
+        times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
+        rows = np.arange(len(trajectory.q)) * trajectory.dt
+        q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
+        velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
+        ahead = q + self._plant.servo_lag * velocity
+        try:
+            for row in ahead:
+                self._command(row + self._trim)
+                self._tick()
+        except BaseException:
+            self.hold()
+            raise
+
+    def trim(self, goal: Array) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
+        off = goal - self._measured_q()
+        self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._command(goal + self._trim)
+        self._tick()
+
+    def step(self, seconds: float) -> None:
+        """Let time pass with the last commands held."""
+        for _ in range(max(1, round(seconds / self.control_timestep))):
+            self._tick()
+
+    def hold(self) -> None:
+        """Command the arm to stay where its encoders say it is."""
+        self._command(np.clip(self._measured_q(), self.robot.lower, self.robot.upper))
+
+    def set_gripper(self, closed: float) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
+
+        Raises:
+            ValueError: `closed` is outside 0..1, or the robot has no gripper.
+        """
+        gripper = self.robot.gripper
+        if gripper is None or not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
+        self._closed = closed
+        self._commands[self._plant_gripper_ids()] = gripper.geometry.control(closed)
+
+    # Sensing.
+
+    def observe(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return what the encoders read, and pictures."""
+        q = self._measured_q()
+        seen = self._plant.observe(cameras)
+        return replace(
+            seen,
+            q=frozen_array(q),
+            tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
+            gripper=self._gripper_state(seen.gripper),
+        )
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return the next frame of a camera that is not lost."""
+        while self._random.random() < self._lost_share:
+            self.step(_FRAME_SECONDS)
+        return self._plant.capture(camera)
+
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        require(self, "contact", "a contact was asked for")
+        raise AssertionError("a plant without contact declared it")
+
+    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        require(self, "contact", "contacts were asked for")
+        raise AssertionError("a plant without contact declared it")
+
+    def force_on(self, object_id: str | None) -> Array:
+        """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object.
+
+        Raises:
+            UnsupportedError: There is no such sensor.
+        """
+        del object_id
+        require(self, "wrist_wrench", "a force was asked for")
+        return self._plant.force_on(None)
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Return how hard the pads are pressed, N; they cannot tell by which object.
+
+        Raises:
+            UnsupportedError: The gripper measures no force.
+        """
+        del object_id
+        require(self, "gripper_force", "a grip was asked for")
+        return self._plant.grip_on(None)
+
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what an arm joint's servo gives now and the most that it can, N m or N.
+
+        Raises:
+            UnsupportedError: The joints measure no torque.
+        """
+        require(self, "joint_torque", "a joint's torque was asked for")
+        return self._plant.servo_force(joint)
+
+    # Inside.
+
+    def _measured_q(self) -> Array:
+        q: Array = self._plant.observe().q + self._random.normal(0.0, self._noise, self.robot.n)
+        return q
+
+    def _gripper_state(self, exact: GripperState | None) -> GripperState | None:
+        gripper = self.robot.gripper
+        if exact is None or gripper is None:
+            return None
+        geometry = gripper.geometry
+        # Relative to a radian as an arm joint's noise is; a gripper's travel is often a few centimetres.
+        joint = exact.joint + self._random.normal(0.0, self._noise) * abs(geometry.closed_joint - geometry.open_joint)
+        return GripperState(
+            joint=joint,
+            width=max(0.0, exact.width + geometry.aperture(joint) - geometry.aperture(exact.joint)),
+            closed=geometry.closed_fraction(joint),
+            force=exact.force if self._capabilities.gripper_force else None,
+            commanded=self._closed,
+        )
+
+    def _command(self, q: Array) -> None:
+        self._commands[self._plant.robot.actuator_ids] = self._plant.robot.control(q)
+
+    def _plant_gripper_ids(self) -> Array:
+        gripper = self._plant.robot.gripper
+        assert gripper is not None
+        return gripper.actuator_ids
+
+    def _tick(self) -> None:
+        self._on_the_way.append(self._commands.copy())
+        self._plant.replay(self._on_the_way.popleft())
+        for hook in self.tick_hooks:
+            hook()

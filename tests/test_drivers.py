@@ -1,0 +1,113 @@
+"""Any driver under the skills: what it lacks is said, and what it has is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.drivers import load_driver
+from robosandbox.errors import ErrorCode, UnsupportedError
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.ground_truth import GroundTruthPerception
+from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.loader import find_task
+from robosandbox.testing.hardware import Hardware
+from robosandbox.types import Limits, Scene
+
+
+def context(driver: Hardware, scene: Scene, limits: Limits | None = None) -> AgentContext:
+    return AgentContext(
+        sim=driver,
+        perception=RgbdPerception(setup=Setup.of(scene)),
+        grasp=AnalyticTopDown(),
+        motion=DLSMotionPlanner(),
+        limits=limits,
+    )
+
+
+def agent(ctx: AgentContext) -> Agent[AgentContext]:
+    skills = load_skills()
+    return Agent(ctx=ctx, skills=skills, planner=StubPlanner(skills))
+
+
+@pytest.fixture
+def hardware() -> Iterator[Hardware]:
+    driver = Hardware(find_task("pick_cube_franka").scene)
+    yield driver
+    driver.close()
+
+
+def test_the_mujoco_driver_is_installed_by_name() -> None:
+    assert isinstance(load_driver("mujoco", {"render_size": (48, 64)}), MuJoCoBackend)
+
+
+def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
+    gripper = hardware.observe().gripper
+    assert gripper is not None and gripper.force is None and gripper.commanded == 0.0
+    for ask in (
+        lambda: hardware.force_on(None),
+        lambda: hardware.grip_on(None),
+        lambda: hardware.servo_force(0),
+        hardware.arm_contacts,
+        hardware.strongest_contact,
+    ):
+        with pytest.raises(UnsupportedError) as failure:
+            ask()
+        assert failure.value.code is ErrorCode.UNSUPPORTED
+
+
+def test_ground_truth_is_refused_where_there_is_none(hardware: Hardware) -> None:
+    with pytest.raises(UnsupportedError, match=r"truth: the driver of .* rgbd"):
+        GroundTruthPerception().perceive(hardware)
+
+
+def test_a_limit_of_force_is_refused_where_no_contact_is_felt(hardware: Hardware) -> None:
+    scene = find_task("pick_cube_franka").scene
+    with pytest.raises(UnsupportedError, match=r"contact: .* limits.max_force, 20 N"):
+        context(hardware, scene, Limits(max_force=20.0))
+
+
+def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:
+    hardware.set_gripper(1.0)
+    before = hardware._plant.controls.copy()
+    moved = []
+    for _ in range(5):
+        hardware.step(hardware.control_timestep)
+        moved.append(bool(np.abs(hardware._plant.controls - before).max() > 0.0))
+    assert moved == [False, False, False, True, True]
+
+
+@pytest.mark.gl
+def test_a_cube_is_picked_from_pixels_through_late_noisy_numb_hardware() -> None:
+    task = find_task("pick_cube_franka")
+    driver = Hardware(task.scene)
+    try:
+        cube = driver._plant.truth().objects["red_cube"].pose.position[2]
+        episode = agent(context(driver, task.scene)).run(task.prompt)
+        assert episode.success, episode
+        driver.step(1.0)
+        assert driver._plant.truth().objects["red_cube"].pose.position[2] > cube + 0.1
+    finally:
+        driver.close()
+
+
+@pytest.mark.gl
+def test_a_tap_is_refused_where_no_force_is_felt() -> None:
+    scene = find_task("pick_cube_franka").scene
+    driver = Hardware(scene)
+    try:
+        ctx = context(driver, scene)
+        tap = next(skill for skill in load_skills() if skill.name == "tap")
+        with pytest.raises(UnsupportedError, match=r"wrist_wrench: .* a tap ends where the object is felt"):
+            tap(ctx, {"object": "red_cube"})
+    finally:
+        driver.close()
