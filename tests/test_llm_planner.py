@@ -124,6 +124,8 @@ def test_the_schema_sent_has_the_skills_own_arguments_and_the_ids_that_fit_them(
     assert sent["pick"]["properties"]["object"]["enum"] == [item.id for item in SCENE.objects]
     assert sent["place_in"]["properties"]["container"]["enum"] == ["bin_a"]
     assert "open_drawer" not in sent
+    assert sent["push"]["properties"]["distance"]["description"] == "How far, metres. (> 0, <= 1)"
+    assert not {"exclusiveMinimum", "maximum"} & sent["push"]["properties"]["distance"].keys()
 
 
 # How it is asked.

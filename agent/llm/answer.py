@@ -159,11 +159,11 @@ def _told(error: ValidationError) -> str:
 
 
 def _arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
-    """Return a skill's schema without the titles, which say nothing to a model; None where no object fits an argument."""
-    schema = {key: value for key, value in dict(skill.schema).items() if key != "title"}
+    """Return a skill's schema with the ids that fit each argument; None where no object fits one."""
+    schema = dict(skill.schema)
     fields: dict[str, Any] = {}
     for name, field in schema.get("properties", {}).items():
-        fields[name] = {key: value for key, value in field.items() if key != "title"}
+        fields[name] = dict(field)
         if scene is not None and name in OBJECT_ARGUMENTS:
             fitting = _fitting(name, scene)
             if not fitting:

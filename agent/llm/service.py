@@ -25,6 +25,7 @@ from pydantic_ai.tools import ToolDefinition
 from robosandbox.agent.llm.cassette import Player, Recorder
 from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.modes import Mode
+from robosandbox.agent.llm.schema import decodable
 from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
 from robosandbox.agent.llm.transport import AnswerTooLargeError, live_transport
 from robosandbox.agent.usage import count_request
@@ -281,14 +282,14 @@ def _parameters(tools: Sequence[Tool], mode: Mode) -> ModelRequestParameters:
     """Return how a request holds a model to its tools."""
     match mode:
         case Mode.SCHEMA:
-            schema = OutputObjectDefinition(json_schema=_answer_schema(tools), name="answer")
+            schema = OutputObjectDefinition(json_schema=decodable(_answer_schema(tools)), name="answer")
             return ModelRequestParameters(output_mode="native", output_object=schema, allow_text_output=True)
         case Mode.TOOLS:
             definitions = [
                 ToolDefinition(
                     name=tool.name,
                     description=tool.description,
-                    parameters_json_schema=dict(tool.schema),
+                    parameters_json_schema=decodable(tool.schema),
                     kind="output",
                 )
                 for tool in tools
