@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 
 import numpy as np
@@ -17,11 +18,12 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
-from robosandbox.testing.hardware import Hardware
-from robosandbox.types import Limits, Scene
+from robosandbox.testing import Hardware, check_driver
+from robosandbox.types import Array, Limits, Scene
 
 
 def context(driver: Hardware, scene: Scene, limits: Limits | None = None) -> AgentContext:
@@ -84,6 +86,51 @@ def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:
         hardware.step(hardware.control_timestep)
         moved.append(bool(np.abs(hardware._plant.controls - before).max() > 0.0))
     assert moved == [False, False, False, True, True]
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("sense", [None, "gripper_force", "joint_torque", "wrist_wrench"])
+def test_hardware_passes_the_check_with_and_without_each_sense(sense: str | None) -> None:
+    driver = Hardware(Scene(), **({sense: True} if sense else {}))
+    try:
+        check_driver(driver)
+    finally:
+        driver.close()
+
+
+@pytest.mark.gl
+def test_the_mujoco_driver_passes_the_check_exact_and_as_cameras_leave_it() -> None:
+    with MuJoCoBackend() as sim:
+        sim.load(Scene())
+        check_driver(sim)
+        check_driver(SensedSim(sim))
+
+
+class Boastful(Hardware):
+    """Answers 0 where it measures nothing."""
+
+    def force_on(self, object_id: str | None) -> Array:
+        return np.zeros(3)
+
+
+class Deaf(Hardware):
+    """Goes on whatever a tick hook raises."""
+
+    def _tick(self) -> None:
+        with contextlib.suppress(Exception):
+            super()._tick()
+
+
+@pytest.mark.parametrize(
+    ("kind", "said"), [(Boastful, "wrist_wrench is not declared"), (Deaf, "did not stop the motion")]
+)
+def test_the_check_tells_a_broken_promise(kind: type[Hardware], said: str) -> None:
+    driver = kind(Scene())
+    try:
+        with pytest.raises(AssertionError, match=said):
+            check_driver(driver, pictures=False)
+    finally:
+        driver.close()
 
 
 @pytest.mark.gl

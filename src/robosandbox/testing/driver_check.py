@@ -1,0 +1,202 @@
+"""Checks that any driver must pass, simulated or real; call them from your own tests.
+
+    from robosandbox.testing import check_driver
+
+It raises AssertionError with a sentence that says which promise is broken. It moves the first joint by 0.1 rad and closes
+the gripper: keep the arm clear.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from robosandbox.drivers import CAPABILITIES
+from robosandbox.errors import InputError, UnsupportedError
+from robosandbox.protocols import Driver, Simulated
+from robosandbox.testing.conformance import demand
+from robosandbox.types import Trajectory
+
+# How far two readings of a joint that is held may differ, rad or m: half of what skills call arrived.
+_STEADY = 0.002
+_HELD = 0.01
+_STOPPED = 0.02
+_STROKE = 0.1
+_ROWS, _ROW_SECONDS = 200, 0.005
+
+
+def check_driver(driver: Driver, *, pictures: bool = True) -> None:
+    """Check every member of a driver, every capability that it declares, and what it does about those it has not.
+
+    Args:
+        driver: Connected or loaded; the arm has room to move.
+        pictures: Whether to ask its cameras for frames, which takes OpenGL of a simulated one.
+    """
+    _check_values(driver)
+    _check_senses(driver)
+    _check_simulation(driver)
+    if pictures:
+        _check_cameras(driver)
+    _check_motion(driver)
+    _check_stop(driver)
+    _check_gripper(driver)
+
+
+def _check_values(driver: Driver) -> None:
+    robot, first, second = driver.robot, driver.observe(), driver.observe()
+    demand(
+        len(first.q) == robot.n == len(robot.joints), f"{robot.name} has {robot.n} joints and q is {len(first.q)} long"
+    )
+    demand(len(first.qd) == robot.n, f"qd has {len(first.qd)} values for {robot.n} joints")
+    demand(float(np.abs(first.q - second.q).max()) < _STEADY, "observe() changed the state")
+    demand(not first.q.flags.writeable, "an observation's arrays can be written to")
+    demand((first.gripper is None) == (robot.gripper is None), "the robot and the observation disagree about a gripper")
+    demand(driver.control_timestep > 0.0, "control_timestep is not positive")
+    demand(isinstance(driver.episode, int), "episode is no integer")
+    if driver.capabilities.clock == "simulated":
+        demand(
+            driver.time == driver.time == second.time, "time passes by itself, and the clock is said to be simulated"
+        )
+
+
+def _check_senses(driver: Driver) -> None:
+    """Check that each sense gives finite values where it is declared, and is refused where it is not."""
+    has = driver.capabilities
+    _check_sense(has.wrist_wrench, "wrist_wrench", lambda: driver.force_on(None))
+    _check_sense(has.gripper_force, "gripper_force", lambda: driver.grip_on(None))
+    _check_sense(has.joint_torque, "joint_torque", lambda: driver.servo_force(0)[0])
+    _check_sense(has.contact is not None, "contact", lambda: driver.strongest_contact()[0])
+    _check_sense(has.contact == "named", "contact", lambda: [float(len(pair)) for pair in driver.arm_contacts()])
+    gripper = driver.observe().gripper
+    if gripper is not None:
+        measured = gripper.force is not None
+        demand(
+            measured == has.gripper_force,
+            f"gripper_force is {has.gripper_force}, and the gripper's force {gripper.force}",
+        )
+        demand(
+            measured or gripper.commanded is not None,
+            "the gripper tells neither its force nor where it was sent, so nobody can know that it holds something",
+        )
+
+
+def _check_sense(declared: bool, capability: str, ask: Callable[[], object]) -> None:
+    try:
+        answer = np.asarray(ask(), dtype=float)
+    except UnsupportedError as error:
+        demand(not declared, f"{capability} is declared, and asking for it raises: {error.message}")
+        demand(capability in error.message, f"the refusal does not name {capability}: {error.message}")
+        return
+    demand(declared, f"{capability} is not declared, and asking for it answers {answer} instead of an UnsupportedError")
+    demand(bool(np.isfinite(answer).all()), f"{capability} is {answer}")
+
+
+def _check_simulation(driver: Driver) -> None:
+    has = driver.capabilities
+    declared = {name for name in CAPABILITIES if getattr(has, name)} & {"truth", "fork", "reset"}
+    if not isinstance(driver, Simulated):
+        demand(not declared, f"{', '.join(sorted(declared))}: declared by a driver that is not Simulated")
+        return
+    if has.truth:
+        demand(math.isclose(driver.truth().time, driver.time), "the true state is of another time")
+    if has.fork:
+        before, copy = driver.observe().q, driver.fork()
+        goal = before + np.eye(len(before))[0] * _STROKE
+        copy.execute(Trajectory(q=np.linspace(before, goal, _ROWS), dt=_ROW_SECONDS))
+        demand(float(np.abs(driver.observe().q - before).max()) < _STEADY, "what moves in a copy moves here, too")
+
+
+def _check_cameras(driver: Driver) -> None:
+    for name in driver.capabilities.cameras:
+        frame = driver.capture(name)
+        lens = frame.intrinsics
+        demand(frame.camera == name, f"the frame of {name} says it is of {frame.camera}")
+        demand(
+            frame.rgb.shape == (lens.height, lens.width, 3),
+            f"{name}: colour is {frame.rgb.shape}, not as its lens says",
+        )
+        demand(
+            frame.depth.shape == (lens.height, lens.width),
+            f"{name}: depth is {frame.depth.shape}, not as its lens says",
+        )
+        demand(len(frame.q) == driver.robot.n, f"{name}: the frame does not tell how the arm stood")
+    try:
+        driver.capture("no such camera")
+    except InputError:
+        return
+    raise AssertionError("a camera that is not there delivers a frame instead of an InputError")
+
+
+def _check_motion(driver: Driver) -> None:
+    first = driver.observe()
+    driver.hold()
+    driver.step(0.5)
+    held = driver.observe()
+    demand(float(np.abs(held.q - first.q).max()) < _HELD, "the arm does not hold")
+    demand(
+        abs(held.time - first.time - 0.5) < 1.5 * driver.control_timestep,
+        "half a second of waiting is not half a second",
+    )
+    goal = held.q.copy()
+    goal[0] += _STROKE
+    driver.execute(Trajectory(q=np.linspace(held.q, goal, _ROWS), dt=_ROW_SECONDS))
+    driver.step(0.5)
+    demand(float(np.abs(driver.observe().q - goal).max()) < _HELD, "a motion did not arrive")
+    before = driver.time
+    driver.trim(goal)
+    demand(0.0 < driver.time - before < 1.5 * driver.control_timestep, "trim() does not take one control tick")
+
+
+def _check_stop(driver: Driver) -> None:
+    """Check that what a listener of ticks raises stops the motion with the arm holding."""
+
+    class Stop(Exception):
+        pass
+
+    ticks = 0
+
+    def stop() -> None:
+        nonlocal ticks
+        ticks += 1
+        if ticks == 5:
+            raise Stop
+
+    here = driver.observe().q
+    back = here - np.eye(len(here))[0] * _STROKE
+    driver.tick_hooks.append(stop)
+    try:
+        driver.execute(Trajectory(q=np.linspace(here, back, _ROWS), dt=_ROW_SECONDS))
+    except Stop:
+        pass
+    else:
+        raise AssertionError("a hook that raises did not stop the motion")
+    finally:
+        driver.tick_hooks.remove(stop)
+    stopped = driver.observe().q
+    driver.step(0.5)
+    demand(float(np.abs(driver.observe().q - stopped).max()) < _STOPPED, "the arm went on after a hook stopped it")
+
+
+def _check_gripper(driver: Driver) -> None:
+    gripper = driver.robot.gripper
+    for value in (-0.1, 1.1):
+        try:
+            driver.set_gripper(value)
+        except ValueError:
+            continue
+        raise AssertionError(f"set_gripper({value}) was taken; it goes from 0 (open) to 1 (closed)")
+    if gripper is None:
+        return
+    widths = []
+    for closed in (0.0, 1.0):
+        driver.set_gripper(closed)
+        driver.step(2.0)
+        state = driver.observe().gripper
+        assert state is not None
+        demand(state.commanded in (None, closed), f"the gripper was sent to {closed} and says {state.commanded}")
+        widths.append(state.width)
+    half = 0.5 * (gripper.geometry.max_aperture - gripper.geometry.min_aperture)
+    demand(widths[0] - widths[1] > half, f"the gripper is {widths[0]:.3f} m wide open and {widths[1]:.3f} m closed")
+    driver.set_gripper(0.0)
