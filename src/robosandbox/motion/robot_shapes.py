@@ -6,7 +6,6 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
@@ -111,6 +110,8 @@ def _vertices(model: mujoco.MjModel, geom: int) -> Array | None:
 
 def _thinned(vertices: Array) -> Array:
     """Return the extreme ones of a mesh's vertices: those of its hull, of many the ones that reach farthest some way."""
+    from scipy.spatial import ConvexHull, QhullError
+
     try:
         hull = np.array(vertices[ConvexHull(vertices).vertices])
     except QhullError:
