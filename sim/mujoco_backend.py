@@ -17,9 +17,10 @@ from robosandbox.errors import InputError
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.contacts import Contacts
-from robosandbox.sim.objects import can_rewrite, mesh_bounds, place, rewrite
+from robosandbox.sim.objects import can_rewrite, place, rewrite
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
 from robosandbox.sim.state_check import check_state
@@ -502,7 +503,7 @@ class MuJoCoBackend:
         self._mesh_sizes = {}
         for item in scene.objects:
             if item.mesh is not None:
-                low, high = mesh_bounds(item)
+                low, high = mesh_bounds(item.mesh, item.scale, of=item.id)
                 self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)
         substeps = self.control_timestep / world.model.opt.timestep
         if abs(substeps - round(substeps)) > 1e-6 or round(substeps) < 1:

@@ -17,11 +17,11 @@ from robosandbox.cli import app
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.files import ModelFiles, check_xml
 from robosandbox.robots.importers.importing import import_model
-from robosandbox.robots.importers.meshes import Mesh, convex_parts
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.locate import known_sidecar
+from robosandbox.shapes.triangles import Mesh, convex_parts
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.models import wheel_files
 from robosandbox.testing.robot_check import check_robot

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from robosandbox.robots.gripper.calibrate import moving_groups, palm_of
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
-from robosandbox.robots.importers.meshes import Mesh, add_mesh, convex_parts
+from robosandbox.robots.importers.meshes import add_mesh
+from robosandbox.shapes.triangles import Mesh, convex_parts
 from robosandbox.types import Array
 
 _CONCAVE = 1.35

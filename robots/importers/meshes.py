@@ -2,38 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
-import os
-from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
+from robosandbox.shapes.triangles import Mesh
 from robosandbox.types import Array
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
 _MAX_FACES = 500_000
 _SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
-
-
-@dataclass(frozen=True, slots=True)
-class Mesh:
-    """Triangles in metres, in the file's frame.
-
-    Attributes:
-        vertices: Shape (v, 3).
-        faces: Vertex indices, shape (f, 3).
-        rgba: The file's own mean colour; None when it says none.
-    """
-
-    vertices: Array
-    faces: NDArray[np.int32]
-    rgba: tuple[float, float, float, float] | None = None
 
 
 def read_mesh(path: Path, element: str) -> Mesh:
@@ -111,59 +93,6 @@ def volumes(mesh: Mesh) -> tuple[float, float]:
 
     body: Any = trimesh.Trimesh(mesh.vertices, mesh.faces, process=False)
     return abs(float(body.volume)), float(body.convex_hull.volume)
-
-
-def convex_parts(mesh: Mesh, *, most: int = 12) -> list[Mesh]:
-    """Return convex pieces that together fill the mesh; computed once and kept in the user's cache.
-
-    Approximate convex decomposition by voxels (V-HACD, K. Mamou).
-    """
-    digest = hashlib.sha256()
-    digest.update(f"1 {most}".encode())
-    digest.update(np.ascontiguousarray(mesh.vertices.round(7)).tobytes())
-    digest.update(np.ascontiguousarray(mesh.faces).tobytes())
-    kept = _cache_folder() / f"{digest.hexdigest()[:32]}.npz"
-    try:
-        with np.load(kept, allow_pickle=False) as stored:
-            return [Mesh(stored[f"v{i}"], stored[f"f{i}"]) for i in range(int(stored["count"]))]
-    except (OSError, ValueError, KeyError):
-        pass  # not computed yet, or a damaged file that is written anew
-    parts = _decompose(mesh, most)
-    try:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        partial = kept.with_name(f"{kept.stem}.{os.getpid()}.npz")
-        arrays: dict[str, Any] = {"count": np.array(len(parts))}
-        for i, part in enumerate(parts):
-            arrays |= {f"v{i}": part.vertices, f"f{i}": part.faces}
-        np.savez(partial, **arrays)
-        partial.replace(kept)
-    except OSError:
-        pass  # a read-only home costs the time again, nothing else
-    return parts
-
-
-def _decompose(mesh: Mesh, most: int) -> list[Mesh]:
-    import vhacdx
-
-    faces = np.column_stack([np.full(len(mesh.faces), 3), mesh.faces]).astype(np.uint32).ravel()
-    pieces = vhacdx.compute_vhacd(
-        mesh.vertices,
-        faces,
-        maxConvexHulls=most,
-        resolution=200_000,
-        minimumVolumePercentErrorAllowed=0.5,
-        asyncACD=False,
-    )
-    parts = []
-    for vertices, corners in pieces:
-        triangles = np.asarray(corners, dtype=np.int32).reshape(-1, 3)
-        parts.append(Mesh(np.asarray(vertices, dtype=np.float64), triangles))
-    return parts
-
-
-def _cache_folder() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME")
-    return (Path(base) if base else Path.home() / ".cache") / "robosandbox" / "hulls"
 
 
 def add_mesh(spec: mujoco.MjSpec, name: str, vertices: Array, faces: Any, *, mirrored: bool = False) -> None:

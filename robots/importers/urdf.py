@@ -16,9 +16,10 @@ from robosandbox.errors import InputError
 from robosandbox.robots.importers import inertia
 from robosandbox.robots.importers.files import ModelFiles, read_xml
 from robosandbox.robots.importers.imported import ImportedModel, put_scalar
-from robosandbox.robots.importers.meshes import Mesh, add_mesh, read_mesh
+from robosandbox.robots.importers.meshes import add_mesh, read_mesh
 from robosandbox.robots.importers.srdf import read_srdf
 from robosandbox.robots.importers.urdf_lint import check_urdf, numbers
+from robosandbox.shapes.triangles import Mesh
 from robosandbox.types import Array
 
 _GREY = (0.7, 0.7, 0.72, 1.0)

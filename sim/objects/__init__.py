@@ -11,7 +11,7 @@ from robosandbox.shapes.beads import stacked
 from robosandbox.shapes.body import Free, Slide
 from robosandbox.shapes.shape import Primitive
 from robosandbox.sim.objects.geoms import GRAIN_BIT, PREFIX, add_body, geom_size
-from robosandbox.sim.objects.meshes import add_mesh, mesh_bounds
+from robosandbox.sim.objects.meshes import add_drawing
 from robosandbox.sim.objects.tags import add_tag
 from robosandbox.types import Array, Pose, Scene, SceneObject
 
@@ -23,7 +23,6 @@ __all__ = [
     "can_rewrite",
     "count_bodies",
     "count_geoms",
-    "mesh_bounds",
     "place",
     "rewrite",
 ]
@@ -44,11 +43,10 @@ def add_objects(spec: mujoco.MjSpec, scene: Scene) -> None:
             pose = next(starts) if isinstance(body.joint, Free) else item.pose
             made = add_body(spec, first, item, body, pose)
             first = first or made
-            if item.mesh is not None:
-                add_mesh(spec, made, item)
         if first is not None:
             # Behind the shape: `rewrite` takes a body's first geom for it.
             add_tag(spec, first, item)
+            add_drawing(spec, first, item)
 
 
 def body_names(item: SceneObject) -> list[str]:

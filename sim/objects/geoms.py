@@ -10,12 +10,16 @@ import numpy as np
 
 from robosandbox.shapes.body import Body, Contact, Free, Piece, Slide
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, Hull, SphereHull
+from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.types import Array, Pose, SceneObject
 
 PREFIX = "object/"
 
 # A contact type that grains carry besides the common one, so that a planner can tell what gives way.
 GRAIN_BIT = 1 << 29
+
+# Group of geoms that collide and are not drawn; MuJoCo draws the groups 0 to 2.
+HIDDEN_GROUP = 3
 
 # MuJoCo's own rolling friction, metres; with condim 4 it is not used.
 _NO_ROLLING = 0.0001
@@ -58,12 +62,13 @@ def add_body(
             )
         case _:
             assert_never(body.joint)
-    for piece in body.pieces:
-        add_geom(made, item, body.contact, piece.mass, rgba=piece.rgba or item.rgba, **_form(piece))
+    for number, piece in enumerate(body.pieces):
+        form = _form(spec, f"{name}/{number}", piece)
+        _add_geom(made, item, body.contact, piece.mass, rgba=piece.rgba or item.rgba, **form)
     return made
 
 
-def add_geom(body: mujoco.MjsBody, item: SceneObject, contact: Contact, mass: float, **form: object) -> None:
+def _add_geom(body: mujoco.MjsBody, item: SceneObject, contact: Contact, mass: float, **form: object) -> None:
     """Add one of an object's geoms: `form` is what MuJoCo calls it, `mass` its share, kg."""
     if contact.frictionless:
         form |= {"condim": 1, "priority": 1, "contype": 1 | GRAIN_BIT, "conaffinity": 1}
@@ -76,15 +81,22 @@ def add_geom(body: mujoco.MjsBody, item: SceneObject, contact: Contact, mass: fl
 
 
 def geom_size(hull: Hull) -> Array:
-    """Return a hull's size with zeros behind, shape (3,), as a geom takes it."""
+    """Return a hull's size with zeros behind, shape (3,), as a geom takes it; zeros where points say it."""
     padded = np.zeros(3)
-    padded[: len(hull.size)] = hull.size
+    if not isinstance(hull, PolyhedronHull):
+        padded[: len(hull.size)] = hull.size
     return padded
 
 
-def _form(piece: Piece) -> dict[str, object]:
+def _form(spec: mujoco.MjSpec, name: str, piece: Piece) -> dict[str, object]:
+    """Return a geom's form; `name` is that of the mesh which points are put into."""
     quat = [math.cos(piece.yaw / 2.0), 0.0, 0.0, math.sin(piece.yaw / 2.0)]
-    return {"type": _geom_type(piece.hull), "size": geom_size(piece.hull), "pos": piece.centre, "quat": quat}
+    form: dict[str, object] = {"type": _geom_type(piece.hull), "pos": piece.centre, "quat": quat}
+    if not isinstance(piece.hull, PolyhedronHull):
+        return form | {"size": geom_size(piece.hull)}
+    spec.add_mesh(name=name, uservert=piece.hull.corners.ravel(), inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
+    # The file's own triangles are drawn in its place.
+    return form | {"meshname": name, "group": HIDDEN_GROUP}
 
 
 def _geom_type(hull: Hull) -> mujoco.mjtGeom:
@@ -97,5 +109,7 @@ def _geom_type(hull: Hull) -> mujoco.mjtGeom:
             return mujoco.mjtGeom.mjGEOM_CYLINDER
         case CapsuleHull():
             return mujoco.mjtGeom.mjGEOM_CAPSULE
+        case PolyhedronHull():
+            return mujoco.mjtGeom.mjGEOM_MESH
         case _:
             assert_never(hull)

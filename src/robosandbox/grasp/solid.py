@@ -10,6 +10,7 @@ import numpy as np
 
 from robosandbox.grasp.hand import UP, unit
 from robosandbox.shapes.hull import BoxHull, CapsuleHull, CylinderHull, SphereHull
+from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.types import Array, DetectedObject
 from robosandbox.world.relations import centre, support
 
@@ -58,9 +59,9 @@ class Solid:
         axes = self.seen.pose.rotation.T
         hull = self.seen.shape.hull(self.seen.size)
         match hull:
-            case BoxHull() if self.hull is not None:
+            case BoxHull() | PolyhedronHull() if self.hull is not None:
                 found = self._across_faces()
-            case BoxHull():
+            case BoxHull() | PolyhedronHull():
                 found = list(axes)
             case CylinderHull() | CapsuleHull():
                 found = self._across_axis(axes[2], has_faces=isinstance(hull, CylinderHull))

@@ -85,7 +85,7 @@ class Body:
 
     Attributes:
         suffix: What follows the object's id in the body's name: "", "/box", "/12".
-        pieces: What it consists of; empty for a mesh, which its file gives.
+        pieces: What it consists of.
         joint: How it moves.
         contact: How its surface meets others.
     """

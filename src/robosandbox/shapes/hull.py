@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.spatial import Array
 
 
@@ -167,4 +168,4 @@ class CapsuleHull:
         return np.array([side, side, 0.5 * cylinder * radius**2 + 0.4 * ball * radius**2])
 
 
-Hull = BoxHull | SphereHull | CylinderHull | CapsuleHull
+Hull = BoxHull | SphereHull | CylinderHull | CapsuleHull | PolyhedronHull

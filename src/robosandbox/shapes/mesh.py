@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from robosandbox.shapes.body import Body
 from robosandbox.shapes.hull import BoxHull
+from robosandbox.shapes.mesh_file import mesh_pieces
 from robosandbox.shapes.shape import Shape, Size, Written
 
 
@@ -22,6 +23,10 @@ class Mesh(Shape):
         return BoxHull((x, y, z))
 
     def bodies(self, item: Written) -> tuple[Body, ...]:
-        """Return its one body, whose pieces are in its file."""
-        del item
-        return (Body(pieces=()),)
+        """Return its one body: the convex hull of its file, or the convex pieces that the file is cut into.
+
+        Raises:
+            InputError: The file is none, or holds no mesh of a useful size.
+        """
+        decomposed = item.collision != "hull"
+        return (Body(pieces=mesh_pieces(item.mesh, item.scale, item.mass, decomposed=decomposed, of=item.id)),)

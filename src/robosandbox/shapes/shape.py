@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar, Protocol
+from pathlib import Path
+from typing import ClassVar, Literal, Protocol
 
 import numpy as np
 
@@ -79,6 +80,21 @@ class Written(Protocol):
     @property
     def count(self) -> int:
         """How many there are of what is many."""
+        ...
+
+    @property
+    def mesh(self) -> Path | None:
+        """The file of a mesh."""
+        ...
+
+    @property
+    def scale(self) -> float:
+        """Metres per unit of the file."""
+        ...
+
+    @property
+    def collision(self) -> Literal["hull", "coacd"]:
+        """What of a mesh collides: its convex hull, or convex pieces that follow its hollows."""
         ...
 
 

@@ -1,0 +1,98 @@
+"""Objects from mesh files: their hull or their convex pieces collide."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from robosandbox.errors import InputError
+from robosandbox.shapes.mesh_file import mesh_pieces, mesh_volume
+from robosandbox.shapes.polyhedron import PolyhedronHull
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.types import Pose, Scene, SceneObject
+
+trimesh = pytest.importorskip("trimesh")
+
+# A ring as of a napkin, metres: its wall fits between the fingers, its outside does not.
+INNER, OUTER, HEIGHT = 0.042, 0.05, 0.05
+
+
+@pytest.fixture(scope="module")
+def ring(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("meshes") / "ring.stl"
+    trimesh.creation.annulus(r_min=INNER, r_max=OUTER, height=HEIGHT, sections=32).export(path)
+    return path
+
+
+@pytest.fixture(scope="module")
+def angle(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An L of millimetres: two boxes that share a face."""
+    path = tmp_path_factory.mktemp("meshes") / "angle.obj"
+    outline = [(0, 0), (80, 0), (80, 20), (20, 20), (20, 60), (0, 60)]
+    lines = [f"v {x} {y} {z}" for z in (0, 20) for x, y in outline]
+    sides = [(k, (k + 1) % 6, (k + 1) % 6 + 6, k + 6) for k in range(6)]
+    floor = [(0, 3, 2, 1), (0, 5, 4, 3)]
+    faces = [*sides, *floor, *(tuple(k + 6 for k in reversed(face)) for face in floor)]
+    path.write_text("\n".join([*lines, *("f " + " ".join(str(k + 1) for k in face) for face in faces)]) + "\n")
+    return path
+
+
+def thing(mesh: Path, **fields: object) -> SceneObject:
+    place = {"id": "it", "pose": Pose(xyz=(0.15, 0.0, 0.04 + HEIGHT / 2.0))}
+    return SceneObject.model_validate({**place, "kind": "mesh", "mesh": mesh, **fields})
+
+
+def test_a_polyhedron_has_the_measures_of_the_box_that_its_points_span() -> None:
+    x, y, z = half = (0.01, 0.02, 0.03)
+    hull = PolyhedronHull(tuple((a, b, c) for a in (-x, x) for b in (-y, y) for c in (-z, z)))
+    assert np.allclose(hull.half_extents, half)
+    assert hull.volume == pytest.approx(8.0 * x * y * z)
+    expected = sorted(0.6 / 3.0 * np.array([y * y + z * z, x * x + z * z, x * x + y * y]))
+    assert hull.inertia(0.6) == pytest.approx(expected)
+    assert hull.support(np.eye(3)) == pytest.approx(half)
+
+
+def test_a_hull_is_one_piece_and_a_decomposition_leaves_the_corner_free(angle: Path) -> None:
+    hull = mesh_pieces(angle, 0.001, 0.1, decomposed=False, of="it")
+    cut = mesh_pieces(angle, 0.001, 0.1, decomposed=True, of="it")
+    assert len(hull) == 1 and len(cut) >= 2
+    assert sum(piece.mass for piece in cut) == pytest.approx(0.1)
+    solid = mesh_volume(angle, 0.001, of="it")
+    assert solid == pytest.approx(0.02 * (0.08 * 0.02 + 0.02 * 0.04), rel=1e-4)
+    assert hull[0].hull.volume > 1.3 * solid
+    # V-HACD works on voxels and its pieces overlap a little.
+    assert sum(piece.hull.volume for piece in cut) == pytest.approx(solid, rel=0.1)
+
+
+def test_pieces_are_the_same_with_the_cache_and_without(
+    angle: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    from robosandbox.shapes import mesh_file
+
+    found = []
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    for off in ("", "", "1"):
+        monkeypatch.setenv("ROBOSANDBOX_NO_CACHE", off)
+        mesh_file._forms.cache_clear()
+        found.append(mesh_pieces(angle, 0.001, 0.1, decomposed=True, of="it"))
+    assert found[0] == found[1] == found[2]
+    assert len(list((tmp_path / "robosandbox").glob("convex-parts-*"))) == 1
+
+
+@pytest.mark.parametrize(("collision", "falls"), [("hull", False), ("coacd", True)])
+def test_a_ball_falls_into_a_ring_that_is_cut_and_lies_on_one_that_is_not(
+    ring: Path, collision: str, falls: bool
+) -> None:
+    ball = SceneObject(id="ball", kind="sphere", size=(0.015,), pose=Pose(xyz=(0.15, 0.0, 0.04 + HEIGHT + 0.016)))
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(thing(ring, collision=collision), ball)))
+        sim.rest(0.5)
+        height = sim.truth().objects["ball"].pose.xyz[2] - 0.04
+    assert (height < 0.02) is falls
+
+
+def test_a_flat_file_is_refused_by_its_object(tmp_path: Path) -> None:
+    path = tmp_path / "flat.obj"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n")
+    with pytest.raises(InputError, match=r"objects\[it\]\.mesh: .*flat\.obj"):
+        mesh_pieces(path, 0.1, 0.1, decomposed=True, of="it")
