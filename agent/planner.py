@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 from collections.abc import Sequence
 
 from robosandbox.agent.language.dialogue import Dialogue
@@ -35,17 +34,6 @@ class StubPlanner:
             scene: What perception sees now.
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
-        # What reading a sentence makes is freed without the garbage collector, in milliseconds; the thousands of short-lived
-        # objects would have it walk the whole process now and then, which takes longer.
-        collecting = gc.isenabled()
-        gc.disable()
-        try:
-            return self._plan(prompt, scene, history)
-        finally:
-            if collecting:
-                gc.enable()
-
-    def _plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt]) -> Plan | Refusal:
         draft: Draft | Refusal
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
