@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from robosandbox.errors import InputError
-from robosandbox.plugins import load_plugin
+from robosandbox.plugins import make_plugin
 from robosandbox.protocols import Planner, Skill
 
 
@@ -26,24 +24,13 @@ def make_planner(
     Raises:
         InputError: There is no such planner, or it does not take such an option.
     """
-    factory = load_plugin("planners", name)
-    given = {key: value for key, value in (options or {}).items() if value is not None}
-    parameters = inspect.signature(factory).parameters.values()
-    takes = [item.name for item in parameters if item.kind is inspect.Parameter.KEYWORD_ONLY]
-    spelt = [f"--{_spelt(item)}" for item in takes if item != "dialogue"]
-    for key in given:
-        if key not in takes:
-            raise InputError(
-                f"--{_spelt(key)}: the planner {name!r} takes no such option; "
-                f"{'it takes ' + ', '.join(spelt) if spelt else 'it takes none'}; "
-                "--planner openai takes a model"
-            )
-    if dialogue and "dialogue" in takes:
-        given["dialogue"] = True
-    planner: Planner = factory(skills, **given)
+    planner: Planner = make_plugin(
+        "planners",
+        name,
+        skills,
+        options=options,
+        supplied={"dialogue": dialogue},
+        # Whoever opens the session makes a picture of a camera.
+        flags={"picture": "camera"},
+    )
     return planner
-
-
-def _spelt(option: str) -> str:
-    # Whoever opens the session makes a picture of a camera.
-    return "camera" if option == "picture" else option.replace("_", "-")

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from robosandbox.errors import InputError
 from robosandbox.perception.naming import Declared
-from robosandbox.plugins import load_plugin
+from robosandbox.plugins import make_plugin
 from robosandbox.protocols import Perception
 from robosandbox.types import Scene
 
@@ -44,17 +42,5 @@ def make_perception(name: str, setup: Setup, options: Mapping[str, Any] | None =
     Raises:
         InputError: There is none, or it takes no such option.
     """
-    factory = load_plugin("perceptions", name)
-    takes = [
-        item.name
-        for item in inspect.signature(factory).parameters.values()
-        if item.kind is inspect.Parameter.KEYWORD_ONLY
-    ]
-    given = {key: value for key, value in (options or {}).items() if value is not None}
-    for key in given:
-        if key not in takes:
-            raise InputError(f"--{key.replace('_', '-')}: the perception {name!r} takes no such option")
-    if "setup" in takes:
-        given["setup"] = setup
-    perception: Perception = factory(**given)
+    perception: Perception = make_plugin("perceptions", name, options=options, supplied={"setup": setup})
     return perception

@@ -14,11 +14,11 @@ from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, UnreachableError
-from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.factory import Setup, make_perception
-from robosandbox.protocols import Skill
+from robosandbox.plugins import make_plugin
+from robosandbox.protocols import GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.service.checkpoint import Checkpoint
@@ -179,6 +179,10 @@ def open_session(
     dialogue: bool = False,
     perception: str = "ground_truth",
     perception_options: Mapping[str, Any] | None = None,
+    grasp: str = "analytic",
+    grasp_options: Mapping[str, Any] | None = None,
+    motion: str = "dls",
+    motion_options: Mapping[str, Any] | None = None,
     sensor: str = "ideal",
     seed: int = 0,
     max_replans: int = 3,
@@ -198,6 +202,10 @@ def open_session(
         dialogue: Whether prompts may refer to those before them, where the planner can do that.
         perception: Name of an installed perception.
         perception_options: What it takes besides; None counts as not given.
+        grasp: Name of an installed grasp planner.
+        grasp_options: What it takes.
+        motion: Name of an installed motion planner.
+        motion_options: What it takes, such as `clearance`.
         sensor: What its cameras are like: ideal, realsense or rough.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
@@ -220,6 +228,8 @@ def open_session(
     if camera is not None:
         options["picture"] = lambda: sim.observe([camera]).images[camera]
     mind = make_planner(planner, skills, options, dialogue=dialogue)
+    grasps: GraspPlanner = make_plugin("grasp_planners", grasp, options=grasp_options)
+    paths: MotionPlanner = make_plugin("motion_planners", motion, options=motion_options)
     try:
         sim.feel(chosen.felt)
         _load(sim, chosen.scene)
@@ -238,8 +248,8 @@ def open_session(
     ctx = AgentContext(
         sim=eyes.view(sim),
         perception=eyes,
-        grasp=AnalyticTopDown(),
-        motion=DLSMotionPlanner(),
+        grasp=grasps,
+        motion=paths,
         what_if=what_if,
         limits=chosen.limits,
     )
@@ -321,6 +331,7 @@ class _ReachCheck:
 
     def __init__(self, sim: MuJoCoBackend, scene: Scene) -> None:
         self._sim = sim
+        # The same seed gives the same layout whichever motion planner works in it.
         self._motion = DLSMotionPlanner()
         self._exempt: dict[str, bool] = {}
         self._scene = scene

@@ -1,7 +1,9 @@
-"""What is installed under an entry point group: planners, perceptions, skills."""
+"""What is installed under an entry point group, by name: planners, perceptions, grasp and motion planners, skills."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -40,10 +42,81 @@ def check_plugin(group: str, name: str) -> None:
     names = plugin_names(group)
     if name in names:
         return
-    singular = group.removesuffix("s")
+    noun = _noun(group)
     raise InputError(
-        f"--{singular}: no {singular} {name[:60]!r}; there is {', '.join(names)}{did_you_mean(name, names)}"
+        f"--{noun.split()[0]}: no {noun} {name[:60]!r}; there is {', '.join(names)}{did_you_mean(name, names)}"
     )
+
+
+def make_plugin(
+    group: str,
+    name: str,
+    *arguments: Any,
+    options: Mapping[str, Any] | None = None,
+    supplied: Mapping[str, Any] | None = None,
+    flags: Mapping[str, str] | None = None,
+) -> Any:
+    """Return what the factory registered under `robosandbox.<group>` as `name` makes.
+
+    The factory's parameters that may be given by keyword, behind the positional ones, are its options.
+
+    Args:
+        group: Such as `grasp_planners`.
+        name: As registered there.
+        arguments: What every factory of the group is called with.
+        options: What a person gives; None counts as not given.
+        supplied: What the caller gives to those factories that have a parameter of that name. No person gives it.
+        flags: Command-line options whose name is not the parameter's, by parameter.
+
+    Raises:
+        InputError: There is no such plugin, it takes no such option, or it needs one that is missing.
+    """
+    factory = load_plugin(group, name)
+    takes = _options_of(factory, len(arguments))
+    given = {key: value for key, value in (options or {}).items() if value is not None}
+    supplied, noun = supplied or {}, _noun(group)
+
+    def flag(option: str) -> str:
+        return f"--{(flags or {}).get(option, option.replace('_', '-'))}"
+
+    valid = [option for option in takes if option not in supplied]
+    for option in given:
+        if option not in valid:
+            offered = ", ".join(map(flag, valid))
+            others = "" if option in supplied else _who_takes(group, option, len(arguments))
+            raise InputError(
+                f"{flag(option)}: the {noun} {name!r} takes no such option; it takes {offered or 'none'}{others}"
+            )
+    for option, parameter in takes.items():
+        if parameter.default is parameter.empty and option not in given and option not in supplied:
+            raise InputError(f"{flag(option)}: is missing; the {noun} {name!r} needs it")
+    return factory(*arguments, **given, **{key: value for key, value in supplied.items() if key in takes})
+
+
+def _noun(group: str) -> str:
+    """Return what people call one of a group; its first word is the command-line option that names one."""
+    return group.removesuffix("s").replace("_", " ")
+
+
+def _options_of(factory: Callable[..., Any], positional: int) -> dict[str, inspect.Parameter]:
+    """Return the parameters of a factory that may be given by keyword, without the first `positional` ones."""
+    by_keyword = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+    parameters = list(inspect.signature(factory).parameters.values())[positional:]
+    return {item.name: item for item in parameters if item.kind in by_keyword}
+
+
+def _who_takes(group: str, option: str, positional: int) -> str:
+    """Return which plugins of a group take an option, to be put behind an error's message; often nothing."""
+    names = []
+    for point in plugins(group):
+        try:
+            factory = point.load()
+        except ImportError:
+            # A plugin whose packages are not installed cannot be recommended.
+            continue
+        if option in _options_of(factory, positional):
+            names.append(f"--{_noun(group).split()[0]} {point.name}")
+    return f"; {' and '.join(names)} {'takes' if len(names) == 1 else 'take'} it" if names else ""
 
 
 @cache

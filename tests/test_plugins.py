@@ -1,0 +1,163 @@
+"""Parts by name: what an outside package registers is found, told its options, checked, and used in an episode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from robosandbox import open_session, plugins
+from robosandbox.errors import InputError
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.tasks.session import Session
+from robosandbox.testing import check_grasp_planner, check_motion_planner
+from robosandbox.types import Pose
+
+OUTSIDE = '''
+"""A grasp planner and a motion planner of somebody else's."""
+
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+
+
+class Few:
+    """The first grasps of the analytic planner and no others."""
+
+    asked = 0
+
+    def __init__(self, *, most=5):
+        self.most = most
+        self.inner = AnalyticTopDown()
+
+    def candidates(self, target, scene, robot, *, hull=None, hand=None):
+        type(self).asked += 1
+        for count, grasp in enumerate(self.inner.candidates(target, scene, robot, hull=hull, hand=hand)):
+            if count == self.most:
+                return
+            yield grasp
+
+
+class Slow(DLSMotionPlanner):
+    """Moves at a share of the speed that is asked for."""
+
+    planned = 0
+
+    def __init__(self, share, *, clearance=0.002):
+        super().__init__(clearance=clearance)
+        self.share = share
+
+    def plan_joints(self, q_start, q_goal, *, speed=0.5):
+        type(self).planned += 1
+        return super().plan_joints(q_start, q_goal, speed=self.share * speed)
+'''
+ENTRY_POINTS = """[robosandbox.grasp_planners]
+few = outside_planners:Few
+
+[robosandbox.motion_planners]
+slow = outside_planners:Slow
+absent = outside_planners_that_are_not_there:Planner
+"""
+
+
+@pytest.fixture
+def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Install a package with planners of its own."""
+    (tmp_path / "outside_planners.py").write_text(OUTSIDE)
+    installed = tmp_path / "outside_planners-1.0.dist-info"
+    installed.mkdir()
+    (installed / "METADATA").write_text("Metadata-Version: 2.1\nName: outside-planners\nVersion: 1.0\n")
+    (installed / "entry_points.txt").write_text(ENTRY_POINTS)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    plugins._all.cache_clear()
+    yield
+    plugins._all.cache_clear()
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[Session]:
+    with open_session("pick_cube_franka") as session:
+        yield session
+
+
+@pytest.mark.parametrize("name", plugins.plugin_names("grasp_planners"))
+def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: Session) -> None:
+    scene = world.observe()
+    planner = plugins.make_plugin("grasp_planners", name)
+    assert check_grasp_planner(planner, scene.objects[0], scene, world.sim.robot)
+
+
+@pytest.mark.parametrize("name", plugins.plugin_names("motion_planners"))
+def test_an_installed_motion_planner_keeps_its_promises(name: str, world: Session) -> None:
+    check_motion_planner(plugins.make_plugin("motion_planners", name), world.ctx)
+
+
+def test_planners_of_an_outside_package_carry_out_a_task(outside: None) -> None:
+    with open_session("pick_cube_franka") as session:
+        session.run()
+        usual = session.sim.time
+    options = {"grasp_options": {"most": 2}, "motion_options": {"share": 0.5, "clearance": 0.003}}
+    with open_session("pick_cube_franka", grasp="few", motion="slow", **options) as session:
+        scene = session.observe()
+        check_grasp_planner(session.ctx.grasp, scene.objects[0], scene, session.sim.robot)
+        check_motion_planner(session.ctx.motion, session.ctx)
+        asked, planned = type(session.ctx.grasp).asked, type(session.ctx.motion).planned
+        assert len(list(session.ctx.grasp.candidates(scene.objects[0], scene, session.sim.robot))) == 2
+        assert session.ctx.motion.clearance == 0.003
+        assert session.run().success and session.judge().success
+        assert type(session.ctx.grasp).asked > asked + 1 and type(session.ctx.motion).planned > planned
+        assert session.sim.time > 1.2 * usual
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"grasp": "fwe"}, "--grasp: no grasp planner 'fwe'; there is analytic, few; did you mean 'few'?"),
+        ({"motion": "dsl"}, "--motion: no motion planner 'dsl'; there is absent, dls, slow; did you mean 'dls'?"),
+        ({"motion": "slow"}, "--share: is missing; the motion planner 'slow' needs it"),
+        (
+            {"grasp_options": {"most": 2}},
+            "--most: the grasp planner 'analytic' takes no such option; it takes none; --grasp few takes it",
+        ),
+        (
+            {"motion_options": {"share": 0.5}},
+            "--share: the motion planner 'dls' takes no such option; it takes --n-waypoints, --dt, --clearance; "
+            "--motion slow takes it",
+        ),
+        (
+            {"planner_options": {"dialogue": True}},
+            "--dialogue: the planner 'stub' takes no such option; it takes none",
+        ),
+        (
+            {"perception": "rgbd", "perception_options": {"setup": None, "model": "m"}},
+            "--model: the perception 'rgbd' takes no such option; it takes --cameras, --calibration; "
+            "--perception vlm takes it",
+        ),
+    ],
+)
+def test_a_wrong_option_says_what_there_is(outside: None, arguments: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError) as caught:
+        open_session("pick_cube_franka", **arguments)  # type: ignore[arg-type]
+    assert str(caught.value).removeprefix("pick_cube_franka: ").startswith(message)
+
+
+def test_the_checks_find_what_is_broken(world: Session) -> None:
+    scene = world.observe()
+
+    class Far(AnalyticTopDown):
+        def candidates(self, target, scene, robot, *, hull=None, hand=None):  # type: ignore[no-untyped-def]
+            for grasp in super().candidates(target, scene, robot, hull=hull, hand=hand):
+                away = Pose.from_matrix(grasp.tcp_pose.position + 0.3, grasp.tcp_pose.rotation)
+                yield replace(grasp, tcp_pose=away)
+
+    class Reckless(DLSMotionPlanner):
+        def plan_joints(self, q_start, q_goal, *, speed=0.5):  # type: ignore[no-untyped-def]
+            found = super().plan_joints(q_start, q_goal, speed=speed)
+            return replace(found, dt=found.dt / 50.0)
+
+    with pytest.raises(AssertionError, match="from the object's centre"):
+        check_grasp_planner(Far(), scene.objects[0], scene, world.sim.robot)
+    with pytest.raises(AssertionError, match="faster than the joints may be"):
+        check_motion_planner(Reckless(), world.ctx)
