@@ -1,8 +1,8 @@
-"""What becomes of episodes that something upsets: recovered, rightly refused, or neither.
+"""What becomes of perturbed episodes: recovered, rightly refused, or neither.
 
     python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--cases nudged slipped ...] [--jobs 2] [--json]
 
-A fault strikes at a random moment of a bundled task: robosandbox.testing.upsets draws it, the moment and the layout from
+A fault strikes at a random moment of a bundled task: robosandbox.testing.perturbations draws it, the moment and the layout from
 the seed. Where the task can still be done, the share of episodes that end with it done, judged on the simulated state, is
 the recovery rate. Where it cannot, a correct refusal ends the episode after the first failed skill call, with an error
 whose evidence names the cause. A false claim is an agent's "done" that the simulated state contradicts. The largest force
@@ -26,9 +26,9 @@ from robosandbox.agent.episode import SkillStarted
 from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.testing.causes import out_of_reach
-from robosandbox.testing.draw import Upset
-from robosandbox.testing.faults import ContactMeter, Meddler
-from robosandbox.testing.upsets import CASES, draw_upset, lost
+from robosandbox.testing.faults import ContactMeter, FaultInjector
+from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
+from robosandbox.testing.sampling import Perturbation
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Row:
     """One episode.
 
     Attributes:
-        case: What upset it.
+        case: Which perturbation it had.
         seed: The draw.
         task: The bundled task.
         about: The drawn figures.
@@ -78,14 +78,14 @@ class Row:
 def run(name: str, seed: int, what_if: bool) -> Row:
     """Run one episode."""
     case = CASES[name]
-    task, upset, subject = draw_upset(case, seed)
+    task, perturbation, subject = draw_perturbation(case, seed)
     with open_session(task, what_if=what_if) as session:
-        if upset.perception is not None:
-            session.ctx.perception = upset.perception
+        if perturbation.perception is not None:
+            session.ctx.perception = perturbation.perception
         meter = ContactMeter(session.sim)
         session.sim.tick_hooks.append(meter)
         session.agent.listeners.append(lambda event: _expect(meter, event))
-        _arm(session, upset)
+        _arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()
         cpu, secs = time.process_time() - begin, session.sim.time
@@ -94,13 +94,13 @@ def run(name: str, seed: int, what_if: bool) -> Row:
         gone = not verdict.success and lost(session, subject)
     errors = [attempt.error.record() for attempt in episode.attempts]
     last = errors[-1] if errors else None
-    named = case.named if upset.hopeless else out_of_reach
+    named = case.named if perturbation.hopeless else out_of_reach
     return Row(
         case=name,
         seed=seed,
         task=task.name,
-        about=upset.about,
-        hopeless=upset.hopeless or gone,
+        about=perturbation.about,
+        hopeless=perturbation.hopeless or gone,
         done=verdict.success,
         claimed=episode.success,
         named=last is not None and named(last),
@@ -119,17 +119,17 @@ def _expect(meter: ContactMeter, event: object) -> None:
         meter.intended = {value for value in event.call.arguments.values() if isinstance(value, str)}
 
 
-def _arm(session: Session, upset: Upset) -> None:
+def _arm(session: Session, perturbation: Perturbation) -> None:
     """Let the fault begin at its moment."""
-    if upset.fault is None:
+    if perturbation.fault is None:
         return
-    meddler = Meddler(session.sim)
-    ticks = upset.fault(meddler)
-    if upset.at <= 0.0:
+    injector = FaultInjector(session.sim)
+    ticks = perturbation.fault(injector)
+    if perturbation.at <= 0.0:
         next(ticks, None)
 
     def tick() -> None:
-        if session.sim.time >= upset.at - 1e-9:
+        if session.sim.time >= perturbation.at - 1e-9:
             next(ticks, None)
 
     session.sim.tick_hooks.append(tick)

@@ -20,7 +20,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from robosandbox.tasks.engines import Chunk
-from robosandbox.tasks.rows import BenchSettings, Row
+from robosandbox.tasks.results import BenchSettings, Row
 from robosandbox.versions import versions
 
 _TASK = "home"

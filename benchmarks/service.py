@@ -26,7 +26,7 @@ import zenoh
 from robosandbox.agent.client import RemoteRobot, connect
 from robosandbox.errors import ServiceError, UnsupportedError
 from robosandbox.sim.service.server import SimServer
-from robosandbox.tasks.hosting import TaskHouse
+from robosandbox.tasks.service_loader import TaskLoader
 from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.transport import open_connector, open_listener
 from robosandbox.wire import SendGoal
@@ -142,10 +142,10 @@ def state_stream(seconds: float, pace: str) -> dict[str, Any]:
 
 def pictures(seconds: float) -> dict[str, Any]:
     """Count what is drawn without and with a listener; the server is in this process, where its counter can be read."""
-    house = TaskHouse()
+    loader = TaskLoader()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
-    with session, SimServer(house.open("pick_from_three"), session, robot_id="robot", load=house.load) as server:
+    with session, SimServer(loader.open("pick_from_three"), session, robot_id="robot", load=loader.load) as server:
         with connect(endpoint) as client:
             robot = client.robot()
             robot.send("pick", {"object": "red_cube"}).wait(60.0)

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
 from robosandbox import errors, wire
-from robosandbox.tasks.hosting import MOST_BODIES, MOST_GEOMS
+from robosandbox.tasks.service_loader import MOST_BODIES, MOST_GEOMS
 
 PAGE = Path(__file__).with_name("protocol.md")
 PROSE = Path(__file__).with_name("protocol.in.md")

@@ -12,8 +12,8 @@ from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.tasks.engines import Engine, InProcess, ProcessPool
 from robosandbox.tasks.episodes import Chunk, try_world
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.row_file import RowFile
-from robosandbox.tasks.rows import BenchSettings, Rate, Row, Tally
+from robosandbox.tasks.results import BenchSettings, Rate, Row, Tally
+from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task
 from robosandbox.versions import versions
 
@@ -47,7 +47,7 @@ def run_bench(
     jobs: int = 1,
     settings: BenchSettings | None = None,
     on_row: Callable[[Row], None] | None = None,
-    kept: RowFile | None = None,
+    kept: ResultsFile | None = None,
     engine: Engine | None = None,
     remote: RemoteSession | None = None,
 ) -> Iterator[Row]:
@@ -86,7 +86,7 @@ def run_bench(
     if engine is None:
         engine = InProcess(remote) if jobs <= 1 or remote is not None else ProcessPool(jobs)
     coming = engine.run(_chunks(tasks, seeds, size=size, settings=settings, kept=kept))
-    with closing(RowFile.temporary()) if kept is None else nullcontext(kept) as store:
+    with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
         for task in tasks:
             for seed in range(seeds):
                 row = store.find(task.name, seed)
@@ -101,7 +101,7 @@ def _until(
     seed: int,
     *,
     source: Iterator[Row],
-    store: RowFile,
+    store: ResultsFile,
     keep_all: bool,
     on_row: Callable[[Row], None] | None,
 ) -> Row:
@@ -122,7 +122,7 @@ def _until(
 
 
 def _tried(
-    tasks: Sequence[Task | BrokenTask], seeds: int, settings: BenchSettings, kept: RowFile | None
+    tasks: Sequence[Task | BrokenTask], seeds: int, settings: BenchSettings, kept: ResultsFile | None
 ) -> list[Task | BrokenTask]:
     """Return the tasks, with those broken whose world cannot be built; what has its rows already is not tried."""
     found: list[Task | BrokenTask] = []
@@ -135,7 +135,7 @@ def _tried(
 
 
 def _chunks(
-    tasks: Sequence[Task | BrokenTask], seeds: int, *, size: int, settings: BenchSettings, kept: RowFile | None
+    tasks: Sequence[Task | BrokenTask], seeds: int, *, size: int, settings: BenchSettings, kept: ResultsFile | None
 ) -> Iterator[Chunk]:
     """Yield what is to be run in chunks of so many seeds, each made when it is asked for."""
     for task in tasks:

@@ -13,7 +13,7 @@ from typing import Protocol
 from robosandbox.errors import ServiceUnavailableError
 from robosandbox.tasks.episodes import Chunk, EpisodeRunner, run_chunk
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.rows import Row
+from robosandbox.tasks.results import Row
 
 _log = logging.getLogger(__name__)
 _MOST_DEATHS = 3

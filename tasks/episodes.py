@@ -16,9 +16,9 @@ from robosandbox.errors import (
     ServiceUnavailableError,
 )
 from robosandbox.recording.settings import open_recorder
-from robosandbox.tasks.monitor import ContactMonitor
+from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.rows import BenchSettings, Row
+from robosandbox.tasks.results import BenchSettings, Row
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell

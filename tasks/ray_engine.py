@@ -10,7 +10,7 @@ from typing import Any
 from robosandbox.errors import ServiceUnavailableError
 from robosandbox.extras import missing_extra
 from robosandbox.tasks.episodes import Chunk, run_chunk
-from robosandbox.tasks.rows import Row
+from robosandbox.tasks.results import Row
 
 _LOOPBACK = "127.0.0.1"
 _RETRIES = 3

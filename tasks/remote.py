@@ -16,7 +16,7 @@ from robosandbox.agent.remote import RemoteContext
 from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import InputError
 from robosandbox.sim.truth import ObjectTruth, Truth
-from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene, frozen_array
 from robosandbox.validation import validate
@@ -186,7 +186,7 @@ class RemoteSession:
         """Tell whether the task has succeeded since the last reset; None where the sim keeps its truth to itself."""
         if self.start is None:
             return None
-        return judge(
+        return evaluate(
             self.task.success, self.start, lambda: truth_of(self.robot.truth()), lambda seconds: self._wait(seconds)
         )
 

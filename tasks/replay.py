@@ -9,7 +9,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.step_recorder import Ragged
-from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array
@@ -83,7 +83,7 @@ class Replay:
         if result is not None and result.judged is not None:
             while self.row < result.ended:
                 self.step()
-            verdict = judge(self.session.task.success, self.session.start, sim.truth, self._wait)
+            verdict = evaluate(self.session.task.success, self.session.start, sim.truth, self._wait)
         while self.row + 1 < len(self._actions):
             self.step()
         truth = sim.truth()

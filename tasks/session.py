@@ -24,7 +24,7 @@ from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.success import AtHome
@@ -156,7 +156,7 @@ class Session:
 
     def judge(self) -> Verdict:
         """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold."""
-        return judge(self.task.success, self.start, self.sim.truth, self.sim.step)
+        return evaluate(self.task.success, self.start, self.sim.truth, self.sim.step)
 
     def close(self) -> None:
         """Free the world."""

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import Episode
-from robosandbox.tasks.judge import Verdict
+from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene
 

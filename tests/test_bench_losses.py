@@ -17,7 +17,7 @@ from robosandbox.tasks.bench import BenchSettings, Row, run_bench
 from robosandbox.tasks.engines import ProcessPool
 from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.loader import bundled_tasks, load_task
-from robosandbox.tasks.row_file import RowFile
+from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task
 from robosandbox.validation import validate
 
@@ -107,17 +107,17 @@ def test_a_fault_while_a_world_is_laid_out_is_an_error_row(monkeypatch: pytest.M
 
 def test_errors_are_tried_again_by_a_bench_that_goes_on(tmp_path: Path) -> None:
     path, settings = tmp_path / "rows.jsonl", BenchSettings()
-    kept = RowFile.resume(path, settings)
+    kept = ResultsFile.resume(path, settings)
     assert [row.result for row in run_bench([task("home_0"), sunk("late")], 1, kept=kept)] == ["OK", "ERROR"]
     kept.close()
-    kept = RowFile.resume(path, settings)
+    kept = ResultsFile.resume(path, settings)
     assert kept.holds("home_0", 0) and not kept.holds("late", 0)
     ran: list[Row] = []
     # Repaired meanwhile.
     rows = list(run_bench([task("home_0"), task("late")], 1, kept=kept, on_row=ran.append))
     kept.close()
     assert [row.result for row in rows] == ["OK", "OK"] and [row.task for row in ran] == ["late"]
-    assert RowFile.resume(path, settings).find("late", 0) == ran[0]
+    assert ResultsFile.resume(path, settings).find("late", 0) == ran[0]
 
 
 class BreaksOff:

@@ -12,7 +12,7 @@ import pytest
 from robosandbox.agent.client import connect
 from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import CancelledError, InputError
-from robosandbox.tasks.hosting import MOST_BODIES
+from robosandbox.tasks.service_loader import MOST_BODIES
 from robosandbox.testing.processes import SimProcess
 
 # Wall time within which a process ends at SIGTERM on an idle machine is below a second; others may run beside.

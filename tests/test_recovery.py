@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from robosandbox.testing.upsets import HOPELESS, RECOVERABLE, draw_upset
+from robosandbox.testing.perturbations import HOPELESS, RECOVERABLE, draw_perturbation
 
 # Enough of them to notice when one breaks; rates are the bench's.
 SEEDS = {"toppled": 1, "occupied": 1, "just_too_far": 1}
@@ -58,5 +58,8 @@ def test_same_seed_gives_the_same_episode(bench: ModuleType) -> None:
 
 
 def test_faults_are_drawn_with_a_range_of_magnitudes_and_moments() -> None:
-    drawn = [draw_upset(RECOVERABLE[0], seed)[1] for seed in range(3)]
-    assert len({upset.about for upset in drawn}) == 3 and len({upset.at for upset in drawn}) == 3
+    drawn = [draw_perturbation(RECOVERABLE[0], seed)[1] for seed in range(3)]
+    assert (
+        len({perturbation.about for perturbation in drawn}) == 3
+        and len({perturbation.at for perturbation in drawn}) == 3
+    )

@@ -18,7 +18,7 @@ from robosandbox.tasks.bench import BenchSettings, Row, run_bench
 from robosandbox.tasks.engines import ProcessPool
 from robosandbox.tasks.episodes import Chunk
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.row_file import RowFile
+from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.testing.cluster import dying_worker, local_cluster
 
 TASKS = ("pick_cube_scrambled", "home")
@@ -66,16 +66,16 @@ def test_rows_of_other_settings_or_versions_and_other_files_are_refused(rows: li
     path = tmp_path / "rows.jsonl"
     path.write_text(json.dumps(rows[0].record()) + "\n")
     with pytest.raises(InputError, match="what_if was True and is False"):
-        RowFile.resume(path, BenchSettings(what_if=False))
+        ResultsFile.resume(path, BenchSettings(what_if=False))
     path.write_text(json.dumps({**rows[0].record(), "versions": {**rows[0].versions, "mujoco": "2.0"}}) + "\n")
     with pytest.raises(InputError, match=r"mujoco was '2\.0'"):
-        RowFile.resume(path, BenchSettings())
+        ResultsFile.resume(path, BenchSettings())
     for text in ('{"task": "home"}\n', "[]\n", "nonsense\n"):
         path.write_text(text)
         with pytest.raises(InputError, match=r"rows\.jsonl, line 1"):
-            RowFile.resume(path, BenchSettings())
+            ResultsFile.resume(path, BenchSettings())
     with pytest.raises(InputError, match="cannot be used"):
-        RowFile.resume(tmp_path, BenchSettings())
+        ResultsFile.resume(tmp_path, BenchSettings())
 
 
 # Processes.

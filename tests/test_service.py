@@ -31,9 +31,9 @@ from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
 from robosandbox.sim.service.server import SimServer
 from robosandbox.skills.base import Skill
 from robosandbox.tasks.bench import run_bench
-from robosandbox.tasks.hosting import TaskHouse
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.remote import RemoteSession
+from robosandbox.tasks.service_loader import TaskLoader
 from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.transport import open_listener
 from robosandbox.types import SkillResult
@@ -226,12 +226,12 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
             """Fail."""
             raise KeyError("a fault on purpose")
 
-    house = TaskHouse()
-    host = house.open("home")
+    loader = TaskLoader()
+    host = loader.open("home")
     host.skills.append(Broken())
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
-    server = SimServer(host, session, robot_id="arm-1", load=house.load, pace="fast")
+    server = SimServer(host, session, robot_id="arm-1", load=loader.load, pace="fast")
     with session, server, connect(endpoint) as client, caplog.at_level(logging.ERROR):
         robot = client.robot("arm-1")
         with pytest.raises(InternalError) as raised:
@@ -271,10 +271,10 @@ def test_request_of_a_client_is_small_and_a_task_may_be_larger(robot: RemoteRobo
 
 def test_goal_is_saved_as_ended_before_anybody_hears_so(tmp_path: Path) -> None:
     file = StateFile(tmp_path / "world.json")
-    house = TaskHouse()
+    loader = TaskLoader()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
-    server = SimServer(house.open("home"), session, robot_id="robot", load=house.load, pace="fast", state_file=file)
+    server = SimServer(loader.open("home"), session, robot_id="robot", load=loader.load, pace="fast", state_file=file)
     told: list[tuple[str, str]] = []
     save = file.save
 

@@ -12,7 +12,7 @@ from pydantic import TypeAdapter
 
 from robosandbox.errors import InputError
 from robosandbox.sim.truth import ObjectTruth, Truth
-from robosandbox.tasks.judge import Verdict, judge
+from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.success import Check, Criterion
 from robosandbox.types import ObjectKind, Pose, frozen_array
 
@@ -82,7 +82,7 @@ START = truth(a=A_LOW, b=B_LOW)
     ],
 )  # fmt: skip
 def test_criterion_says(fields: dict[str, Any], now: Truth, holds: bool) -> None:
-    verdict = judge(check(**fields), START, lambda: now, lambda _: None)
+    verdict = evaluate(check(**fields), START, lambda: now, lambda _: None)
     assert verdict.success is holds
 
 
@@ -138,7 +138,7 @@ def judged_while_falling(fields: dict[str, Any], falls_after: float) -> Verdict:
     def look() -> Truth:
         return truth(time=clock[0], a=("box", (0, 0, 0.06 if clock[0] > falls_after else 0.20)), b=B_LOW)
 
-    return judge(check(**fields), START, look, wait)
+    return evaluate(check(**fields), START, look, wait)
 
 
 LIFTED = {"kind": "lifted", "object": "a", "min_mm": 50}

@@ -92,7 +92,7 @@ def bench(
     from robosandbox.sim.sensors import find_sensor
     from robosandbox.skills.catalogue import load_skills
     from robosandbox.tasks.bench import BenchSettings, Tally, run_bench
-    from robosandbox.tasks.row_file import RowFile
+    from robosandbox.tasks.results_file import ResultsFile
 
     chosen = _choose(tasks or [], task_file or [], suite)
     options = {"base_url": base_url, "model": model, "time_limit": time_limit}
@@ -124,7 +124,7 @@ def bench(
     width = max(TASK_WIDTH, *(len(task.name) for task in chosen))
     tally = Tally()
     with ExitStack() as opened:
-        kept = opened.enter_context(closing(RowFile.resume(resume, settings))) if resume is not None else None
+        kept = opened.enter_context(closing(ResultsFile.resume(resume, settings))) if resume is not None else None
         done = opened.enter_context(_progress(len(chosen) * seeds))
         remote = opened.enter_context(_world(connect, robot_id, zenoh_config, settings))
         written: RowArray | None = None

@@ -20,7 +20,7 @@ from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from robosandbox.sim.service.checkpoint import SavedWorld
-    from robosandbox.tasks.hosting import TaskHouse
+    from robosandbox.tasks.service_loader import TaskLoader
     from robosandbox.tasks.session import Session
 
 _WAKE_SECONDS = 0.2
@@ -82,22 +82,24 @@ def sim(
     from robosandbox.sim.sensors import find_sensor
     from robosandbox.sim.service.checkpoint import StateFile
     from robosandbox.sim.service.server import SimServer
-    from robosandbox.tasks.hosting import TaskHouse
+    from robosandbox.tasks.service_loader import TaskLoader
     from robosandbox.transport import open_listener
 
     load_plugin("perceptions", perception)
     find_sensor(sensor)
-    house = TaskHouse(perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [], record=settings)
+    loader = TaskLoader(
+        perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [], record=settings
+    )
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
     try:
-        host = _open(house, saved, task, robot, seed)
+        host = _open(loader, saved, task, robot, seed)
         server = SimServer(
             host,
             zenoh_session,
             robot_id=robot_id,
-            load=house.load,
+            load=loader.load,
             pace=_pace(pace),
             truth=ground_truth,
             state_file=file,
@@ -136,10 +138,10 @@ def _pace(name: str) -> Literal["realtime", "fast"]:
             raise InputError(f"--pace: {name!r} is not one of realtime, fast")
 
 
-def _open(house: TaskHouse, saved: SavedWorld | None, task: str | None, robot: str | None, seed: int) -> Session:
+def _open(loader: TaskLoader, saved: SavedWorld | None, task: str | None, robot: str | None, seed: int) -> Session:
     if saved is None:
-        return house.open(task, robot, seed)
-    session = house.resume(saved)
+        return loader.open(task, robot, seed)
+    session = loader.resume(saved)
     print(
         f"going on with {session.task.name} at {session.sim.time:.2f} s from the state file; remove it to start over",
         file=sys.stderr,

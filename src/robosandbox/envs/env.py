@@ -15,7 +15,7 @@ from robosandbox.envs.control import ActionKind, Controller
 from robosandbox.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
 from robosandbox.recording.settings import rows_per_frame
-from robosandbox.tasks.judge import longest_hold
+from robosandbox.tasks.evaluate import longest_hold
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array

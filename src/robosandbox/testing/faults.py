@@ -21,7 +21,7 @@ from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world.relations import bottom, centre, top
 
-Fault = Callable[["Meddler"], Iterator[None]]
+Fault = Callable[["FaultInjector"], Iterator[None]]
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _GREASE_PRIORITY = 10
@@ -29,7 +29,7 @@ _BOLT_DAMPING = 1e6
 _JAM_DAMPING = 1e7
 
 
-class Meddler:
+class FaultInjector:
     """Changes a world from outside, as a tick hook.
 
     Args:
@@ -88,7 +88,7 @@ class Meddler:
 def nudge(name: str, offset: Array, speed: float = 0.2) -> Fault:
     """Slide an object by `offset` (2,), metres, at a speed, as by somebody's hand."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         start = world.pose(name).position[:2]
         length = float(np.linalg.norm(offset))
         velocity = np.array([*(offset / length * speed), 0.0])
@@ -105,7 +105,7 @@ def nudge(name: str, offset: Array, speed: float = 0.2) -> Fault:
 def roll(name: str, velocity: Array) -> Fault:
     """Let a round object roll off at `velocity` (2,), m/s; it slows down by itself."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         truth = world.sim.truth().objects[name]
         spin = np.cross([0.0, 0.0, 1.0], [*velocity, 0.0]) / truth.size[0]
         world.set_velocity(name, np.array([*velocity, 0.0]), truth.pose.rotation.T @ spin)
@@ -117,7 +117,7 @@ def roll(name: str, velocity: Array) -> Fault:
 def slip(name: str, friction: float, seconds: float = 2.0) -> Fault:
     """Grease an object until it has left the fingers, or for so many seconds."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         model, geoms = world.sim.model, world.geoms(name)
         before = model.geom_friction[geoms].copy(), model.geom_priority[geoms].copy()
         model.geom_friction[geoms, 0] = friction
@@ -134,7 +134,7 @@ def slip(name: str, friction: float, seconds: float = 2.0) -> Fault:
 def put(name: str, pose: Pose) -> Fault:
     """Put an object somewhere at once."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         world.set_pose(name, pose)
         yield
 
@@ -144,7 +144,7 @@ def put(name: str, pose: Pose) -> Fault:
 def put_on(name: str, target: str, offset: tuple[float, float] = (0.0, 0.0)) -> Fault:
     """Put an object on top of another, `offset` metres from its middle."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         truth = world.sim.truth()
         item, below = truth.objects[name].detected(), truth.objects[target].detected()
         x, y = centre(below)[:2] + offset
@@ -158,7 +158,7 @@ def put_on(name: str, target: str, offset: tuple[float, float] = (0.0, 0.0)) -> 
 def knock(name: str, velocity: Array) -> Fault:
     """Hit an object: it gets `velocity` (3,), m/s, at once."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         world.set_velocity(name, velocity)
         yield
 
@@ -168,7 +168,7 @@ def knock(name: str, velocity: Array) -> Fault:
 def weaken(joint: int, gain: float, limit: float) -> Fault:
     """Leave an arm servo this share of its stiffness, damping and force limit, for good."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         model, actuator = world.sim.model, int(world.sim.robot.actuator_ids[joint])
         model.actuator_gainprm[actuator, 0] *= gain
         model.actuator_biasprm[actuator, 1:3] *= gain
@@ -181,7 +181,7 @@ def weaken(joint: int, gain: float, limit: float) -> Fault:
 def jam(aperture: float, seconds: float | None) -> Fault:
     """Let the gripper's fingers stick `aperture` metres apart, for so many seconds or for good."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         model, gripper = world.sim.model, world.sim.robot.gripper
         assert gripper is not None
         dofs = [
@@ -203,7 +203,7 @@ def jam(aperture: float, seconds: float | None) -> Fault:
 def half_open(aperture: float) -> Fault:
     """Let the gripper open no further than `aperture` metres, for good; what is open further is closed to it."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         model, gripper = world.sim.model, world.sim.robot.gripper
         assert gripper is not None
         geometry = gripper.geometry
@@ -221,7 +221,7 @@ def half_open(aperture: float) -> Fault:
 def bolt(name: str) -> Fault:
     """Fix an object where it is, for good."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         world.sim.model.dof_damping[world.dofs(name)] = _BOLT_DAMPING
         yield
 
@@ -231,7 +231,7 @@ def bolt(name: str) -> Fault:
 def lock(name: str) -> Fault:
     """Fix a drawer's sliding box where it is, for good."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         model = world.sim.model
         box = list(world.sim.body_names).index(f"{name}/box")
         model.dof_damping[int(model.body_dofadr[box])] = _BOLT_DAMPING
@@ -319,7 +319,7 @@ class ContactMeter:
 def first_of(*faults: Fault) -> Fault:
     """Return the faults one after the other as one."""
 
-    def run(world: Meddler) -> Iterator[None]:
+    def run(world: FaultInjector) -> Iterator[None]:
         for fault in faults:
             yield from fault(world)
 

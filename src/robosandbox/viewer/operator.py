@@ -12,7 +12,7 @@ from typing import Any
 
 from robosandbox.agent.episode import AgentEvent, Episode
 from robosandbox.errors import CancelledError, InternalError, RoboSandboxError
-from robosandbox.tasks.judge import Verdict
+from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
 from robosandbox.viewer.cell import Cell

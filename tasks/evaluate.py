@@ -25,7 +25,7 @@ class Verdict:
     detail: dict[str, float]
 
 
-def judge(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
+def evaluate(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
     """Evaluate a criterion at the end of an episode, and for as long as it asks to hold.
 
     Args:

@@ -11,7 +11,7 @@ from typing import IO, Self
 from pydantic import TypeAdapter, ValidationError
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.rows import ERROR, BenchSettings, Row
+from robosandbox.tasks.results import ERROR, BenchSettings, Row
 from robosandbox.versions import versions
 
 _ROWS = TypeAdapter(Row)
@@ -20,7 +20,7 @@ _PAGE = 1024
 _ABSENT = -1
 
 
-class RowFile:
+class ResultsFile:
     """A file that rows are appended to and read back from.
 
     Args:

@@ -1,4 +1,4 @@
-"""The dice of an upset episode: a bundled task's layout, its objects and the moments of the episode as it would have gone."""
+"""Samples a perturbed episode: a bundled task's layout, its objects, and the phases of the same episode without a fault."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Moment:
 
 
 @dataclass(slots=True, kw_only=True)
-class Upset:
+class Perturbation:
     """What is done to an episode.
 
     Attributes:
@@ -73,8 +73,8 @@ class Upset:
     about: str = ""
 
 
-class Draw:
-    """The dice of one episode, and the episode as it would have gone.
+class EpisodeSampler:
+    """The random numbers of one episode, and the course of the same episode without a fault.
 
     Args:
         case: The case's name.

@@ -1,4 +1,4 @@
-"""Tasks for a sim process: what clients may load, and a world that goes on where a state file left it."""
+"""The tasks of a sim process: which ones clients may load, and a world that continues from a state file."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ MOST_BODIES = 300
 MOST_GEOMS = 800
 
 
-class TaskHouse:
+class TaskLoader:
     """Opens the tasks that a sim process serves.
 
     Args:
