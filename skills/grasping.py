@@ -75,9 +75,9 @@ def plan_grasp(
     """
     arm.ctx.enter(Phase.PLAN)
     arm.use(scene)
-    hull = None if target.shape.size_fields else arm.planning.hull(target.id)
+    pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
     hand = arm.sim.observe().tcp_pose.rotation
-    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, hull=hull, hand=hand)
+    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, pieces=pieces, hand=hand)
     search = _Search(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     for grasp in fresh:
@@ -95,7 +95,7 @@ def plan_grasp(
             return plan
     arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=None))
     if not search.failures:
-        raise _no_candidate(arm, target, hull)
+        raise _no_candidate(arm, target, pieces)
     raise _most_telling(search.failures)
 
 
@@ -255,9 +255,9 @@ def _residual(error: UnreachableError) -> float:
     return getattr(evidence, "position_error", np.inf) + 0.3 * getattr(evidence, "orientation_error", np.inf)
 
 
-def _no_candidate(arm: Manipulator, target: DetectedObject, hull: Array | None) -> GraspError:
+def _no_candidate(arm: Manipulator, target: DetectedObject, pieces: Sequence[Array]) -> GraspError:
     geometry = arm.geometry
-    width = narrowest(target, hull)
+    width = narrowest(target, pieces)
     reason = (
         f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
         if width >= geometry.max_aperture - 0.006

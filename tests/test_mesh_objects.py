@@ -5,11 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robosandbox.errors import InputError
+from robosandbox.errors import GraspError, InputError
 from robosandbox.shapes.mesh_file import mesh_pieces, mesh_volume
 from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.types import Pose, Scene, SceneObject
+from robosandbox.tasks.session import open_session
+from robosandbox.types import Pose, Scene, SceneObject, SkillCall
 
 trimesh = pytest.importorskip("trimesh")
 
@@ -96,3 +97,17 @@ def test_a_flat_file_is_refused_by_its_object(tmp_path: Path) -> None:
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n")
     with pytest.raises(InputError, match=r"objects\[it\]\.mesh: .*flat\.obj"):
         mesh_pieces(path, 0.1, 0.1, decomposed=True, of="it")
+
+
+def test_a_ring_is_picked_by_its_wall_if_cut_and_is_too_wide_if_not(ring: Path) -> None:
+    hull, cut = (Scene(objects=(thing(ring, collision=way, mass=0.05),)) for way in ("hull", "coacd"))
+    with open_session(cut, what_if=False) as session:
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
+        truth = session.sim.truth()
+        assert truth.held == "it" and truth.objects["it"].pose.xyz[2] > 0.1
+        tcp = session.sim.observe().tcp_pose.position
+        # In the wall's frame the fingertips are at its radius, not over its middle.
+        off = (tcp - truth.objects["it"].pose.position) @ truth.objects["it"].pose.rotation
+        assert float(np.hypot(*off[:2])) == pytest.approx((INNER + OUTER) / 2.0, abs=0.006)
+    with open_session(hull, what_if=False) as session, pytest.raises(GraspError, match="gripper opens to"):
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))

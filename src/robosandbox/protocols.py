@@ -138,7 +138,7 @@ class Perception(Protocol):
 class GraspPlanner(Protocol):
     """Ways to hold an object, best first, made as they are asked for; feasibility is the motion planner's to say.
 
-    `hull` (k, 3) spans a mesh's convex hull in the object's frame; `hand` (3, 3) is the TCP's rotation now, so that of
+    `pieces`, each (k, 3), span a mesh's convex pieces in the object's frame; `hand` (3, 3) is the TCP's rotation now, so that of
     grasps about as good the one that turns it least may come first.
     """
 
@@ -148,7 +148,7 @@ class GraspPlanner(Protocol):
         scene: ObservedScene,
         robot: Robot,
         *,
-        hull: Array | None = None,
+        pieces: Sequence[Array] = (),
         hand: Array | None = None,
     ) -> Iterable[Grasp]: ...
 

@@ -10,6 +10,7 @@ import numpy as np
 from robosandbox.grasp.antipodal import Antipodal
 from robosandbox.grasp.crowding import has_room, neighbours
 from robosandbox.grasp.hand import UP
+from robosandbox.grasp.pieces import Pieces
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
@@ -19,7 +20,7 @@ from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
 
 class AnalyticTopDown:
-    """Candidates for boxes, cylinders, balls, capsules, meshes (by their convex hull), and open containers.
+    """Candidates for boxes, cylinders, balls, capsules, meshes (by their convex pieces), and open containers.
 
     Closing lines join parallel faces, or opposite points of what is round, so that friction holds; the hand comes from
     above, angled, or from the side. Grasps with no room for the fingers between neighbours come last.
@@ -31,7 +32,7 @@ class AnalyticTopDown:
         scene: ObservedScene,
         robot: Robot,
         *,
-        hull: Array | None = None,
+        pieces: Sequence[Array] = (),
         hand: Array | None = None,
     ) -> Iterator[Grasp]:
         """Yield grasps, best first, each tier made when it is asked for; none when nothing fits the gripper.
@@ -40,24 +41,24 @@ class AnalyticTopDown:
             target: What to hold.
             scene: Where it stands among others.
             robot: Its gripper's measured figures decide width and depth.
-            hull: For a mesh: points that span its convex hull, in the object's frame, shape (k, 3).
+            pieces: For a mesh: points that span each of its convex pieces, in the object's frame, each (k, 3).
             hand: The TCP's rotation now (3, 3): of grasps about as good the one that turns it least comes first.
         """
         if robot.gripper is None:
             return
         geometry = robot.gripper.geometry
-        solid = Solid(target, hull)
-        floor = -float(solid.support(-UP[None])[0])
+        cut = Pieces(target, pieces) if pieces else None
+        solids = cut.solids() if cut else [Solid(part) for part in _parts(target)] or [Solid(target)]
+        floor = min(-float(solid.support(-UP[None])[0]) for solid in solids)
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
-        solids = [Solid(part) for part in _parts(target)] or [solid]
         across = [Antipodal(each, geometry, floor=floor, base=robot.base_position).tiers() for each in solids]
         sides = [sideways(target, geometry, robot.base_position)] if is_filled(target, scene) else []
         for tiers in (sides, _merged(across), rim_tiers(target, geometry, floor)):
             for tier in tiers:
                 if tier and near is None:
                     near = neighbours(target, scene)
-                for grasp in _ranked(tier, hand):
+                for grasp in _ranked([grasp for grasp in tier if cut is None or cut.meets(grasp)], hand):
                     if has_room(grasp, near or (), geometry):
                         yield grasp
                     else:
@@ -88,8 +89,8 @@ def _ranked(tier: list[Grasp], hand: Array | None) -> list[Grasp]:
     return sorted(tier, key=key)
 
 
-def narrowest(target: DetectedObject, hull: Array | None = None) -> float:
+def narrowest(target: DetectedObject, pieces: Sequence[Array] = ()) -> float:
     """Return the object's least extent between fingers from above, metres."""
-    solid = Solid(target, hull)
-    widths = [solid.between(axis)[0] for axis in solid.closings()]
+    solids = Pieces(target, pieces).solids() if pieces else [Solid(target)]
+    widths = [solid.between(axis)[0] for solid in solids for axis in solid.closings()]
     return min(widths, default=float(np.inf))

@@ -72,10 +72,10 @@ class PlanningScene:
 
     # What skills ask.
 
-    def hull(self, object_id: str) -> Array | None:
-        """Return points that span the hull of an object's meshes, in its frame, shape (k, 3); None without a mesh."""
+    def pieces(self, object_id: str) -> tuple[Array, ...]:
+        """Return points that span each convex piece of a mesh, in the object's frame, each (k, 3); none without a mesh."""
         body = self.body(object_id)
-        return None if body is None else _mesh_hull(self._world.model, body)
+        return () if body is None else _mesh_pieces(self._world.model, body)
 
     def is_of_gripper(self, name: str) -> bool:
         """Tell whether a part of this name belongs to the gripper."""
@@ -152,10 +152,10 @@ def _as_object(item: DetectedObject) -> SceneObject:
     )
 
 
-def _mesh_hull(model: mujoco.MjModel, body: int) -> Array | None:
-    """Return points that span the hull of a body's colliding meshes, in its frame, shape (k, 3); None without a mesh."""
+def _mesh_pieces(model: mujoco.MjModel, body: int) -> tuple[Array, ...]:
+    """Return the vertices of a body's colliding meshes, each in the body's frame, shape (k, 3)."""
     first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-    found = []
+    found: list[Array] = []
     for geom in range(first, first + count):
         solid = model.geom_contype[geom] or model.geom_conaffinity[geom]
         if model.geom_type[geom] != _MESH or not solid:
@@ -166,13 +166,4 @@ def _mesh_hull(model: mujoco.MjModel, body: int) -> Array | None:
         mujoco.mju_quat2Mat(rotation, model.geom_quat[geom])
         vertices = model.mesh_vert[start : start + number].astype(float)
         found.append(vertices @ rotation.reshape(3, 3).T + model.geom_pos[geom])
-    if not found:
-        return None
-    points = np.concatenate(found)
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        corners: Array = points[ConvexHull(points).vertices]
-    except QhullError:
-        return points
-    return corners
+    return tuple(found)
