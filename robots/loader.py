@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
 from robosandbox.robots.gripper.contact_model import fit_grip
@@ -147,7 +148,8 @@ def load_robot(
     path = resolve_robot(robot_urdf).resolve()
     config = find_sidecar(path, robot_config)
     stamp = config.stat().st_mtime_ns if config else 0
-    return _load(path, config, package_paths, table_height, path.stat().st_mtime_ns, stamp)
+    with doing(f"loading {path.name}"):
+        return _load(path, config, package_paths, table_height, path.stat().st_mtime_ns, stamp)
 
 
 @lru_cache(maxsize=16)

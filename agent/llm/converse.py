@@ -23,6 +23,7 @@ from robosandbox.agent.llm.modes import KnownModes, Mode
 from robosandbox.agent.llm.service import ModeRefusedError, Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerAnswerError
+from robosandbox.progress import doing
 
 AnswerT = TypeVar("AnswerT")
 
@@ -60,7 +61,8 @@ def converse(settings: LLMSettings, player: Player | None, modes: KnownModes, qu
         PlannerAnswerError: It answers with nothing usable.
         InputError: The service does not know the model or the key.
     """
-    return run_apart(_turns(settings, player, modes, question))
+    with doing(f"asking {settings.model}"):
+        return run_apart(_turns(settings, player, modes, question))
 
 
 async def _turns(

@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.progress import doing
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.gripper.collision import ensure_solid_tool
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
@@ -84,12 +85,13 @@ def infer(
         InputError: A file is wrong, or no arm is found in it.
     """
     package_paths = tuple(package_paths)
-    imported = import_model(path, package_paths)
-    attachment: GripperAttachment | None = None
-    if gripper is not None:
-        attachment = _flange(imported, gripper, arm)
-        mount(imported, attachment, gripper, package_paths)
-    found = infer_imported(imported, attachment=attachment, arm=arm, table_height=table_height)
+    with doing(f"inferring the sidecar of {path.name}"):
+        imported = import_model(path, package_paths)
+        attachment: GripperAttachment | None = None
+        if gripper is not None:
+            attachment = _flange(imported, gripper, arm)
+            mount(imported, attachment, gripper, package_paths)
+        found = infer_imported(imported, attachment=attachment, arm=arm, table_height=table_height)
     if gripper is not None and found.sidecar.gripper is None:
         raise InputError(f"{gripper.name}: {found.findings['gripper'].evidence}")
     return found

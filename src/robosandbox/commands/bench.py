@@ -15,7 +15,7 @@ from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
-from robosandbox.commands.options import NoCache, TimeLimit
+from robosandbox.commands.options import NoCache, PerceptionName, PlannerName, SensorName, TimeLimit
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -51,14 +51,12 @@ def bench(
     resume: Annotated[
         Path | None, typer.Option("--resume", help="Append each row to this JSON Lines file; run what it lacks.")
     ] = None,
-    planner: Annotated[str, typer.Option("--planner", help="What turns prompts into plans.")] = "stub",
+    planner: PlannerName = "stub",
     base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
     model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
     time_limit: TimeLimit = None,
-    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
-    sensor: Annotated[
-        str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
-    ] = "ideal",
+    perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
     what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,

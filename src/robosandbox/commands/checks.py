@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -12,44 +13,52 @@ from robosandbox.suggestions import did_you_mean
 _TASK_SUFFIXES = (".yaml", ".yml")
 
 
-def check_names(
-    task: str | None = None,
-    robot: Path | str | None = None,
-    *,
-    planner: str | None = None,
-    perception: str | None = None,
-) -> None:
-    """Find out whether what a command names is there.
-
-    Args:
-        task: A bundled task or a YAML file.
-        robot: A model file, a bundled robot, or `menagerie:<name>`, which is looked up later.
-        planner: The name of an installed one.
-        perception: Likewise.
-
-    Raises:
-        InputError: It is not; the message names the option, the value and what there is.
-    """
-    if planner is not None:
-        check_plugin("planners", planner)
-    if perception is not None:
-        check_plugin("perceptions", perception)
-    if task is not None:
-        _check_task(task)
-    if robot is not None:
-        _check_robot(str(robot))
-
-
-def _check_task(task: str) -> None:
+def known_task(task: str | None) -> str | None:
+    """Return a bundled task's name or a YAML file; raises InputError where there is none."""
+    if task is None:
+        return None
     from robosandbox.tasks.bundled import bundled_task
 
     if not task.endswith(_TASK_SUFFIXES):
         bundled_task(task)
-        return
+        return task
     path = Path(task)
     if not path.is_file():
         there = [item.name for item in path.parent.glob("*.y*ml")] if path.parent.is_dir() else []
         raise InputError(f"{path}: no such file{did_you_mean(path.name, there)}")
+    return task
+
+
+def known(group: str) -> Callable[[str | None], str | None]:
+    """Return a check that a name is installed under an entry point group."""
+
+    def check(name: str | None) -> str | None:
+        if name is not None:
+            check_plugin(group, name)
+        return name
+
+    return check
+
+
+def known_sensor(sensor: str | None) -> str | None:
+    """Return the name of a kind of sensor; raises InputError where there is none."""
+    # The usual one is there; looking for another takes NumPy.
+    if sensor not in (None, "ideal"):
+        from robosandbox.sim.sensors import find_sensor
+
+        find_sensor(sensor)
+    return sensor
+
+
+def known_robot(robot: str | None) -> str | None:
+    """Return a model file, a bundled robot, or `menagerie:<name>`, which is looked up later.
+
+    Raises:
+        InputError: It is none of these.
+    """
+    if robot is not None:
+        _check_robot(robot)
+    return robot
 
 
 def _check_robot(robot: str) -> None:

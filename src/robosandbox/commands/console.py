@@ -11,6 +11,7 @@ from typing import Any
 
 import typer
 
+from robosandbox.commands.waiting import stop_telling, tell_slow_work
 from robosandbox.errors import (
     InputError,
     PlannerError,
@@ -38,6 +39,7 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
     """Run a command line and return its exit code; what is wrong with the input becomes one line on stderr."""
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     command = typer.main.get_command(app)
+    waiting = tell_slow_work(program)
     try:
         code = command.main(args=list(arguments), prog_name=program, standalone_mode=False)
         sys.stdout.flush()
@@ -66,6 +68,8 @@ def run_app(app: typer.Typer, program: str, arguments: Sequence[str]) -> int:
         # The reader has gone, as in `... | head`; closing stdout here keeps the interpreter from complaining at exit.
         sys.stdout = None
         return EXIT_FAILED
+    finally:
+        stop_telling(waiting)
 
 
 def _exit_code(error: RoboSandboxError) -> int | None:

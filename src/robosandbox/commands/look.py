@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands.checks import check_names
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import (
     BaseUrl,
@@ -16,6 +15,7 @@ from robosandbox.commands.options import (
     Json,
     Model,
     NoCache,
+    PerceptionName,
     RobotName,
     Seed,
     SensorName,
@@ -34,7 +34,7 @@ def look(
     robot: RobotName = None,
     package_path: PackagePath = None,
     no_cache: NoCache = False,
-    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "rgbd",
+    perception: PerceptionName = "rgbd",
     sensor: SensorName = "realsense",
     calibration: CalibrationFile = None,
     model: Model = None,
@@ -45,7 +45,6 @@ def look(
     json: Json = False,
 ) -> int:
     """Print what is seen: names, shapes, places, sizes, and how sure that is."""
-    check_names(task, robot, perception=perception)
     from robosandbox.tasks.session import open_session
 
     options = {"calibration": calibration, "model": model, "base_url": base_url, "cassette": cassette}

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands import options
-from robosandbox.commands.checks import check_names
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.packages import PackagePath
@@ -55,7 +54,6 @@ def mcp(
     remote = bool(connect or robot_id or zenoh_config)
     if remote and (task or robot or seed or realtime):
         raise InputError("--connect: the sim process has its own task, robot, seed and pace; leave those options out")
-    check_names(task, robot, planner=planner, perception=perception)
     if planner != "stub" or any(value is not None for value in planner_options.values()):
         from robosandbox.agent.planners import make_planner
 

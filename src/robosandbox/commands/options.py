@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from robosandbox.commands import checks
 from robosandbox.errors import InputError
 
 _DAY = 86_400.0
@@ -26,9 +27,18 @@ def _seconds(option: typer.CallbackParam, value: float | None) -> float | None:
 
 
 Prompt = Annotated[str | None, typer.Argument(help="What to do; '-' reads it from stdin; the task's own if left out.")]
-TaskName = Annotated[str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")]
-RobotName = Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")]
-PlannerName = Annotated[str, typer.Option("--planner", help="What turns the prompt into a plan.")]
+# What a name stands for is looked up when the command line is read, before anything heavy is imported.
+TaskName = Annotated[
+    str | None,
+    typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.", callback=checks.known_task),
+]
+RobotName = Annotated[
+    str | None,
+    typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.", callback=checks.known_robot),
+]
+PlannerName = Annotated[
+    str, typer.Option("--planner", help="What turns the prompt into a plan.", callback=checks.known("planners"))
+]
 BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
 Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
 Cassette = Annotated[
@@ -43,8 +53,15 @@ TimeLimit = Annotated[
     ),
 ]
 Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
-PerceptionName = Annotated[str, typer.Option("--perception", help="What sees the objects.")]
-SensorName = Annotated[str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")]
+PerceptionName = Annotated[
+    str, typer.Option("--perception", help="What sees the objects.", callback=checks.known("perceptions"))
+]
+SensorName = Annotated[
+    str,
+    typer.Option(
+        "--sensor", help="What its cameras are like: ideal, realsense or rough.", callback=checks.known_sensor
+    ),
+]
 CalibrationFile = Annotated[
     Path | None, typer.Option("--calibration", help="Where the cameras are, as `robo-sandbox calibrate` found.")
 ]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from robosandbox.commands import checks
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.options import (
     BaseUrl,
@@ -48,10 +49,20 @@ def repl(
     time_limit: TimeLimit = None,
     camera: Camera = None,
     perception: Annotated[
-        str | None, typer.Option("--perception", help="What sees the objects; ground_truth if left out.")
+        str | None,
+        typer.Option(
+            "--perception",
+            help="What sees the objects; ground_truth if left out.",
+            callback=checks.known("perceptions"),
+        ),
     ] = None,
     sensor: Annotated[
-        str | None, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
+        str | None,
+        typer.Option(
+            "--sensor",
+            help="What its cameras are like: ideal, realsense or rough.",
+            callback=checks.known_sensor,
+        ),
     ] = None,
     seed: OwnSeed = None,
     max_replans: MaxReplans = 3,

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands.checks import check_names
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.commands.options import (
@@ -81,7 +80,6 @@ def run(
     if policy is not None and prompt is not None:
         raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
     settings = record_settings(record, video, video_fps)
-    check_names(task, robot, planner=planner, perception=perception)
     from robosandbox.tasks.session import open_session
 
     with open_session(
@@ -171,7 +169,6 @@ def plan(
 ) -> int:
     """Print the plan for a prompt; nothing moves."""
     _check_said(prompt, task)
-    check_names(task, robot, planner=planner, perception=perception)
     from robosandbox.agent.usage import metered
     from robosandbox.tasks.session import open_session
     from robosandbox.types import Refusal

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from robosandbox.commands.checks import check_names
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.options import NoCache
+from robosandbox.commands.options import NoCache, PerceptionName, RobotName, SensorName, TaskName
 from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Video, VideoFps, record_settings
 from robosandbox.errors import InputError
@@ -32,10 +31,8 @@ _SWITCH_SECONDS = 0.001
 
 
 def sim(
-    task: Annotated[
-        str | None, typer.Option("--task", help="A bundled task or a YAML file; three cubes if left out.")
-    ] = None,
-    robot: Annotated[str | None, typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.")] = None,
+    task: TaskName = None,
+    robot: RobotName = None,
     package_path: PackagePath = None,
     no_cache: NoCache = False,
     robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
@@ -44,10 +41,8 @@ def sim(
     ] = None,
     pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
     seed: Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")] = 0,
-    perception: Annotated[str, typer.Option("--perception", help="What sees the objects.")] = "ground_truth",
-    sensor: Annotated[
-        str, typer.Option("--sensor", help="What its cameras are like: ideal, realsense or rough.")
-    ] = "ideal",
+    perception: PerceptionName = "ground_truth",
+    sensor: SensorName = "ideal",
     zenoh_config: ZenohConfig = None,
     state_file: Annotated[
         Path | None, typer.Option("--state-file", help="Keep the world here; a restarted sim goes on from it.")
@@ -70,7 +65,6 @@ def sim(
 ) -> int:
     """Serve a world over Zenoh until SIGINT or SIGTERM."""
     _check(robot_id, pace, seed, allow_files or [])
-    check_names(task, robot, perception=perception)
     settings = record_settings(record, video, video_fps)
     # Zenoh's threads and the state stream must not wait 5 ms for a thread that plans.
     sys.setswitchinterval(_SWITCH_SECONDS)

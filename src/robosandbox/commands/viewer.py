@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands.checks import check_names
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.options import (
@@ -77,7 +76,6 @@ def viewer(
     """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
     if not 0 <= port <= 65535:
         raise InputError(f"--port: {port} is no port; give 0 to 65535")
-    check_names(task, robot, planner=planner, perception=perception)
     remote = connect is not None or zenoh_config is not None or robot_id is not None
     if remote and (task is not None or robot is not None or seed != 0):
         raise InputError("--connect: the sim has its task, robot and seed; leave out --task, --robot and --seed")
