@@ -21,6 +21,7 @@ from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, place, rewrite
+from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
 from robosandbox.sim.state_check import check_state
@@ -98,6 +99,7 @@ class MuJoCoBackend:
         Raises:
             InputError: A file, name or number of the robot or scene is wrong.
         """
+        scene = weighed(scene)
         self.close()
         self._as_written = scene
         self._compile(scene)
@@ -114,6 +116,7 @@ class MuJoCoBackend:
             InputError: Objects start inside something.
         """
         world = self._loaded
+        scene = weighed(scene) if scene is not None else None
         if scene is not None and scene != world.scene:
             self._adopt(scene)
             world = self._loaded

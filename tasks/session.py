@@ -20,6 +20,7 @@ from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
 from robosandbox.protocols import GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.sim.truth import Truth
@@ -220,6 +221,8 @@ def open_session(
     if robot is not None:
         scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
         chosen = chosen.model_copy(update={"scene": scene})
+    # Before masses are varied by seed.
+    chosen = chosen.model_copy(update={"scene": weighed(chosen.scene)})
     skills = load_skills()
     sim = MuJoCoBackend(render_size=render_size, sensor=find_sensor(sensor))
     if wait_hook is not None:

@@ -111,3 +111,18 @@ def test_a_ring_is_picked_by_its_wall_if_cut_and_is_too_wide_if_not(ring: Path) 
         assert float(np.hypot(*off[:2])) == pytest.approx((INNER + OUTER) / 2.0, abs=0.006)
     with open_session(hull, what_if=False) as session, pytest.raises(GraspError, match="gripper opens to"):
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
+
+
+@pytest.mark.parametrize(
+    ("fields", "mass"),
+    [({}, 0.048), ({"density": 500.0}, 0.024), ({"mass": 0.2}, 0.2)],
+    ids=["water", "density", "mass"],
+)
+def test_a_mesh_weighs_its_density_times_its_volume_where_no_mass_is_given(
+    angle: Path, fields: dict[str, float], mass: float
+) -> None:
+    # 48 cubic centimetres.
+    with MuJoCoBackend() as sim:
+        sim.load(Scene(objects=(thing(angle, scale=0.001, collision="coacd", **fields),)))
+        assert sim.model.body("object/it").mass[0] == pytest.approx(mass, rel=1e-3)
+        assert sim.scene.objects[0].mass == pytest.approx(mass, rel=1e-3)

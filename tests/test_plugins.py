@@ -32,9 +32,9 @@ class Few:
         self.most = most
         self.inner = AnalyticTopDown()
 
-    def candidates(self, target, scene, robot, *, hull=None, hand=None):
+    def candidates(self, target, scene, robot, *, pieces=(), hand=None):
         type(self).asked += 1
-        for count, grasp in enumerate(self.inner.candidates(target, scene, robot, hull=hull, hand=hand)):
+        for count, grasp in enumerate(self.inner.candidates(target, scene, robot, pieces=pieces, hand=hand)):
             if count == self.most:
                 return
             yield grasp
@@ -147,8 +147,8 @@ def test_the_checks_find_what_is_broken(world: Session) -> None:
     scene = world.observe()
 
     class Far(AnalyticTopDown):
-        def candidates(self, target, scene, robot, *, hull=None, hand=None):  # type: ignore[no-untyped-def]
-            for grasp in super().candidates(target, scene, robot, hull=hull, hand=hand):
+        def candidates(self, target, scene, robot, *, pieces=(), hand=None):  # type: ignore[no-untyped-def]
+            for grasp in super().candidates(target, scene, robot, pieces=pieces, hand=hand):
                 away = Pose.from_matrix(grasp.tcp_pose.position + 0.3, grasp.tcp_pose.rotation)
                 yield replace(grasp, tcp_pose=away)
 

@@ -13,6 +13,8 @@ from pydantic import AfterValidator, Field
 # Kilograms. A milligram is a grain; a tonne is more than a table or any bundled arm bears. Beyond a ratio of about 1e9
 # between two bodies in contact MuJoCo's solver no longer converges in double precision.
 LEAST_MASS, MOST_MASS = 1e-6, 1e3
+# kg/m^3: from below that of foams, about 10, to above that of osmium, 22,600.
+LEAST_DENSITY, MOST_DENSITY = 1.0, 3e4
 # Metres. A tenth of a millimetre is a tenth of what contacts give way under load here; ten metres are ten tables.
 LEAST_LENGTH, MOST_LENGTH = 1e-4, 10.0
 # Metres from the origin: a hall. Arithmetic with poses keeps its micrometres there.
@@ -35,6 +37,7 @@ def within(low: float, high: float, unit: str) -> Callable[[float], float]:
 
 
 Number = Annotated[float, Field(allow_inf_nan=False)]
+Density = Annotated[Number, AfterValidator(within(LEAST_DENSITY, MOST_DENSITY, "kg/m^3"))]
 Mass = Annotated[Number, AfterValidator(within(LEAST_MASS, MOST_MASS, "kg"))]
 Length = Annotated[Number, AfterValidator(within(LEAST_LENGTH, MOST_LENGTH, "m"))]
 Scale = Annotated[Number, AfterValidator(within(LEAST_SCALE, MOST_SCALE, "m per unit of the file"))]

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, GetJsonSchemaHandler, field_validator, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from robosandbox.ranges import MOST_DISTANCE, Coordinate, Length, Mass, Scale, Spread, Turn, within
+from robosandbox.ranges import MOST_DISTANCE, Coordinate, Density, Length, Mass, Scale, Spread, Turn, within
 from robosandbox.shapes import Shape, shape_of, shapes
 from robosandbox.spatial import (
     DIRECTION_AXES as DIRECTION_AXES,
@@ -135,6 +135,7 @@ class SceneObject(StrictModel):
         mass: Kilograms.
         mesh: For `mesh`: the OBJ or STL file.
         scale: For `mesh`: metres per file unit.
+        density: For `mesh`: kg/m^3, which gives its mass where `mass` is left out; None is that of water.
         collision: For `mesh`: one convex hull, or a convex decomposition.
         open: For `drawer`: how far it is open at the start, metres.
         locked: For `drawer`: it stays as it is, however one pulls.
@@ -154,6 +155,7 @@ class SceneObject(StrictModel):
     mass: Mass = 0.05
     mesh: Path | None = None
     scale: Scale = 1.0
+    density: Density | None = None
     collision: Literal["hull", "coacd"] = "hull"
     open: NonNegative = 0.0
     locked: bool = False
@@ -203,6 +205,8 @@ class SceneObject(StrictModel):
         wants_file = "mesh" in shape.options
         if wants_file != (self.mesh is not None):
             raise ValueError(f"mesh: {takes} {'a file' if wants_file else 'no mesh file'}")
+        if self.density is not None and not wants_file:
+            raise ValueError(f"density: {takes} none; give its mass")
         if names:
             shape.check(self.size)
         return self

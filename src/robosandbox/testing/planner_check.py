@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import islice
 
@@ -33,7 +34,7 @@ _BELOW_TABLE = 0.05
 
 
 def check_grasp_planner(
-    planner: GraspPlanner, target: DetectedObject, scene: ObservedScene, robot: Robot, *, hull: Array | None = None
+    planner: GraspPlanner, target: DetectedObject, scene: ObservedScene, robot: Robot, *, pieces: Sequence[Array] = ()
 ) -> tuple[Grasp, ...]:
     """Check a grasp planner's promises about an object that the robot's gripper can hold.
 
@@ -42,7 +43,7 @@ def check_grasp_planner(
         target: What to hold.
         scene: Where it stands among others.
         robot: A robot with a gripper.
-        hull: For a mesh: points that span its convex hull, in the object's frame, metres, shape (k, 3).
+        pieces: For a mesh: points that span each of its convex pieces, in the object's frame, metres, each (k, 3).
 
     Returns:
         The first grasps.
@@ -53,14 +54,18 @@ def check_grasp_planner(
     _demand(robot.gripper is not None, "the robot has no gripper to check with")
 
     def first(arm: Robot) -> tuple[Grasp, ...]:
-        return tuple(islice(planner.candidates(target, scene, arm, hull=hull), _GRASPS))
+        return tuple(islice(planner.candidates(target, scene, arm, pieces=pieces), _GRASPS))
 
     found = first(robot)
     _demand(bool(found), f"{target.id}: no grasp of an object that the gripper can hold")
     _demand(found == first(robot), f"{target.id}: two answers for the same scene")
     _demand(first(replace(robot, gripper=None)) == (), f"{target.id}: grasps for an arm without a gripper")
     widest = robot.gripper.geometry.max_aperture + _WIDTH_SLACK if robot.gripper else 0.0
-    radius = float(np.linalg.norm(target.size)) if hull is None else float(np.linalg.norm(hull, axis=1).max())
+    radius = (
+        float(np.linalg.norm(target.size))
+        if not pieces
+        else float(np.linalg.norm(np.concatenate(pieces), axis=1).max())
+    )
     for grasp in found:
         _demand(grasp.object == target.id, f"a grasp of {grasp.object!r} where one of {target.id!r} was asked for")
         _demand(bool(grasp.how), f"{target.id}: a grasp without a word for its kind")
