@@ -34,16 +34,16 @@ from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Array, GraspSearch, Scene, Trajectory
 from robosandbox.viewer import html
 from robosandbox.viewer.app import Viewer
-from robosandbox.viewer.cell import Frame
-from robosandbox.viewer.connected import ConnectedCell
+from robosandbox.viewer.connected import ConnectedSource
 from robosandbox.viewer.dragging import level
-from robosandbox.viewer.embedded import EmbeddedCell
+from robosandbox.viewer.embedded import EmbeddedSource
 from robosandbox.viewer.framing import FOV, View, Window, first_view
 from robosandbox.viewer.layers.grasps import glyph
 from robosandbox.viewer.operator import Began, Doing, Finished, Went
 from robosandbox.viewer.panels.strip import Lane, strip
 from robosandbox.viewer.server import open_server
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
+from robosandbox.viewer.source import Frame
 from robosandbox.viewer.timeline import Phase, Recording, Timeline
 
 CHROMIUM = next(
@@ -69,7 +69,7 @@ def serving(task: str, robot: str | None = None, *, what_if: bool = True, max_re
     def open_it(task: Task | str, robot: str | None) -> Session:
         return open_session(task, robot=robot, render_size=(120, 160), what_if=what_if, max_replans=max_replans)
 
-    viewer = Viewer(EmbeddedCell(open_it(task, robot), open_it), 0)
+    viewer = Viewer(EmbeddedSource(open_it(task, robot), open_it), 0)
     viewer.start()
     try:
         yield viewer
@@ -147,24 +147,24 @@ def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(browser
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         wait_until(lambda: red_height(page) is not None, "the cube is seen")
         before = red_height(page)
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
         clock = Clock()
         session.sim.tick_hooks.append(lambda: clock.see(session.sim.time))
-        drawn = viewer.feed.drawn
+        drawn = viewer.stream.drawn
         say(page, "pick up the red cube")
         page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
         wait_until(lambda: (red_height(page) or 1e9) < (before or 0.0) - 15.0, "the cube is higher in the picture")
         assert session.sim.held() == "red_cube"
-        assert viewer.feed.drawn - drawn > 20
+        assert viewer.stream.drawn - drawn > 20
         if clock.kept_real_time:
-            assert (viewer.feed.drawn - drawn) / session.sim.time >= 20.0
+            assert (viewer.stream.drawn - drawn) / session.sim.time >= 20.0
 
 
 @needs_chromium
 def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
     with serving("stack_two") as viewer, page_of(browser, viewer) as page:
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
         home = session.sim.observe().q
         # A slow machine: time enough to click.
@@ -381,7 +381,7 @@ def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: 
 @pytest.mark.slow
 def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Browser, tmp_path: Path) -> None:
     with serving(task_file(tmp_path, ENCLOSED), max_replans=0) as viewer, page_of(browser, viewer) as page:
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
         button(page, "Run").click()
         page.get_by_text("collision during plan").wait_for(timeout=1000 * PATIENCE)
@@ -397,7 +397,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
 @pytest.mark.slow
 def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
         before = session.sim.observe().tcp_pose.position
         page.keyboard.press("u")
@@ -435,9 +435,9 @@ def test_two_browsers_see_the_same_world_and_another_one_can_be_loaded(browser: 
         one.get_by_role("option", name="pick_from_three", exact=True).click()
         button(one, "Load").click()
         two.get_by_text("loaded pick_from_three").wait_for(timeout=1000 * PATIENCE)
-        assert viewer.cell.workcell.task.name == "pick_from_three"
+        assert viewer.source.workcell.task.name == "pick_from_three"
         assert scene_names(viewer, "green_cube")
-        assert field(two, "Prompt").input_value() == viewer.cell.workcell.task.prompt
+        assert field(two, "Prompt").input_value() == viewer.source.workcell.task.prompt
 
 
 @needs_chromium
@@ -454,7 +454,7 @@ def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tm
         wait_until(lambda: bool(scene_names(viewer, "SidecarPreview/robot")), "the change is drawn")
         button(page, "Save and reload").click()
         page.get_by_text("loaded pick_cube_franka").wait_for(timeout=1000 * PATIENCE)
-        assert viewer.cell.blueprint.robot.base_position[0] == pytest.approx(-0.35)
+        assert viewer.source.blueprint.robot.base_position[0] == pytest.approx(-0.35)
     assert sidecar.read_text() == before.replace("[-0.3, 0.0, 0.0]", "[-0.35, 0.0, 0.0]")
 
 
@@ -463,27 +463,27 @@ def test_a_slider_writes_the_sidecar_back_with_its_comments(browser: Browser, tm
 @pytest.mark.slow
 def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        cell = viewer.cell
-        assert isinstance(cell, EmbeddedCell) and cell.pictures == 0
+        source = viewer.source
+        assert isinstance(source, EmbeddedSource) and source.pictures == 0
         page.get_by_role("tab", name="Camera").click()
         page.get_by_text("Live picture", exact=True).locator("xpath=following::input[1]").check()
         page.get_by_text("red box at").wait_for(timeout=1000 * PATIENCE)
-        assert cell.pictures == 1
+        assert source.pictures == 1
         time.sleep(0.5)
-        assert cell.pictures == 1, "nothing moves, so nothing is drawn"
+        assert source.pictures == 1, "nothing moves, so nothing is drawn"
 
 
 @needs_chromium
 @pytest.mark.slow
 def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer):
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
-        wait_until(lambda: viewer.feed.drawn > 0, "the first frame")
+        wait_until(lambda: viewer.stream.drawn > 0, "the first frame")
         time.sleep(1.0)
-        steps, drawn, began = session.sim.physics_steps, viewer.feed.drawn, time.process_time()
+        steps, drawn, began = session.sim.physics_steps, viewer.stream.drawn, time.process_time()
         time.sleep(3.0)
-        assert session.sim.physics_steps == steps and viewer.feed.drawn == drawn
+        assert session.sim.physics_steps == steps and viewer.stream.drawn == drawn
         assert time.process_time() - began < 0.03 * 3.0
 
 
@@ -494,7 +494,7 @@ def colour_of(page: Page, name: str) -> str:
 @needs_chromium
 def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        session = viewer.cell.workcell
+        session = viewer.source.workcell
         assert isinstance(session, Session)
         # A slow machine: time enough to look.
         session.sim.tick_hooks.append(lambda: time.sleep(0.005))
@@ -548,8 +548,8 @@ def projected(points: Array, view: View, window: Window) -> Array:
 @pytest.mark.parametrize("task", ["pick_cube_franka", "sort_by_colour", "put_in_drawer"])
 def test_the_first_view_has_all_objects_and_the_gripper_in_the_free_part(task: str, window: Window) -> None:
     with open_session(task) as session:
-        cell = EmbeddedCell(session, lambda task, robot: session)
-        view = first_view(cell.blueprint, window)
+        source = EmbeddedSource(session, lambda task, robot: session)
+        view = first_view(source.blueprint, window)
         seen = session.observe()
         places = np.array([item.pose.position for item in seen.objects] + [session.sim.observe().tcp_pose.position])
         half = float(np.max(session.task.scene.objects[0].size))
@@ -579,7 +579,7 @@ def test_the_strip_keeps_peaks_marks_what_failed_and_has_units() -> None:
 
 def test_a_step_back_begins_the_timeline_anew() -> None:
     with open_session("pick_cube_franka") as session:
-        blueprint = EmbeddedCell(session, lambda task, robot: session).blueprint
+        blueprint = EmbeddedSource(session, lambda task, robot: session).blueprint
         timeline = Timeline()
         at = session.sim.observe()
         for seconds in (1.0, 1.5, 1.5, 0.5):
@@ -638,8 +638,8 @@ def test_paths_and_grasps_are_in_the_event_stream() -> None:
 @pytest.mark.slow
 def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
     with SimProcess("--task", "stack_two") as sim, connect(sim.endpoint) as client:
-        cell = ConnectedCell(RemoteSession(client.robot()))
-        viewer = Viewer(cell, 0)
+        source = ConnectedSource(RemoteSession(client.robot()))
+        viewer = Viewer(source, 0)
         frames: list[Frame] = []
         news: list[object] = []
         viewer.control.listeners.append(news.append)
@@ -650,10 +650,10 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
                 clock.see(frame.seen.time)
             frames.append(frame)
 
-        cell.start(take, lambda loaded: None)
+        source.start(take, lambda loaded: None)
         try:
             wait_until(lambda: bool(frames), "a first frame")
-            viewer.control.run(cell.workcell.task.prompt)
+            viewer.control.run(source.workcell.task.prompt)
             wait_until(lambda: any(isinstance(item, Intended) for item in news), "a path")
             wait_until(lambda: frames[-1].seen.time > frames[0].seen.time + 2.0, "the arm moves")
             moving = [frame for frame in frames if np.abs(frame.seen.qd).max() > 0.05]
@@ -668,7 +668,7 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
             viewer.control.back()
             wait_until(lambda: any(isinstance(item, Went) for item in news), "the way back")
         finally:
-            cell.close()
+            source.close()
             viewer.server.stop()
 
 
@@ -676,15 +676,15 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
 def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
     """Serve what a sim process does; what is drawn of it comes along."""
     with connect(sim.endpoint) as client:
-        viewer = Viewer(ConnectedCell(RemoteSession(client.robot())), 0)
+        viewer = Viewer(ConnectedSource(RemoteSession(client.robot())), 0)
         frames: list[Frame] = []
-        put = viewer.feed.put
+        put = viewer.stream.put
 
         def take(frame: Frame) -> None:
             frames.append(frame)
             put(frame)
 
-        viewer.feed.put = take  # type: ignore[method-assign]
+        viewer.stream.put = take  # type: ignore[method-assign]
         viewer.start()
         try:
             yield viewer, frames
@@ -705,7 +705,7 @@ def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_
         robot = other.robot()
         robot.load(task="put_in_drawer")
         wait_until(lambda: bool(scene_names(viewer, "drawer")), "the other task's scene")
-        assert viewer.cell.workcell.task.name == "put_in_drawer"
+        assert viewer.source.workcell.task.name == "put_in_drawer"
         robot.send("open_drawer", {"drawer": "drawer"}).wait()
         opened = frames[-1].model.joint("object/drawer/box").qposadr[0]
         wait_until(lambda: float(frames[-1].qpos[opened]) > 0.05, "the drawer is drawn open")
@@ -713,11 +713,11 @@ def test_a_connected_viewer_follows_when_another_client_loads_another_robot_and_
         wait_until(lambda: bool(scene_names(viewer, "green_cube")), "the other robot's scene")
         assert not scene_names(viewer, "drawer")
         wait_until(lambda: len(frames[-1].seen.q) == 5, "frames of the other robot")
-        assert viewer.cell.blueprint.robot.n == 5
+        assert viewer.source.blueprint.robot.n == 5
         # It is this robot that prompts now go to.
         viewer.control.run("go home")
         wait_until(lambda: viewer.control.doing is Doing.NOTHING, "the end")
-        assert viewer.cell.workcell.robot_name == "toy_jaw"
+        assert viewer.source.workcell.robot_name == "toy_jaw"
 
 
 def test_the_viewer_says_what_is_wrong_with_its_options(capsys: pytest.CaptureFixture[str]) -> None:
@@ -742,7 +742,7 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
     pytest.importorskip("pyarrow", reason="needs the extra `record`")
     from robosandbox.recording.episode import RecordedEpisode
     from robosandbox.recording.recorder import Recorder
-    from robosandbox.viewer.film import film_of
+    from robosandbox.viewer.replay import recorded_frames
 
     with open_session("home") as session:
         recorder = Recorder(tmp_path, session)
@@ -751,9 +751,9 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
         ended = session.sim.observe()
         recorder.close()
         assert recorder.last is not None
-        film = film_of(RecordedEpisode.load(recorder.last), session)
-        last = film.frame(len(film.seconds) - 1)
+        playback = recorded_frames(RecordedEpisode.load(recorder.last), session)
+        last = playback.frame(len(playback.seconds) - 1)
         assert np.allclose(last.seen.q, ended.q) and last.seen.time == pytest.approx(ended.time)
-        assert film.row(-1.0) == 0 and film.row(film.seconds[-1]) == len(film.seconds) - 1
-        assert film.row(film.seconds[3] + 0.001) == 3
-        assert film.said(len(film.seconds) // 2).startswith("home: ")
+        assert playback.row(-1.0) == 0 and playback.row(playback.seconds[-1]) == len(playback.seconds) - 1
+        assert playback.row(playback.seconds[3] + 0.001) == 3
+        assert playback.said(len(playback.seconds) // 2).startswith("home: ")

@@ -38,9 +38,9 @@ if TYPE_CHECKING:
     from robosandbox.recording.settings import RecordSettings
     from robosandbox.tasks.session import Session
     from robosandbox.tasks.task import Task
-    from robosandbox.viewer.cell import Cell
-    from robosandbox.viewer.film import Film
     from robosandbox.viewer.operator import News
+    from robosandbox.viewer.replay import RecordedFrames
+    from robosandbox.viewer.source import WorldSource
 
 _DEFAULT_PORT = 8080
 _PICTURE_SIZE = (360, 480)
@@ -105,15 +105,15 @@ def viewer(
         if remote
         else _here(task, robot, seed, {**minds, **worlds}, settings, episode)
     )
-    with opened as (cell, film):
-        shown = Viewer(cell, port, film)
+    with opened as (source, playback):
+        shown = Viewer(source, port, playback)
         shown.control.listeners.append(_log)
         shown.start()
         stopped = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: stopped.set())
         try:
-            print(f"viewer at {shown.url}: {cell.workcell.task.name} with {cell.workcell.robot_name}", flush=True)
+            print(f"viewer at {shown.url}: {source.workcell.task.name} with {source.workcell.robot_name}", flush=True)
             while not stopped.wait(_WAKE_SECONDS):
                 pass
             print("stopping", file=sys.stderr, flush=True)
@@ -147,13 +147,13 @@ def _here(
     options: dict[str, Any],
     settings: RecordSettings | None,
     episode: RecordedEpisode | None,
-) -> Iterator[tuple[Cell, Film | None]]:
+) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
     from robosandbox.recording.settings import open_recorder
     from robosandbox.tasks.session import open_session
     from robosandbox.tasks.task import Task
     from robosandbox.validation import validate
-    from robosandbox.viewer.embedded import EmbeddedCell
+    from robosandbox.viewer.embedded import EmbeddedSource
 
     with ExitStack() as recorded:
 
@@ -167,21 +167,21 @@ def _here(
             return session
 
         if episode is None:
-            yield EmbeddedCell(reopen(task, robot, seed), reopen), None
+            yield EmbeddedSource(reopen(task, robot, seed), reopen), None
         else:
-            from robosandbox.viewer.film import film_of
+            from robosandbox.viewer.replay import recorded_frames
 
             session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
             session.restore(episode.meta.checkpoint)
-            yield EmbeddedCell(session, reopen), film_of(episode, session)
+            yield EmbeddedSource(session, reopen), recorded_frames(episode, session)
 
 
 @contextmanager
 def _there(
     endpoints: list[str], robot_id: str | None, zenoh_config: Path | None, options: dict[str, Any]
-) -> Iterator[tuple[Cell, Film | None]]:
+) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     from robosandbox.commands.connecting import remote_session
-    from robosandbox.viewer.connected import ConnectedCell
+    from robosandbox.viewer.connected import ConnectedSource
 
     with remote_session(endpoints, robot_id, zenoh_config, **options) as session:
-        yield ConnectedCell(session), None
+        yield ConnectedSource(session), None

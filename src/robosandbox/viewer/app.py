@@ -8,10 +8,7 @@ import mujoco
 import viser
 
 from robosandbox.viewer import operator
-from robosandbox.viewer.cell import Blueprint, Cell, Frame
 from robosandbox.viewer.dragging import Dragging
-from robosandbox.viewer.feed import Feed
-from robosandbox.viewer.film import Film
 from robosandbox.viewer.framing import FOV, Window, first_view
 from robosandbox.viewer.layers.contacts import ContactForces
 from robosandbox.viewer.layers.evidence import FailureEvidence
@@ -19,7 +16,7 @@ from robosandbox.viewer.layers.grasps import GraspCandidates
 from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.layers.path import PlannedPath
 from robosandbox.viewer.layers.shapes import CollisionShapes
-from robosandbox.viewer.layers.tool import BaseAndReach, HomeGhost, TcpFrame
+from robosandbox.viewer.layers.tool import BaseAndReach, HomePreview, TcpFrame
 from robosandbox.viewer.layers.trail import TcpTrail
 from robosandbox.viewer.operator import News, Operator
 from robosandbox.viewer.orders import taker
@@ -33,8 +30,11 @@ from robosandbox.viewer.panels.replay import ReplayPanel
 from robosandbox.viewer.panels.sidecar import SidecarPanel
 from robosandbox.viewer.panels.strip import StripPanel
 from robosandbox.viewer.panels.world import WorldPanel
+from robosandbox.viewer.replay import RecordedFrames
+from robosandbox.viewer.scene import BodyScene
 from robosandbox.viewer.server import HOST, open_server
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.source import Blueprint, Frame, WorldSource
+from robosandbox.viewer.stream import FrameStream
 
 _LAYERS: tuple[type[Layer], ...] = (
     TcpTrail,
@@ -45,7 +45,7 @@ _LAYERS: tuple[type[Layer], ...] = (
     CollisionShapes,
     TcpFrame,
     BaseAndReach,
-    HomeGhost,
+    HomePreview,
 )
 # What most windows leave to the scene, and more: between the panel and the strip it is wider still.
 _USUAL = Window(aspect=1.3)
@@ -54,34 +54,34 @@ _PHONE_PX, _SHEET = 577, 0.6
 
 
 class Viewer:
-    """Serves a cell to browsers on this machine.
+    """Serves a world to browsers on this machine.
 
     Args:
-        cell: The world.
+        source: The world.
         port: 0 takes any free one.
-        film: A recorded episode of the cell's task, to be shown state by state.
+        playback: A recorded episode of the source's task, to be shown state by state.
 
     Attributes:
-        cell: The world.
+        source: The world.
         control: Does what people click.
         server: What browsers talk to.
-        feed: Sends frames.
+        stream: Sends frames.
 
     Raises:
         InputError: The port is taken.
     """
 
-    def __init__(self, cell: Cell, port: int, film: Film | None = None) -> None:
-        self.cell = cell
-        self.control = Operator(cell)
+    def __init__(self, source: WorldSource, port: int, playback: RecordedFrames | None = None) -> None:
+        self.source = source
+        self.control = Operator(source)
         self.server = open_server(port, taker(self.control))
         self._lock = threading.RLock()
         self._layers = [layer(self.server) for layer in _LAYERS]
-        self._dragging = Dragging(cell, self.control)
-        self.feed = Feed(self._draw, lambda: bool(self.server.get_clients()))
+        self._dragging = Dragging(source, self.control)
+        self.stream = FrameStream(self._draw, lambda: bool(self.server.get_clients()))
         self._replay: ReplayPanel | None = None
-        self._lay_out(film)
-        self._adopt(cell.blueprint)
+        self._lay_out(playback)
+        self._adopt(source.blueprint)
         self.control.listeners += [self._hear, *(panel.hear for panel in self._hearing)]
         self.server.on_client_connect(self._welcome)
 
@@ -92,8 +92,8 @@ class Viewer:
 
     def start(self) -> None:
         """Begin to serve."""
-        self.feed.start()
-        self.cell.start(self.feed.put, self.control.changed_elsewhere)
+        self.stream.start()
+        self.source.start(self.stream.put, self.control.changed_elsewhere)
         if self._replay is not None:
             self._replay.rewind()
 
@@ -101,41 +101,41 @@ class Viewer:
         """Stop the arm and the server."""
         if self._replay is not None:
             self._replay.stop()
-        self.cell.close()
-        self.feed.stop()
+        self.source.close()
+        self.stream.stop()
         self.server.stop()
 
-    def _lay_out(self, film: Film | None) -> None:
-        server, control, cell = self.server, self.control, self.cell
+    def _lay_out(self, playback: RecordedFrames | None) -> None:
+        server, control, source = self.server, self.control, self.source
         prompt = PromptPanel(server, control)
         self._strip = StripPanel(server)
         repairs = RepairsPanel(server, control)
         tabs = server.gui.add_tab_group()
-        if film is not None:
+        if playback is not None:
             with tabs.add_tab("Replay"):
-                self._replay = ReplayPanel(server, film, self.feed.put)
+                self._replay = ReplayPanel(server, playback, self.stream.put)
         with tabs.add_tab("Robot"):
             self._readings = ReadingsPanel(server)
         with tabs.add_tab("Show"):
             LayersPanel(server, self._layers, self._switch)
         with tabs.add_tab("Camera"):
-            self._cameras = CamerasPanel(server, cell)
+            self._cameras = CamerasPanel(server, source)
         with tabs.add_tab("Hand"):
-            JogPanel(server, cell, control)
+            JogPanel(server, source, control)
         with tabs.add_tab("Sidecar"):
-            self._sidecar = SidecarPanel(server, cell, control)
+            self._sidecar = SidecarPanel(server, source, control)
         with tabs.add_tab("World"):
-            world = WorldPanel(server, cell, control)
+            world = WorldPanel(server, source, control)
         replay = (self._replay,) if self._replay is not None else ()
         self._hearing = (prompt, self._strip, repairs, self._cameras, self._sidecar, world, *replay)
 
     def _hear(self, news: News) -> None:
         """Hand news to the layers, over another world if there is one."""
         with self._lock:
-            found = self.cell.blueprint
+            found = self.source.blueprint
             if isinstance(news, operator.Loaded | operator.Went) and not found.looks_like(self._blueprint):
                 with self.server.atomic():
-                    self._stage.remove()
+                    self._body_scene.remove()
                     self._adopt(found)
             for layer in self._layers:
                 layer.hear(news)
@@ -143,16 +143,16 @@ class Viewer:
     def _switch(self, layer: Layer, shown: bool) -> None:
         with self._lock:
             layer.switch(shown)
-        self.cell.refresh()
+        self.source.refresh()
 
     def _adopt(self, blueprint: Blueprint) -> None:
         self._blueprint = blueprint
         self._data = mujoco.MjData(blueprint.model)
-        self._stage = Stage(self.server, blueprint.model, blueprint.names)
+        self._body_scene = BodyScene(self.server, blueprint.model, blueprint.names)
         for layer in self._layers:
-            layer.adopt(blueprint, self._stage)
-        self._dragging.adopt(blueprint, self._stage)
-        self._sidecar.adopt(blueprint, self._stage)
+            layer.adopt(blueprint, self._body_scene)
+        self._dragging.adopt(blueprint, self._body_scene)
+        self._sidecar.adopt(blueprint, self._body_scene)
         self._strip.adopt(blueprint)
         self._aim()
 
@@ -169,7 +169,7 @@ class Viewer:
         if client.camera.aspect < _USUAL.aspect:
             with self._lock:
                 self._turn(client)
-        self.feed.wake()
+        self.stream.wake()
 
     def _turn(self, client: viser.ClientHandle) -> None:
         camera = client.camera
@@ -195,7 +195,7 @@ class Viewer:
         else:
             mujoco.mj_kinematics(model, data)
         with self.server.atomic():
-            self._stage.show(data)
+            self._body_scene.show(data)
             for layer in shown:
                 layer.draw(frame, data)
         self._readings.draw(frame, self._blueprint)

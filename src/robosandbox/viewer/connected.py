@@ -19,8 +19,8 @@ from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, GripperState, Observation, Scene, frozen_array
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
-from robosandbox.viewer.feed import FRAME_HZ
+from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.viewer.stream import FRAME_HZ
 from robosandbox.wire import State, TrueObject, decode
 
 _log = logging.getLogger(__name__)
@@ -31,7 +31,7 @@ _STILL = 1e-5
 _AGAIN_SECONDS = 0.5
 
 
-class ConnectedCell:
+class ConnectedSource:
     """Watches and steers a session whose world is another process's.
 
     Args:
@@ -41,7 +41,7 @@ class ConnectedCell:
         InputError: The sim's robot is in files that this machine does not have.
     """
 
-    hands_on = None
+    teleop = None
 
     def __init__(self, session: RemoteSession) -> None:
         self._session = session

@@ -11,9 +11,9 @@ import viser
 from robosandbox.errors import InputError
 from robosandbox.types import Array, Pose
 from robosandbox.viewer import operator
-from robosandbox.viewer.cell import Blueprint, Cell
 from robosandbox.viewer.operator import Operator
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.scene import BodyScene
+from robosandbox.viewer.source import Blueprint, WorldSource
 
 _LIFT = 0.02
 _LOST_SECONDS = 20.0
@@ -26,33 +26,33 @@ class _Drag:
 
 
 class Dragging:
-    """Lets objects of a stage be dragged.
+    """Lets objects of a drawn scene be dragged.
 
     Args:
-        cell: Whose objects.
+        source: Whose objects.
         control: Moves them when nothing else is under way.
     """
 
-    def __init__(self, cell: Cell, control: Operator) -> None:
-        self._cell = cell
+    def __init__(self, source: WorldSource, control: Operator) -> None:
+        self._source = source
         self._control = control
         self._drags: dict[int, _Drag] = {}
 
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
-        """Make the objects of a stage draggable."""
-        if self._cell.hands_on is None:
+    def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
+        """Make the objects of a drawn scene draggable."""
+        if self._source.teleop is None:
             return
         for name, body in blueprint.object_bodies.items():
-            for mesh in stage.meshes(body):
-                self._bind(mesh, name, stage, body)
+            for mesh in body_scene.meshes(body):
+                self._bind(mesh, name, body_scene, body)
 
-    def _bind(self, mesh: viser.GlbHandle, name: str, stage: Stage, body: int) -> None:
+    def _bind(self, mesh: viser.GlbHandle, name: str, body_scene: BodyScene, body: int) -> None:
         @mesh.on_drag
         async def _(event: viser.SceneNodeDragEvent[viser.GlbHandle]) -> None:
             # Asynchronous callbacks are called in the order of the mouse; none of this waits.
             match event.phase:
                 case "start":
-                    self._begin(event.client_id, name, stage.pose(body), np.array(event.start_position))
+                    self._begin(event.client_id, name, body_scene.pose(body), np.array(event.start_position))
                 case "update":
                     drag = self._drags.get(event.client_id)
                     if drag is not None:
@@ -70,8 +70,8 @@ class Dragging:
 
     def _carry(self, name: str, pose: Pose, drag: _Drag) -> None:
         """Follow the mouse until the object is dropped; in the world's thread."""
-        hands = self._cell.hands_on
-        if hands is None:
+        teleop = self._source.teleop
+        if teleop is None:
             return
         complaint: InputError | None = None
         try:
@@ -86,13 +86,13 @@ class Dragging:
                     break
                 x, y, z = pose.position + target - drag.grabbed + [0.0, 0.0, _LIFT]
                 try:
-                    hands.place(name, Pose(xyz=(x, y, z), quat_xyzw=pose.quat_xyzw))
+                    teleop.place(name, Pose(xyz=(x, y, z), quat_xyzw=pose.quat_xyzw))
                     complaint = None
                 except InputError as error:
                     # Where it cannot be, it does not follow.
                     complaint = error
         finally:
-            hands.let_go()
+            teleop.let_go()
         if complaint is not None:
             self._control.tell(operator.Complaint(str(complaint)))
 

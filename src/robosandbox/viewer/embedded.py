@@ -13,9 +13,9 @@ from robosandbox.sim.cameras import Studio, View
 from robosandbox.sim.service.worker import Worker
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
-from robosandbox.viewer.cell import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
-from robosandbox.viewer.feed import FRAME_HZ
-from robosandbox.viewer.hands import WorldHands
+from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
+from robosandbox.viewer.stream import FRAME_HZ
+from robosandbox.viewer.teleop import SimTeleop
 
 _log = logging.getLogger(__name__)
 _STOP_SECONDS = 10.0
@@ -25,7 +25,7 @@ _REST_TRIALS = 5
 Open = Callable[[Task | str, str | None], Session]
 
 
-class EmbeddedCell:
+class EmbeddedSource:
     """Watches and steers a session of this process.
 
     Args:
@@ -70,9 +70,9 @@ class EmbeddedCell:
         return self._studio.frames
 
     @property
-    def hands_on(self) -> WorldHands:
+    def teleop(self) -> SimTeleop:
         """Moves things by hand."""
-        return WorldHands(self._session, self._send)
+        return SimTeleop(self._session, self._send)
 
     def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
         """Begin; nobody else changes a world of this process."""

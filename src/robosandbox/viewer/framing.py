@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.types import Array
-from robosandbox.viewer.cell import Blueprint
+from robosandbox.viewer.source import Blueprint
 
 # Vertical field of view, radians: about that of a 35 mm lens, which shows depth without bending what stands at the edge.
 FOV = 0.7

@@ -15,7 +15,7 @@ from robosandbox.errors import CancelledError, InternalError, RoboSandboxError
 from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
-from robosandbox.viewer.cell import Cell
+from robosandbox.viewer.source import WorldSource
 
 _log = logging.getLogger(__name__)
 _KEPT = 64
@@ -85,23 +85,23 @@ News = Began | Idle | Answered | Finished | Went | Loaded | Complaint | AgentEve
 
 
 class Operator:
-    """Runs prompts, plans, resets and loads on a cell.
+    """Runs prompts, plans, resets and loads on a world.
 
     Args:
-        cell: The world.
+        source: The world.
 
     Attributes:
         listeners: Called with all news, in the thread where it happens.
     """
 
-    def __init__(self, cell: Cell) -> None:
-        self.cell = cell
+    def __init__(self, source: WorldSource) -> None:
+        self.source = source
         self.listeners: list[Callable[[News], None]] = []
         self._ways: deque[tuple[str, Any]] = deque(maxlen=_KEPT)
         self._lock = threading.Lock()
         self._doing = Doing.NOTHING
         self._stop = threading.Event()
-        cell.workcell.agent.listeners.append(self.tell)
+        source.workcell.agent.listeners.append(self.tell)
 
     @property
     def doing(self) -> Doing:
@@ -139,7 +139,7 @@ class Operator:
             way = self._work.checkpoint()
             self._work.reset(seed)
             self._ways.append((f"reset to seed {seed}", way))
-            self.cell.relook()
+            self.source.relook()
             self.tell(Went(f"seed {seed}"))
 
         self._begin(Doing.LOADING, f"reset to seed {seed}", job)
@@ -153,7 +153,7 @@ class Operator:
                 return
             what, way = self._ways.pop()
             self._work.restore(way)
-            self.cell.relook()
+            self.source.relook()
             self.tell(Went(f"back to before: {what}"))
 
         self._begin(Doing.LOADING, "step back", job)
@@ -163,14 +163,14 @@ class Operator:
         self._begin(
             Doing.LOADING,
             f"load {task.name if isinstance(task, Task) else task}" + (f" with {robot}" if robot else ""),
-            lambda: self._exchange(lambda: self.cell.load(task, robot)),
+            lambda: self._exchange(lambda: self.source.load(task, robot)),
         )
 
     def changed_elsewhere(self, loaded: bool) -> None:
         """Take note that somebody else has reset the world, or loaded another one, which is taken over when nothing runs."""
         if loaded:
             self._begin(
-                Doing.LOADING, "what another client has loaded", lambda: self._exchange(self.cell.adopt), quiet=True
+                Doing.LOADING, "what another client has loaded", lambda: self._exchange(self.source.adopt), quiet=True
             )
         else:
             self.tell(Went("reset by another client"))
@@ -195,7 +195,7 @@ class Operator:
     # Inside.
 
     def _exchange(self, load: Callable[[], None]) -> None:
-        """Have the cell work in another world, and hear the agent of that one."""
+        """Have the source open another world, and listen to the agent of that one."""
         self._work.agent.listeners.remove(self.tell)
         try:
             load()
@@ -206,7 +206,7 @@ class Operator:
 
     @property
     def _work(self) -> Any:
-        return self.cell.workcell
+        return self.source.workcell
 
     def _episode(self, what: str, order: Any, carry_out: Callable[[Any], Episode]) -> None:
         work = self._work
@@ -217,7 +217,7 @@ class Operator:
                 work.ctx.cancel()
             episode = carry_out(order)
         if not episode.success:
-            self.cell.settle()
+            self.source.settle()
         self.tell(Finished(episode, self._verdict(episode)))
 
     def _verdict(self, episode: Episode) -> Verdict | None:
@@ -241,7 +241,7 @@ class Operator:
             self._doing = doing
             self._stop.clear()
         self.tell(Began(doing, what))
-        self.cell.order(lambda: self._do(job))
+        self.source.order(lambda: self._do(job))
         return True
 
     def _do(self, job: Callable[[], None]) -> None:

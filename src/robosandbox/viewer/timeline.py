@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosandbox.types import Array
-from robosandbox.viewer.cell import Blueprint, Frame
-from robosandbox.viewer.feed import FRAME_HZ
+from robosandbox.viewer.source import Blueprint, Frame
+from robosandbox.viewer.stream import FRAME_HZ
 
 # Ten minutes of frames; an episode that lasts longer loses its beginning.
 _KEPT = int(600 * FRAME_HZ)

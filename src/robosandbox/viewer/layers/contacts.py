@@ -7,8 +7,8 @@ import time
 import mujoco
 import numpy as np
 
-from robosandbox.viewer.cell import Frame
 from robosandbox.viewer.layers.layer import Layer
+from robosandbox.viewer.source import Frame
 
 _SECONDS = 0.1
 _METRES_PER_NEWTON = 0.01

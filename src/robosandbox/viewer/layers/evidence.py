@@ -21,11 +21,11 @@ from robosandbox.evidence import (
 )
 from robosandbox.types import Array, Pose, Refusal
 from robosandbox.viewer import operator
-from robosandbox.viewer.cell import Frame
-from robosandbox.viewer.ghost import add_gripper, gripper_shape
 from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.operator import News
-from robosandbox.viewer.stage import body_ids
+from robosandbox.viewer.preview import add_gripper, gripper_shape
+from robosandbox.viewer.scene import body_ids
+from robosandbox.viewer.source import Frame
 
 _RED, _GREEN, _AMBER = (225, 40, 35), (30, 165, 80), (235, 150, 20)
 _ANCHOR: Literal["bottom-center"] = "bottom-center"
@@ -61,7 +61,7 @@ class FailureEvidence(Layer):
         """Forget the failure."""
         super().clear()
         if self._error is not None:
-            self.stage.mark(())
+            self.body_scene.mark(())
         self._error = None
 
     def draw(self, frame: Frame, data: mujoco.MjData) -> None:
@@ -99,7 +99,7 @@ class FailureEvidence(Layer):
                 pass
 
     def _reach(self, found: UnreachableEvidence) -> None:
-        shape = gripper_shape(self.blueprint, self.stage)
+        shape = gripper_shape(self.blueprint, self.body_scene)
         if shape is not None:
             self.keep("target", add_gripper(self.server, self.node("target"), shape, found.target, _RED))
             self.keep("nearest", add_gripper(self.server, self.node("nearest"), shape, found.nearest, _GREEN))
@@ -116,7 +116,7 @@ class FailureEvidence(Layer):
 
     def _mark(self, names: Iterable[str]) -> None:
         ids = body_ids(self.blueprint.names)
-        self.stage.mark(ids[name] for name in dict.fromkeys(names) if name in ids)
+        self.body_scene.mark(ids[name] for name in dict.fromkeys(names) if name in ids)
 
     def _moved_by(self, joint: str) -> str:
         """Return the name of the body that an arm joint moves."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import mujoco
 import viser
 
-from robosandbox.viewer.cell import Blueprint, Frame
 from robosandbox.viewer.operator import News
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.scene import BodyScene
+from robosandbox.viewer.source import Blueprint, Frame
 
 
 class Layer:
@@ -36,11 +36,11 @@ class Layer:
         self.scene: viser.SceneApi = server.scene
         self._kept: dict[str, viser.SceneNodeHandle] = {}
 
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+    def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
         """Draw over another world from now on."""
         self.clear()
         self.blueprint = blueprint
-        self.stage = stage
+        self.body_scene = body_scene
 
     def switch(self, shown: bool) -> None:
         """Show or hide it."""

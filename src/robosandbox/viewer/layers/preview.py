@@ -8,9 +8,9 @@ import numpy as np
 import viser
 
 from robosandbox.types import Pose
-from robosandbox.viewer.ghost import GhostRobot
 from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.layers.tool import REACH_COLOUR, ring
+from robosandbox.viewer.preview import PreviewRobot
 from robosandbox.viewer.sidecar_file import Changes
 
 _AXES = 0.08
@@ -21,7 +21,7 @@ class SidecarPreview(Layer):
 
     title = "Preview"
     shown = False
-    _ghost: GhostRobot | None = None
+    _preview: PreviewRobot | None = None
 
     def __init__(self, server: viser.ViserServer) -> None:
         super().__init__(server)
@@ -32,9 +32,9 @@ class SidecarPreview(Layer):
         """Take it away."""
         with self._lock:
             super().clear()
-            if self._ghost is not None:
-                self._ghost.remove()
-            self._ghost = None
+            if self._preview is not None:
+                self._preview.remove()
+            self._preview = None
 
     def show(self, changes: Changes, now: Changes) -> None:
         """Draw changes.
@@ -47,12 +47,12 @@ class SidecarPreview(Layer):
             self._show(changes, now)
 
     def _show(self, changes: Changes, now: Changes) -> None:
-        if self._ghost is None:
-            self._ghost = GhostRobot(self.server, self.blueprint, self.stage, self.node("robot"))
+        if self._preview is None:
+            self._preview = PreviewRobot(self.server, self.blueprint, self.body_scene, self.node("robot"))
         moved = _base(changes) @ _base(now).inverse()
-        tcp = self._ghost.pose(np.array(changes.home_qpos), moved)
+        tcp = self._preview.pose(np.array(changes.home_qpos), moved)
         if changes.tcp_xyz is not None and now.tcp_xyz is not None:
-            body = moved @ self._ghost.tool_body()
+            body = moved @ self._preview.tool_body()
             shift = body.rotation @ (np.array(changes.tcp_xyz) - np.array(now.tcp_xyz))
             tcp = Pose.from_matrix(tcp.position + shift, tcp.rotation)
         x, y, z, w = tcp.quat_xyzw

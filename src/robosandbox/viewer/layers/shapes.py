@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from robosandbox.viewer.cell import Blueprint
 from robosandbox.viewer.layers.layer import Layer
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.scene import BodyScene
+from robosandbox.viewer.source import Blueprint
 
 
 class CollisionShapes(Layer):
@@ -14,12 +14,12 @@ class CollisionShapes(Layer):
     hint = "What contacts and planned paths are computed with"
     shown = False
 
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+    def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
         """Draw over another world."""
-        super().adopt(blueprint, stage)
-        stage.show_collision(self.shown)
+        super().adopt(blueprint, body_scene)
+        body_scene.show_collision(self.shown)
 
     def switch(self, shown: bool) -> None:
         """Show or hide them."""
         super().switch(shown)
-        self.stage.show_collision(shown)
+        self.body_scene.show_collision(shown)

@@ -8,10 +8,10 @@ import mujoco
 import numpy as np
 
 from robosandbox.types import Array, Pose
-from robosandbox.viewer.cell import Blueprint, Frame
-from robosandbox.viewer.ghost import GhostRobot
 from robosandbox.viewer.layers.layer import Layer
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.preview import PreviewRobot
+from robosandbox.viewer.scene import BodyScene
+from robosandbox.viewer.source import Blueprint, Frame
 
 _AXES, _RADIUS = 0.07, 0.0022
 _CLOSING = (20, 165, 60)
@@ -57,9 +57,9 @@ class OfRobot(Layer, ABC):
 
     shown = False
 
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+    def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
         """Draw over another world."""
-        super().adopt(blueprint, stage)
+        super().adopt(blueprint, body_scene)
         if self.shown:
             self._show()
 
@@ -94,23 +94,23 @@ class BaseAndReach(OfRobot):
         )
 
 
-class HomeGhost(OfRobot):
+class HomePreview(OfRobot):
     """Draws the arm a second time, transparent, at the sidecar's home."""
 
     title = "Home"
     hint = "The arm at its home configuration, transparent"
-    _ghost: GhostRobot | None = None
+    _preview: PreviewRobot | None = None
 
     def clear(self) -> None:
-        """Take the ghost away."""
+        """Remove the transparent robot."""
         super().clear()
-        if self._ghost is not None:
-            self._ghost.remove()
-        self._ghost = None
+        if self._preview is not None:
+            self._preview.remove()
+        self._preview = None
 
     def _show(self) -> None:
-        self._ghost = GhostRobot(self.server, self.blueprint, self.stage, self.node("robot"))
-        self._ghost.pose(self.blueprint.robot.home_q)
+        self._preview = PreviewRobot(self.server, self.blueprint, self.body_scene, self.node("robot"))
+        self._preview.pose(self.blueprint.robot.home_q)
 
 
 def ring(centre: Array, radius: float, height: float) -> Array:

@@ -11,9 +11,9 @@ import viser
 
 from robosandbox.types import Array
 from robosandbox.viewer import operator
-from robosandbox.viewer.cell import Frame
 from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.operator import Doing, News
+from robosandbox.viewer.source import Frame
 
 _STEP = 0.004
 _JUMP = 0.1

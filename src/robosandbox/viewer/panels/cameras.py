@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from robosandbox.types import Array, DetectedObject, ObservedScene
 from robosandbox.viewer import html, operator
-from robosandbox.viewer.cell import Cell, Frame
 from robosandbox.viewer.handles import assign
 from robosandbox.viewer.operator import News
+from robosandbox.viewer.source import Frame, WorldSource
 from robosandbox.wire import Picture
 
 _SECONDS = 0.35
@@ -28,14 +28,14 @@ class CamerasPanel:
 
     Args:
         server: Where.
-        cell: Has the cameras.
+        source: Has the cameras.
     """
 
-    def __init__(self, server: viser.ViserServer, cell: Cell) -> None:
-        self._cell = cell
+    def __init__(self, server: viser.ViserServer, source: WorldSource) -> None:
+        self._source = source
         gui = server.gui
         self._live = gui.add_checkbox("Live picture", False, hint="Pictures are rendered only while this is on")
-        self._name = gui.add_dropdown("Camera", tuple(cell.workcell.cameras))
+        self._name = gui.add_dropdown("Camera", tuple(source.workcell.cameras))
         self._marks = gui.add_checkbox("Perception", True, hint="Draw what perception sees into the picture")
         self._picture = gui.add_image(np.full((12, 16, 3), 235, np.uint8), visible=False)
         self._words = gui.add_html("")
@@ -48,7 +48,7 @@ class CamerasPanel:
     def hear(self, news: News) -> None:
         """Take news."""
         if isinstance(news, operator.Loaded):
-            cameras = tuple(self._cell.workcell.cameras)
+            cameras = tuple(self._source.workcell.cameras)
             self._name.options = cameras
             if self._name.value not in cameras:
                 assign(self._name, cameras[0])
@@ -70,10 +70,10 @@ class CamerasPanel:
         if not self._waiting.acquire(blocking=False):
             return
         self._asked = time.monotonic()
-        self._cell.look(self._photograph, self._refused)
+        self._source.look(self._photograph, self._refused)
 
     def _photograph(self, scene: ObservedScene) -> None:
-        self._cell.picture(self._name.value, lambda jpeg, about: self._show(scene, jpeg, about), self._refused)
+        self._source.picture(self._name.value, lambda jpeg, about: self._show(scene, jpeg, about), self._refused)
 
     def _show(self, scene: ObservedScene, jpeg: bytes, about: Picture) -> None:
         try:

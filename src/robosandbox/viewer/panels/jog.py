@@ -11,8 +11,8 @@ import viser
 
 from robosandbox.types import Pose, Vec3
 from robosandbox.viewer import html
-from robosandbox.viewer.cell import Cell, Hands
 from robosandbox.viewer.operator import Operator
+from robosandbox.viewer.source import Teleop, WorldSource
 
 _STEP_MM = 10.0
 _TURN_DEG = 5.0
@@ -48,18 +48,18 @@ class JogPanel:
 
     Args:
         server: Where.
-        cell: Whose arm.
+        source: Whose arm.
         control: Runs a step when nothing else is under way.
     """
 
-    def __init__(self, server: viser.ViserServer, cell: Cell, control: Operator) -> None:
-        self._cell = cell
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
+        self._source = source
         self._control = control
         self._closed = False
         gui = server.gui
-        if cell.hands_on is None:
+        if source.teleop is None:
             gui.add_html(
-                html.block(html.line(f"By hand only in a world of this process; this one is {cell.title}.", "grey"))
+                html.block(html.line(f"By hand only in a world of this process; this one is {source.title}.", "grey"))
             )
             return
         keys = ", ".join(f"{move.key} {move.name.lower()}" for move in MOVES)
@@ -85,17 +85,17 @@ class JogPanel:
         half = math.radians(_TURN_DEG) * move.turn / 2.0
         x, y, z = (step * c for c in move.along)
         change = Pose(xyz=(x, y, z), quat_xyzw=(0.0, 0.0, math.sin(half), math.cos(half)))
-        self._do(f"jog {move.name.lower()}", lambda hands: hands.jog(change))
+        self._do(f"jog {move.name.lower()}", lambda teleop: teleop.jog(change))
 
     def _grip(self, closed: bool) -> None:
         self._closed = closed
-        self._do("gripper", lambda hands: hands.grip(closed))
+        self._do("gripper", lambda teleop: teleop.grip(closed))
 
-    def _do(self, what: str, act: Callable[[Hands], None]) -> None:
+    def _do(self, what: str, act: Callable[[Teleop], None]) -> None:
         def job() -> None:
             # The world may be another one by now.
-            hands = self._cell.hands_on
-            if hands is not None:
-                act(hands)
+            teleop = self._source.teleop
+            if teleop is not None:
+                act(teleop)
 
         self._control.by_hand(what, job)

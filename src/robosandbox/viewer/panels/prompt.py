@@ -24,7 +24,7 @@ class PromptPanel:
     def __init__(self, server: viser.ViserServer, control: Operator) -> None:
         self._control = control
         gui = server.gui
-        self._form = gui.add_html(order_form(control.cell.workcell.task.prompt))
+        self._form = gui.add_html(order_form(control.source.workcell.task.prompt))
         self._mood = gui.add_html(mood(False))
         self._board = gui.add_html("")
         self._steps: list[tuple[str, str]] = []
@@ -63,7 +63,7 @@ class PromptPanel:
             case operator.Went(how):
                 self._steps, self._head, self._said = [], "", (how, "grey")
             case operator.Loaded():
-                task = self._control.cell.workcell.task
+                task = self._control.source.workcell.task
                 self._form.content = order_form(task.prompt)
                 self._steps, self._head, self._said = [], "", (f"loaded {task.name}", "grey")
             case operator.Complaint(message):

@@ -9,7 +9,7 @@ import viser
 
 from robosandbox.types import Pose
 from robosandbox.viewer import html
-from robosandbox.viewer.cell import Blueprint, Frame
+from robosandbox.viewer.source import Blueprint, Frame
 
 _SECONDS = 0.2
 

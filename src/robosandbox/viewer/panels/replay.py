@@ -9,36 +9,36 @@ from collections.abc import Callable
 import viser
 
 from robosandbox.viewer import html, operator
-from robosandbox.viewer.cell import Frame
-from robosandbox.viewer.feed import FRAME_HZ
-from robosandbox.viewer.film import Film
 from robosandbox.viewer.handles import assign
 from robosandbox.viewer.operator import News
+from robosandbox.viewer.replay import RecordedFrames
+from robosandbox.viewer.source import Frame
+from robosandbox.viewer.stream import FRAME_HZ
 
 _PLAY, _PAUSE = "Play", "Pause"
 
 
 class ReplayPanel:
-    """Shows a film; whatever else is begun pauses it.
+    """Shows a recorded episode; any other order pauses it.
 
     Args:
         server: Where.
-        film: What was recorded.
+        playback: What was recorded.
         show: Draws a frame.
     """
 
-    def __init__(self, server: viser.ViserServer, film: Film, show: Callable[[Frame], None]) -> None:
-        self._film = film
+    def __init__(self, server: viser.ViserServer, playback: RecordedFrames, show: Callable[[Frame], None]) -> None:
+        self._playback = playback
         self._show = show
         self._row = -1
         self._playing = threading.Event()
         self._player: threading.Thread | None = None
         gui = server.gui
-        end = float(film.seconds[-1])
+        end = float(playback.seconds[-1])
         self._slider = gui.add_slider("Time, s", min=0.0, max=max(round(end, 2), 0.01), step=0.01, initial_value=0.0)
         self._button = gui.add_button(_PLAY, icon=viser.Icon.PLAYER_PLAY)
         self._words = gui.add_html("")
-        self._slider.on_update(lambda _: self._go(film.row(self._slider.value)))
+        self._slider.on_update(lambda _: self._go(playback.row(self._slider.value)))
         self._button.on_click(lambda _: self._clicked())
 
     def hear(self, news: News) -> None:
@@ -63,16 +63,16 @@ class ReplayPanel:
             self._player.start()
 
     def _play(self) -> None:
-        film = self._film
-        at_end = self._row >= len(film.seconds) - 1
-        begin = 0.0 if at_end else float(film.seconds[max(self._row, 0)])
+        playback = self._playback
+        at_end = self._row >= len(playback.seconds) - 1
+        begin = 0.0 if at_end else float(playback.seconds[max(self._row, 0)])
         started = time.monotonic()
         self._button.label = _PAUSE
         while self._playing.is_set():
-            row = film.row(begin + time.monotonic() - started)
+            row = playback.row(begin + time.monotonic() - started)
             self._go(row)
-            assign(self._slider, round(float(film.seconds[row]), 2))
-            if row == len(film.seconds) - 1:
+            assign(self._slider, round(float(playback.seconds[row]), 2))
+            if row == len(playback.seconds) - 1:
                 self._playing.clear()
             time.sleep(1.0 / FRAME_HZ)
         self._button.label = _PLAY
@@ -81,7 +81,7 @@ class ReplayPanel:
         if row == self._row:
             return
         self._row = row
-        film = self._film
-        self._show(film.frame(row))
-        said = [("episode", film.name), ("at", f"{film.seconds[row]:.2f} of {film.seconds[-1]:.2f} s")]
-        self._words.content = html.block(html.rows([*said, ("doing", film.said(row))]))
+        playback = self._playback
+        self._show(playback.frame(row))
+        said = [("episode", playback.name), ("at", f"{playback.seconds[row]:.2f} of {playback.seconds[-1]:.2f} s")]
+        self._words.content = html.block(html.rows([*said, ("doing", playback.said(row))]))

@@ -10,12 +10,12 @@ import viser
 from robosandbox.errors import InputError
 from robosandbox.types import Pose, Vec3
 from robosandbox.viewer import html, operator
-from robosandbox.viewer.cell import Blueprint, Cell
 from robosandbox.viewer.handles import assign
 from robosandbox.viewer.layers.preview import SidecarPreview
 from robosandbox.viewer.operator import News, Operator
+from robosandbox.viewer.scene import BodyScene
 from robosandbox.viewer.sidecar_file import Changes, SidecarFile
-from robosandbox.viewer.stage import Stage
+from robosandbox.viewer.source import Blueprint, WorldSource
 
 _BASE_REACH = 1.0
 _TCP_REACH = 300.0
@@ -27,13 +27,13 @@ class SidecarPanel:
 
     Args:
         server: Where.
-        cell: Whose robot.
+        source: Whose robot.
         control: Loads the robot again.
     """
 
-    def __init__(self, server: viser.ViserServer, cell: Cell, control: Operator) -> None:
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
         self._gui = server.gui
-        self._cell = cell
+        self._source = source
         self._control = control
         self._preview = SidecarPreview(server)
         self._file: SidecarFile | None = None
@@ -46,9 +46,9 @@ class SidecarPanel:
         write.on_click(lambda _: self._write())
         undo.on_click(lambda _: self._read())
 
-    def adopt(self, blueprint: Blueprint, stage: Stage) -> None:
+    def adopt(self, blueprint: Blueprint, body_scene: BodyScene) -> None:
         """Edit another robot."""
-        self._preview.adopt(blueprint, stage)
+        self._preview.adopt(blueprint, body_scene)
         self._robot = blueprint.robot
         self._hinges = [blueprint.turns(index) for index in range(len(self._robot.joints))]
         self._scene = blueprint.scene
@@ -150,7 +150,7 @@ class SidecarPanel:
         except InputError as error:
             self._control.tell(operator.Complaint(str(error)))
             return
-        task = self._cell.workcell.task
+        task = self._source.workcell.task
         if target.resolve() != (file.source or file.beside):
             task = task.model_copy(update={"scene": task.scene.model_copy(update={"robot_config": target.resolve()})})
         self._control.load(task, None)

@@ -13,9 +13,9 @@ import viser
 from robosandbox.agent import episode as events
 from robosandbox.types import Array
 from robosandbox.viewer import operator
-from robosandbox.viewer.cell import Blueprint, Frame
 from robosandbox.viewer.html import COLOURS, number
 from robosandbox.viewer.operator import Doing, News
+from robosandbox.viewer.source import Blueprint, Frame
 from robosandbox.viewer.timeline import Phase, Recording, Timeline
 
 # Each drawing is some 15 kB of SVG: four a second read as live and cost a browser little.

@@ -10,8 +10,8 @@ import viser
 
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.viewer import html, operator
-from robosandbox.viewer.cell import Cell
 from robosandbox.viewer.operator import News, Operator
+from robosandbox.viewer.source import WorldSource
 
 _OWN = "the task's own"
 _FILE = "a file"
@@ -22,17 +22,17 @@ class WorldPanel:
 
     Args:
         server: Where.
-        cell: What is shown now.
+        source: What is shown now.
         control: Loads.
     """
 
-    def __init__(self, server: viser.ViserServer, cell: Cell, control: Operator) -> None:
-        self._cell = cell
+    def __init__(self, server: viser.ViserServer, source: WorldSource, control: Operator) -> None:
+        self._source = source
         self._control = control
         gui = server.gui
         self._about = gui.add_html("")
         tasks = (*bundled_tasks(), _FILE)
-        loaded = cell.workcell.task.name
+        loaded = source.workcell.task.name
         self._task = gui.add_dropdown("Task", tasks, initial_value=loaded if loaded in tasks else _FILE)
         self._task_file = gui.add_text("Task file", "", hint="A task's YAML file", visible=self._task.value == _FILE)
         self._robot = gui.add_dropdown("Robot", (_OWN, *known_robots(), _FILE), initial_value=_OWN)
@@ -63,10 +63,15 @@ class WorldPanel:
         self._control.load(str(Path(task).expanduser()), None if robot is None else str(Path(robot).expanduser()))
 
     def _describe(self) -> None:
-        work = self._cell.workcell
-        blueprint = self._cell.blueprint
+        work = self._source.workcell
+        blueprint = self._source.blueprint
         there = ", ".join(item.id for item in blueprint.scene.objects) or "none"
-        pairs = [("task", work.task.name), ("robot", work.robot_name), ("objects", there), ("world", self._cell.title)]
+        pairs = [
+            ("task", work.task.name),
+            ("robot", work.robot_name),
+            ("objects", there),
+            ("world", self._source.title),
+        ]
         self._about.content = html.block(html.rows(pairs))
 
 

@@ -89,8 +89,8 @@ OnRefused = Callable[[Exception], None]
 Job = Callable[[], None]
 
 
-class Cell(Protocol):
-    """A workcell that can be watched and steered. Jobs run one after another, in a thread of the cell's."""
+class WorldSource(Protocol):
+    """A workcell that can be watched and steered. Jobs run one after another, in a thread of the source's own."""
 
     @property
     def workcell(self) -> Workcell:
@@ -108,8 +108,8 @@ class Cell(Protocol):
         ...
 
     @property
-    def hands_on(self) -> Hands | None:
-        """Moves things by hand; None where that is not possible."""
+    def teleop(self) -> Teleop | None:
+        """Direct control by a person; None where the world is not in this process."""
         ...
 
     def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
@@ -165,8 +165,8 @@ class Cell(Protocol):
         ...
 
 
-class Hands(Protocol):
-    """What people can do to a world with their own hands; for jobs."""
+class Teleop(Protocol):
+    """Direct control by a person: objects are placed, the TCP is jogged; for jobs."""
 
     def place(self, object_id: str, pose: Pose) -> None:
         """Put an object somewhere, at rest; raises InputError where it would be inside something."""

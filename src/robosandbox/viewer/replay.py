@@ -1,4 +1,4 @@
-"""A recorded episode as frames: the states that were written down, without physics."""
+"""A recorded episode as frames: its recorded states are drawn, no physics runs."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.tasks.session import Session
 from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
-from robosandbox.viewer.cell import Frame
+from robosandbox.viewer.source import Frame
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Film:
+class RecordedFrames:
     """States in the order in which they were.
 
     Attributes:
@@ -34,8 +34,8 @@ class Film:
         return int(np.clip(np.searchsorted(self.seconds, seconds + 1e-9) - 1, 0, len(self.seconds) - 1))
 
 
-def film_of(episode: RecordedEpisode, session: Session) -> Film:
-    """Return an episode as a film for a world of its task."""
+def recorded_frames(episode: RecordedEpisode, session: Session) -> RecordedFrames:
+    """Return the frames of an episode, for a world of its task."""
     model = session.sim.model
     q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
     gripper, times = episode.get("gripper"), episode["time"]
@@ -59,4 +59,4 @@ def film_of(episode: RecordedEpisode, session: Session) -> Film:
     def said(row: int) -> str:
         return f"{skills[row]}: {phases[row]}" if skills[row] else "between skills"
 
-    return Film(name=episode.name, seconds=episode.seconds, frame=frame, said=said)
+    return RecordedFrames(name=episode.name, seconds=episode.seconds, frame=frame, said=said)

@@ -1,4 +1,4 @@
-"""People's own hands in a world of this process: objects put elsewhere, the TCP moved by a little."""
+"""Teleoperation of a world in this process: objects are placed elsewhere, the TCP is jogged."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _STILL = 0.005
 _INSIDE = 0.001
 
 
-class WorldHands:
+class SimTeleop:
     """Moves things in a session's world; for the world's thread.
 
     Args:

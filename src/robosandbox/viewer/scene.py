@@ -19,7 +19,7 @@ _MOVED = 1e-5
 _TURNED = 1e-5
 
 
-class Stage:
+class BodyScene:
     """Draws one compiled model.
 
     Args:

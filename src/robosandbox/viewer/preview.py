@@ -8,30 +8,30 @@ import trimesh
 import viser
 
 from robosandbox.types import Array, Pose
-from robosandbox.viewer.cell import Blueprint
-from robosandbox.viewer.stage import Stage, add_surface
+from robosandbox.viewer.scene import BodyScene, add_surface
+from robosandbox.viewer.source import Blueprint
 
 _COLOUR = (70, 130, 210)
 _OPACITY = 0.3
 
 
-class GhostRobot:
+class PreviewRobot:
     """The robot once more, transparent, wherever it is put.
 
     Args:
         server: Where it is drawn.
         blueprint: Whose robot.
-        stage: Has its shapes.
+        body_scene: Has its shapes.
         node: Name of the scene node for it.
     """
 
-    def __init__(self, server: viser.ViserServer, blueprint: Blueprint, stage: Stage, node: str) -> None:
+    def __init__(self, server: viser.ViserServer, blueprint: Blueprint, body_scene: BodyScene, node: str) -> None:
         self._blueprint = blueprint
         self._data = mujoco.MjData(blueprint.model)
         self._root = server.scene.add_frame(node, show_axes=False)
         self._parts: dict[int, viser.MeshHandle] = {}
         for body in sorted(blueprint.robot.bodies):
-            shape = stage.shape(body)
+            shape = body_scene.shape(body)
             if shape is not None:
                 self._parts[body] = add_surface(server, f"{node}/{body}", shape, _COLOUR, _OPACITY)
 
@@ -66,7 +66,7 @@ class GhostRobot:
         self._root.remove()
 
 
-def gripper_shape(blueprint: Blueprint, stage: Stage) -> trimesh.Trimesh | None:
+def gripper_shape(blueprint: Blueprint, body_scene: BodyScene) -> trimesh.Trimesh | None:
     """Return the open gripper's surface in the TCP's frame; None for an arm without one."""
     model, robot = blueprint.model, blueprint.robot
     if robot.gripper is None:
@@ -78,7 +78,7 @@ def gripper_shape(blueprint: Blueprint, stage: Stage) -> trimesh.Trimesh | None:
     T_tcp_world = Pose.from_matrix(*robot.tcp(data)).inverse()
     parts = []
     for body in sorted(robot.gripper.bodies | {int(model.site_bodyid[robot.tcp_site])}):
-        shape = stage.shape(body) or stage.shape(body, collision=True)
+        shape = body_scene.shape(body) or body_scene.shape(body, collision=True)
         if shape is not None:
             T_tcp_body = T_tcp_world @ Pose.from_matrix(data.xpos[body], data.xmat[body].reshape(3, 3))
             points = np.asarray(shape.vertices) @ T_tcp_body.rotation.T + T_tcp_body.position

@@ -7,7 +7,7 @@ import threading
 import time
 from collections.abc import Callable
 
-from robosandbox.viewer.cell import Frame
+from robosandbox.viewer.source import Frame
 
 _log = logging.getLogger(__name__)
 FRAME_HZ = 30.0
@@ -15,7 +15,7 @@ FRAME_HZ = 30.0
 _REST_SECONDS = 0.3
 
 
-class Feed:
+class FrameStream:
     """Calls `draw` with the latest frame, in a thread of its own.
 
     Args:
