@@ -161,6 +161,8 @@ class EpisodeRunner:
             planner=settings.planner,
             planner_options=settings.planner_options,
             perception=settings.perception,
+            grasp=settings.grasp,
+            motion=settings.motion,
             sensor=settings.sensor,
             max_replans=settings.max_replans,
             what_if=settings.what_if,

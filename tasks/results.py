@@ -22,6 +22,8 @@ class BenchSettings:
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills.
         perception: Name of an installed perception.
+        grasp: Name of an installed grasp planner.
+        motion: Name of an installed motion planner.
         sensor: What its cameras are like.
         max_replans: How often a failure may be answered with a new plan.
         what_if: Whether skills may try repairs on copies of the world.
@@ -31,6 +33,8 @@ class BenchSettings:
     planner: str = "stub"
     planner_options: Mapping[str, Any] = field(default_factory=dict)
     perception: str = "ground_truth"
+    grasp: str = "analytic"
+    motion: str = "dls"
     sensor: str = "ideal"
     max_replans: int = 3
     what_if: bool = True

@@ -29,6 +29,8 @@ class TaskLoader:
 
     Args:
         perception: Name of an installed perception.
+        grasp: Name of an installed grasp planner.
+        motion: Name of an installed motion planner.
         sensor: What its cameras are like.
         what_if: Whether skills may try repairs on copies of the world.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
@@ -40,12 +42,16 @@ class TaskLoader:
         self,
         *,
         perception: str = "ground_truth",
+        grasp: str = "analytic",
+        motion: str = "dls",
         sensor: str = "ideal",
         what_if: bool = True,
         allowed: Sequence[Path] = (),
         record: RecordSettings | None = None,
     ) -> None:
         self._perception = perception
+        self._grasp = grasp
+        self._motion = motion
         self._sensor = sensor
         self._what_if = what_if
         self._allowed = tuple(folder.resolve() for folder in allowed)
@@ -64,6 +70,8 @@ class TaskLoader:
             task,
             robot=robot,
             perception=self._perception,
+            grasp=self._grasp,
+            motion=self._motion,
             sensor=self._sensor,
             seed=seed,
             what_if=self._what_if,

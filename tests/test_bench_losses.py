@@ -6,9 +6,11 @@ import subprocess
 import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from robosandbox import plugins
 from robosandbox.commands import bench
 from robosandbox.commands.bench_report import RowArray
 from robosandbox.commands.console import EXIT_FAILED, EXIT_USAGE, run_app
@@ -136,7 +138,12 @@ def test_the_document_of_a_bench_that_is_broken_off_is_whole(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     rows = list(run_bench([task("home_0")], 2))
-    monkeypatch.setattr("robosandbox.plugins.load_plugin", lambda *_: lambda *_: BreaksOff(*rows))
+    load = plugins.load_plugin
+
+    def load_plugin(group: str, name: str) -> Any:
+        return (lambda *_: BreaksOff(*rows)) if group == "engines" else load(group, name)
+
+    monkeypatch.setattr(plugins, "load_plugin", load_plugin)
     target = tmp_path / "rows.json"
     code = run(
         "--task-file", *written(tmp_path, task("home_0")), "--seeds", "3", "--engine", "x", "--json", str(target)

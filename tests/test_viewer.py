@@ -724,7 +724,7 @@ def test_the_viewer_says_what_is_wrong_with_its_options(capsys: pytest.CaptureFi
     for arguments, said in (
         (["--port", "70000"], "--port: 70000 is no port"),
         (["--task", "pick_cub_franka"], "did you mean 'pick_cube_franka'"),
-        (["--connect", "tcp/127.0.0.1:1", "--task", "home"], "leave out --task"),
+        (["--connect", "tcp/127.0.0.1:1", "--task", "home"], "--task: a sim process has its own"),
     ):
         assert run_app(app, "robo-sandbox", ["viewer", *arguments]) == EXIT_USAGE
         assert said in capsys.readouterr().err

@@ -12,18 +12,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header, line, open_rows, summary
-from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
-from robosandbox.commands.options import NoCache, PerceptionName, PlannerName, SensorName, TimeLimit
-from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
+from robosandbox.commands.world import Connection, WorldOptions, takes_world
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robosandbox.tasks.bench import BenchSettings, BrokenTask
+    from robosandbox.tasks.bench import BrokenTask
     from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
@@ -32,14 +30,15 @@ _LISTS = ("--tasks", "--task-file")
 
 
 @app.command()
+@takes_world(without=("task", "robot", "cassette", "camera", "calibration", "seed"))
 def bench(
+    world: WorldOptions,
+    connection: Connection,
     tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None,
     suite: Annotated[
         str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
     ] = None,
     task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
     seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
     jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
     engine: Annotated[
@@ -51,36 +50,25 @@ def bench(
     resume: Annotated[
         Path | None, typer.Option("--resume", help="Append each row to this JSON Lines file; run what it lacks.")
     ] = None,
-    planner: PlannerName = "stub",
-    base_url: Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")] = None,
-    model: Annotated[str | None, typer.Option("--model", help="The model's name there.")] = None,
-    time_limit: TimeLimit = None,
-    perception: PerceptionName = "ground_truth",
-    sensor: SensorName = "ideal",
-    max_replans: Annotated[int, typer.Option("--max-replans", help="New plans after failures.")] = 3,
     json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
-    what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
     only_success: Annotated[bool, typer.Option("--only-success", help="With --record: keep successes only.")] = False,
-    connect: Connect = None,
-    robot_id: RobotId = None,
-    zenoh_config: ZenohConfig = None,
 ) -> int:
     """Run tasks over seeds and judge each episode on the simulated state."""
-    for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1), ("--max-replans", max_replans, 0)):
+    for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1)):
         if value < least:
             raise InputError(f"{option}: {value}; give {least} or more")
     if json is not None and json != "-":
         _check_writable(Path(json))
 
-    if connect and jobs > 1:
+    if connection.connect and jobs > 1:
         raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
-    if connect and record:
+    if connection.connect and record:
         raise InputError("--record: the world is the sim's; give it to `robo-sandbox sim`, or leave --connect out")
 
-    if connect and engine:
+    if connection.connect and engine:
         raise InputError(f"--engine: {engine}; with --connect there is one world, so leave it out")
     if ray_address and engine != "ray":
         raise InputError("--ray-address: goes with --engine ray")
@@ -93,18 +81,19 @@ def bench(
     from robosandbox.tasks.results_file import ResultsFile
 
     chosen = _choose(tasks or [], task_file or [], suite)
-    options = {"base_url": base_url, "model": model, "time_limit": time_limit}
-    # A wrong name or option is told before the first world is built.
-    make_planner(planner, load_skills(), options)
-    load_plugin("perceptions", perception)
-    find_sensor(sensor)
+    # A wrong option is told before the first world is built.
+    make_planner(world.planner, load_skills(), world.planner_options)
+    load_plugin("perceptions", world.perception)
+    find_sensor(world.sensor)
     settings = BenchSettings(
-        planner=planner,
-        planner_options=options,
-        perception=perception,
-        sensor=sensor,
-        max_replans=max_replans,
-        what_if=what_if,
+        planner=world.planner,
+        planner_options=world.planner_options,
+        perception=world.perception,
+        grasp=world.grasp,
+        motion=world.motion,
+        sensor=world.sensor,
+        max_replans=world.max_replans,
+        what_if=world.what_if,
         recording=record_settings(
             # Workers elsewhere have another working directory.
             record.absolute() if record else None,
@@ -124,7 +113,7 @@ def bench(
     with ExitStack() as opened:
         kept = opened.enter_context(closing(ResultsFile.resume(resume, settings))) if resume is not None else None
         done = opened.enter_context(_progress(len(chosen) * seeds))
-        remote = opened.enter_context(_world(connect, robot_id, zenoh_config, settings))
+        remote = opened.enter_context(_sim_process(connection, world))
         written: RowArray | None = None
         for row in run_bench(
             chosen,
@@ -210,23 +199,12 @@ def _from_file(file: Path) -> Task | BrokenTask:
 
 
 @contextmanager
-def _world(
-    connect: list[str] | None, robot_id: str | None, zenoh_config: Path | None, settings: BenchSettings
-) -> Iterator[RemoteSession | None]:
+def _sim_process(connection: Connection, world: WorldOptions) -> Iterator[RemoteSession | None]:
     """Yield the sim process to run in, its clock tied to the work; None for worlds of our own."""
-    if not connect:
+    if not connection.connect:
         yield None
         return
-    from robosandbox.commands.connecting import remote_session
-
-    with remote_session(
-        connect,
-        robot_id,
-        zenoh_config,
-        planner=settings.planner,
-        planner_options=settings.planner_options,
-        max_replans=settings.max_replans,
-    ) as session:
+    with connection.session(world) as session:
         session.robot.set_pace("fast")
         yield session
 

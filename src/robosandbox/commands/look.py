@@ -8,20 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
-from robosandbox.commands.options import (
-    BaseUrl,
-    CalibrationFile,
-    Cassette,
-    Json,
-    Model,
-    NoCache,
-    PerceptionName,
-    RobotName,
-    Seed,
-    SensorName,
-    TaskName,
-)
-from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.options import Json
+from robosandbox.commands.world import WorldOptions, takes_world
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,31 +17,22 @@ if TYPE_CHECKING:
     from robosandbox.types import DetectedObject, ObservedScene
 
 
+@takes_world(
+    without=("planner", "time_limit", "camera", "grasp", "motion", "max_replans", "what_if"),
+    perception="rgbd",
+    sensor="realsense",
+)
 def look(
-    task: TaskName = None,
-    robot: RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
-    perception: PerceptionName = "rgbd",
-    sensor: SensorName = "realsense",
-    calibration: CalibrationFile = None,
-    model: Model = None,
-    base_url: BaseUrl = None,
-    cassette: Cassette = None,
-    seed: Seed = 0,
+    world: WorldOptions,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw what the cameras see into this PNG.")] = None,
     json: Json = False,
 ) -> int:
     """Print what is seen: names, shapes, places, sizes, and how sure that is."""
-    from robosandbox.tasks.session import open_session
-
-    options = {"calibration": calibration, "model": model, "base_url": base_url, "cassette": cassette}
-    with open_session(
-        task, robot=robot, perception=perception, perception_options=options, sensor=sensor, seed=seed
-    ) as session:
+    # The model, if any, is the perception's: nothing is planned here.
+    with world.open_to_look() as session:
         scene = session.observe()
         if picture is not None:
-            _draw(session.ctx.perception, perception, picture)
+            _draw(session.ctx.perception, world.perception, picture)
     if json:
         print_json(
             {

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands import options
-from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig, remote_session
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.world import Connection, WorldOptions, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
@@ -21,22 +19,10 @@ if TYPE_CHECKING:
     from robosandbox.tasks.remote import RemoteSession
 
 
+@takes_world(without=("camera", "sensor", "calibration", "max_replans"))
 def mcp(
-    task: options.TaskName = None,
-    robot: options.RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: options.NoCache = False,
-    connect: Connect = None,
-    robot_id: RobotId = None,
-    zenoh_config: ZenohConfig = None,
-    planner: options.PlannerName = "stub",
-    base_url: options.BaseUrl = None,
-    model: options.Model = None,
-    cassette: options.Cassette = None,
-    time_limit: options.TimeLimit = None,
-    perception: options.PerceptionName = "ground_truth",
-    seed: options.Seed = 0,
-    what_if: options.WhatIf = True,
+    connection: Connection,
+    world: WorldOptions,
     http: Annotated[
         int | None, typer.Option("--http", help="Serve on this port of 127.0.0.1; stdin and stdout if left out.")
     ] = None,
@@ -50,15 +36,15 @@ def mcp(
         raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
     if not timeout > 0.0:
         raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
-    planner_options = {"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit}
-    remote = bool(connect or robot_id or zenoh_config)
-    if remote and (task or robot or seed or realtime):
-        raise InputError("--connect: the sim process has its own task, robot, seed and pace; leave those options out")
-    if planner != "stub" or any(value is not None for value in planner_options.values()):
+    if connection:
+        world.check_remote()
+        if realtime:
+            raise InputError("--realtime: a sim process has its own pace; leave it or --connect out")
+    if world.planner != "stub" or any(value is not None for value in world.planner_options.values()):
         from robosandbox.agent.planners import make_planner
 
         # Which options a planner takes and needs only the planner itself knows; the default one needs none.
-        make_planner(planner, (), planner_options)
+        make_planner(world.planner, (), world.planner_options)
     if find_spec("mcp") is None:
         raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
 
@@ -78,32 +64,21 @@ def mcp(
 
     @contextmanager
     def there() -> Iterator[Robot]:
-        with remote_session(
-            connect or [], robot_id, zenoh_config, planner=planner, planner_options=planner_options
-        ) as session:
+        with connection.session(world) as session:
             yield Robot(session, lambda: _remote_state(session), tick_hooks=None, timeout=timeout)
 
     @contextmanager
     def here() -> Iterator[Robot]:
         from robosandbox.agent.mcp.tools import state_data
         from robosandbox.agent.pace import Pace
-        from robosandbox.tasks.session import open_session
 
-        with open_session(
-            task,
-            robot=robot,
-            planner=planner,
-            planner_options=planner_options,
-            perception=perception,
-            seed=seed,
-            what_if=what_if,
-        ) as session:
+        with world.open() as session:
             hooks = session.sim.tick_hooks
             if realtime:
                 hooks.append(Pace(session.sim))
             yield Robot(session, lambda: state_data(session.sim.observe()), tick_hooks=hooks, timeout=timeout)
 
-    serve(there if remote else here, port=http, first=first)
+    serve(there if connection else here, port=http, first=first)
     return EXIT_DONE
 
 

@@ -53,6 +53,12 @@ TimeLimit = Annotated[
     ),
 ]
 Camera = Annotated[str | None, typer.Option("--camera", help="Send this camera's picture to a model that sees.")]
+GraspName = Annotated[
+    str, typer.Option("--grasp", help="What proposes grasps.", callback=checks.known("grasp_planners"))
+]
+MotionName = Annotated[
+    str, typer.Option("--motion", help="What plans the arm's motions.", callback=checks.known("motion_planners"))
+]
 PerceptionName = Annotated[
     str, typer.Option("--perception", help="What sees the objects.", callback=checks.known("perceptions"))
 ]
@@ -66,9 +72,6 @@ CalibrationFile = Annotated[
     Path | None, typer.Option("--calibration", help="Where the cameras are, as `robo-sandbox calibrate` found.")
 ]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)]
-OwnSeed = Annotated[
-    int | None, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)
-]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.", callback=_from_zero)]
 WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")]
 

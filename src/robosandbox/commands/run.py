@@ -3,33 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
-from robosandbox.commands.options import (
-    BaseUrl,
-    CalibrationFile,
-    Camera,
-    Cassette,
-    Json,
-    MaxReplans,
-    Model,
-    NoCache,
-    PerceptionName,
-    PlannerName,
-    Prompt,
-    RobotName,
-    Seed,
-    SensorName,
-    TaskName,
-    TimeLimit,
-    WhatIf,
-)
-from robosandbox.commands.packages import PackagePath
+from robosandbox.commands.options import Json, Prompt
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
+from robosandbox.commands.world import OF_THE_WORLD, Connection, WorldOptions, takes_world
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,24 +28,10 @@ Policy = Annotated[
 ]
 
 
+@takes_world()
 def run(
+    world: WorldOptions,
     prompt: Prompt = None,
-    task: TaskName = None,
-    robot: RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
-    planner: PlannerName = "stub",
-    base_url: BaseUrl = None,
-    model: Model = None,
-    cassette: Cassette = None,
-    time_limit: TimeLimit = None,
-    camera: Camera = None,
-    perception: PerceptionName = "ground_truth",
-    sensor: SensorName = "ideal",
-    calibration: CalibrationFile = None,
-    seed: Seed = 0,
-    max_replans: MaxReplans = 3,
-    what_if: WhatIf = True,
     confirm: Confirm = False,
     dry_run: DryRun = False,
     record: Record = None,
@@ -76,25 +44,11 @@ def run(
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
-    _check_said(prompt, task)
+    _check_said(prompt, world.task)
     if policy is not None and prompt is not None:
         raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
     settings = record_settings(record, video, video_fps)
-    from robosandbox.tasks.session import open_session
-
-    with open_session(
-        task,
-        robot=robot,
-        planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
-        camera=camera,
-        perception=perception,
-        perception_options={"calibration": calibration},
-        sensor=sensor,
-        seed=seed,
-        max_replans=max_replans,
-        what_if=what_if,
-    ) as session:
+    with world.open() as session:
         if policy is not None:
             from robosandbox.commands.policy import run_policy
 
@@ -119,71 +73,23 @@ def run(
             return _carry_out(session, said, json, recorder)
 
 
-def agent(
-    prompt: Prompt = None,
-    connect: Connect = None,
-    robot_id: RobotId = None,
-    zenoh_config: ZenohConfig = None,
-    planner: PlannerName = "stub",
-    base_url: BaseUrl = None,
-    model: Model = None,
-    cassette: Cassette = None,
-    time_limit: TimeLimit = None,
-    camera: Camera = None,
-    max_replans: MaxReplans = 3,
-    json: Json = False,
-) -> int:
+@takes_world(without=(*OF_THE_WORLD, "package_path", "no_cache", "what_if"))
+def agent(connection: Connection, world: WorldOptions, prompt: Prompt = None, json: Json = False) -> int:
     """Carry out a prompt in a sim process."""
-    from robosandbox.commands.connecting import remote_session
-
     if prompt is not None:
         prompt = read_prompt(prompt)
-    with remote_session(
-        connect or [],
-        robot_id,
-        zenoh_config,
-        planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
-        camera=camera,
-        max_replans=max_replans,
-    ) as session:
+    with connection.session(world) as session:
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
-def plan(
-    prompt: Prompt = None,
-    task: TaskName = None,
-    robot: RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
-    planner: PlannerName = "stub",
-    base_url: BaseUrl = None,
-    model: Model = None,
-    cassette: Cassette = None,
-    time_limit: TimeLimit = None,
-    camera: Camera = None,
-    perception: PerceptionName = "ground_truth",
-    sensor: SensorName = "ideal",
-    seed: Seed = 0,
-    json: Json = False,
-) -> int:
+@takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if"))
+def plan(world: WorldOptions, prompt: Prompt = None, json: Json = False) -> int:
     """Print the plan for a prompt; nothing moves."""
-    _check_said(prompt, task)
+    _check_said(prompt, world.task)
     from robosandbox.agent.usage import metered
-    from robosandbox.tasks.session import open_session
     from robosandbox.types import Refusal
 
-    with open_session(
-        task,
-        robot=robot,
-        planner=planner,
-        planner_options={"base_url": base_url, "model": model, "cassette": cassette, "time_limit": time_limit},
-        camera=camera,
-        perception=perception,
-        sensor=sensor,
-        seed=seed,
-        what_if=False,
-    ) as session:
+    with replace(world, what_if=False).open() as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         with metered() as usage:
             answer = session.agent.plan(said)

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.options import NoCache, PerceptionName, RobotName, SensorName, TaskName
-from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Video, VideoFps, record_settings
+from robosandbox.commands.world import WorldOptions, takes_world
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
@@ -30,19 +29,25 @@ ZenohConfig = Annotated[
 _SWITCH_SECONDS = 0.001
 
 
+@takes_world(
+    without=(
+        "planner",
+        "base_url",
+        "model",
+        "cassette",
+        "time_limit",
+        "camera",
+        "calibration",
+        "max_replans",
+    )
+)
 def sim(
-    task: TaskName = None,
-    robot: RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
+    world: WorldOptions,
     robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
     listen: Annotated[
         str | None, typer.Option("--listen", help="Zenoh endpoint; tcp/127.0.0.1:7447 if left out.")
     ] = None,
     pace: Annotated[str, typer.Option("--pace", help="realtime, or fast.")] = "realtime",
-    seed: Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.")] = 0,
-    perception: PerceptionName = "ground_truth",
-    sensor: SensorName = "ideal",
     zenoh_config: ZenohConfig = None,
     state_file: Annotated[
         Path | None, typer.Option("--state-file", help="Keep the world here; a restarted sim goes on from it.")
@@ -53,7 +58,6 @@ def sim(
     ground_truth: Annotated[
         bool, typer.Option("--ground-truth/--no-ground-truth", help="Answer truth with the simulated state.")
     ] = True,
-    what_if: Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs on copies of the world.")] = True,
     insecure: Annotated[
         bool, typer.Option("--insecure", help="Listen beyond this machine without asking who comes.")
     ] = False,
@@ -64,7 +68,7 @@ def sim(
     video_fps: VideoFps = 20.0,
 ) -> int:
     """Serve a world over Zenoh until SIGINT or SIGTERM."""
-    _check(robot_id, pace, seed, allow_files or [])
+    _check(robot_id, pace, allow_files or [])
     settings = record_settings(record, video, video_fps)
     # Zenoh's threads and the state stream must not wait 5 ms for a thread that plans.
     sys.setswitchinterval(_SWITCH_SECONDS)
@@ -79,16 +83,22 @@ def sim(
     from robosandbox.tasks.service_loader import TaskLoader
     from robosandbox.transport import open_listener
 
-    load_plugin("perceptions", perception)
-    find_sensor(sensor)
+    load_plugin("perceptions", world.perception)
+    find_sensor(world.sensor)
     loader = TaskLoader(
-        perception=perception, sensor=sensor, what_if=what_if, allowed=allow_files or [], record=settings
+        perception=world.perception,
+        grasp=world.grasp,
+        motion=world.motion,
+        sensor=world.sensor,
+        what_if=world.what_if,
+        allowed=allow_files or [],
+        record=settings,
     )
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
     try:
-        host = _open(loader, saved, task, robot, seed)
+        host = _open(loader, saved, world)
         server = SimServer(
             host,
             zenoh_session,
@@ -113,12 +123,10 @@ def sim(
     return EXIT_DONE
 
 
-def _check(robot_id: str, pace: str, seed: int, folders: list[Path]) -> None:
+def _check(robot_id: str, pace: str, folders: list[Path]) -> None:
     if not re.fullmatch(r"[a-z0-9_-]{1,64}", robot_id):
         raise InputError(f"--robot-id: {robot_id[:70]!r} is no id; use up to 64 of a-z, 0-9, '-' and '_'")
     _pace(pace)
-    if seed < 0:
-        raise InputError(f"--seed: {seed} is negative; give 0 or more")
     for folder in folders:
         if not folder.is_dir():
             raise InputError(f"--allow-files: {str(folder)!r} is no folder")
@@ -132,9 +140,9 @@ def _pace(name: str) -> Literal["realtime", "fast"]:
             raise InputError(f"--pace: {name!r} is not one of realtime, fast")
 
 
-def _open(loader: TaskLoader, saved: SavedWorld | None, task: str | None, robot: str | None, seed: int) -> Session:
+def _open(loader: TaskLoader, saved: SavedWorld | None, world: WorldOptions) -> Session:
     if saved is None:
-        return loader.open(task, robot, seed)
+        return loader.open(world.task, world.robot, world.seed)
     session = loader.resume(saved)
     print(
         f"going on with {session.task.name} at {session.sim.time:.2f} s from the state file; remove it to start over",

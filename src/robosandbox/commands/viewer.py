@@ -7,29 +7,16 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.options import (
-    BaseUrl,
-    MaxReplans,
-    Model,
-    NoCache,
-    PerceptionName,
-    PlannerName,
-    RobotName,
-    Seed,
-    SensorName,
-    TaskName,
-    WhatIf,
-)
-from robosandbox.commands.packages import PackagePath
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.commands.runs import load as load_episode
+from robosandbox.commands.world import Connection, WorldOptions, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
@@ -49,42 +36,29 @@ _WAKE_SECONDS = 0.5
 _SWITCH_SECONDS = 0.001
 
 
+@takes_world(without=("cassette", "time_limit", "camera", "calibration"))
 def viewer(
-    task: TaskName = None,
-    robot: RobotName = None,
-    package_path: PackagePath = None,
-    no_cache: NoCache = False,
-    seed: Seed = 0,
-    planner: PlannerName = "stub",
-    base_url: BaseUrl = None,
-    model: Model = None,
-    perception: PerceptionName = "ground_truth",
-    sensor: SensorName = "ideal",
-    max_replans: MaxReplans = 3,
-    what_if: WhatIf = True,
+    world: WorldOptions,
+    connection: Connection,
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
     replay: Annotated[
         Path | None, typer.Option("--replay", help="A recorded episode's folder, to be shown state by state.")
     ] = None,
-    connect: Connect = None,
-    robot_id: RobotId = None,
-    zenoh_config: ZenohConfig = None,
     port: Annotated[int, typer.Option("--port", help="On 127.0.0.1; 0 takes any free one.")] = _DEFAULT_PORT,
 ) -> int:
     """Show the world in a browser on this machine, until SIGINT or SIGTERM."""
     if not 0 <= port <= 65535:
         raise InputError(f"--port: {port} is no port; give 0 to 65535")
-    remote = connect is not None or zenoh_config is not None or robot_id is not None
-    if remote and (task is not None or robot is not None or seed != 0):
-        raise InputError("--connect: the sim has its task, robot and seed; leave out --task, --robot and --seed")
-    if remote and record is not None:
+    if connection:
+        world.check_remote()
+    if connection and record is not None:
         raise InputError(
             "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
         )
     settings = record_settings(record, video, video_fps)
-    if replay is not None and (remote or task is not None or robot is not None or seed != 0):
+    if replay is not None and (connection or world.task is not None or world.robot is not None or world.seed != 0):
         raise InputError(
             "--replay: the episode has its task, robot and seed; leave out --task, --robot, --seed and --connect"
         )
@@ -94,17 +68,7 @@ def viewer(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "viewer", "viewer") from None
     sys.setswitchinterval(_SWITCH_SECONDS)
-    minds = {
-        "planner": planner,
-        "planner_options": {"base_url": base_url, "model": model},
-        "max_replans": max_replans,
-    }
-    worlds = {"perception": perception, "sensor": sensor, "what_if": what_if}
-    opened = (
-        _there(connect or [], robot_id, zenoh_config, minds)
-        if remote
-        else _here(task, robot, seed, {**minds, **worlds}, settings, episode)
-    )
+    opened = _there(connection, world) if connection else _here(world, settings, episode)
     with opened as (source, playback):
         shown = Viewer(source, port, playback)
         shown.control.listeners.append(_log)
@@ -141,16 +105,10 @@ def _log(news: News) -> None:
 
 @contextmanager
 def _here(
-    task: str | None,
-    robot: str | None,
-    seed: int,
-    options: dict[str, Any],
-    settings: RecordSettings | None,
-    episode: RecordedEpisode | None,
+    world: WorldOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
 ) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
     from robosandbox.recording.settings import open_recorder
-    from robosandbox.tasks.session import open_session
     from robosandbox.tasks.task import Task
     from robosandbox.validation import validate
     from robosandbox.viewer.embedded import EmbeddedSource
@@ -158,7 +116,9 @@ def _here(
     with ExitStack() as recorded:
 
         def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
-            session = open_session(task, robot=robot, seed=seed, render_size=_PICTURE_SIZE, **options)
+            named, loaded = (task, None) if isinstance(task, str) else (None, task)
+            chosen = replace(world, task=named, robot=robot, seed=seed)
+            session = chosen.open(loaded, render_size=_PICTURE_SIZE)
             if settings is not None:
                 recorder = open_recorder(settings, session)
                 recorded.close()
@@ -167,7 +127,7 @@ def _here(
             return session
 
         if episode is None:
-            yield EmbeddedSource(reopen(task, robot, seed), reopen), None
+            yield EmbeddedSource(reopen(world.task, world.robot, world.seed), reopen), None
         else:
             from robosandbox.viewer.replay import recorded_frames
 
@@ -177,11 +137,8 @@ def _here(
 
 
 @contextmanager
-def _there(
-    endpoints: list[str], robot_id: str | None, zenoh_config: Path | None, options: dict[str, Any]
-) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
-    from robosandbox.commands.connecting import remote_session
+def _there(connection: Connection, world: WorldOptions) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     from robosandbox.viewer.connected import ConnectedSource
 
-    with remote_session(endpoints, robot_id, zenoh_config, **options) as session:
+    with connection.session(world) as session:
         yield ConnectedSource(session), None
