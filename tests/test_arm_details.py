@@ -6,6 +6,7 @@ import mujoco
 import numpy as np
 import pytest
 import yaml
+from written_arms import TOYS, jaw, toy
 
 from robosandbox.errors import InputError
 from robosandbox.motion.sampling import find_knots
@@ -14,8 +15,6 @@ from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.testing.robot_check import check_robot
-
-from .test_arms import TOYS, jaw, toy
 
 
 def _check(name, side, folder):

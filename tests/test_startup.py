@@ -50,7 +50,7 @@ def modules_after(*arguments: str) -> set[str]:
         (["mcp", "--http", "70000"], {*HEAVY, "mujoco", "numpy"}),
         (["viewer", "--port", "70000"], {*HEAVY, "mujoco", "numpy"}),
     ],
-    ids=" ".join,
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "lean",
 )
 def test_a_command_loads_no_more_than_it_needs(arguments: list[str], absent: set[str]) -> None:
     assert not modules_after(*arguments) & absent
