@@ -39,7 +39,7 @@ class ForceGuard:
         if self._told or self._ticks < _TICKS:
             return
         self._told = True
-        self._sim.hold()
+        self._sim.stop()
         raise LimitError(
             f"{body} presses on {other} with {force:.0f} N, and limits.max_force allows {self._max_force:g}; the arm holds: "
             "clear what is in the way, or allow more",

@@ -48,7 +48,7 @@ class WorkspaceGuard:
         Raises:
             LimitError: It is outside and went further out.
         """
-        state = self._sim.observe()
+        state = self._sim.state()
         if state.time < self._time:
             # A reset: wherever the arm was put, it may come in from there.
             self._outside.clear()
@@ -58,7 +58,7 @@ class WorkspaceGuard:
             before = self._outside.get(axis, now)
             self._outside[axis] = now
             if now > max(TOLERANCE, before + _PROGRESS):
-                self._sim.hold()
+                self._sim.stop()
                 _check("the tool centre point", axis, value, self._workspace, TOLERANCE, Phase.APPROACH)
 
 

@@ -99,7 +99,7 @@ def measure(problems: int, seed: int, *, ompl: bool) -> dict[str, Any]:
         with open_session(clutter(rng)) as session:
             motion = DLSMotionPlanner()
             scene = session.observe()
-            motion.use(session.ctx.planning(scene), session.sim.observe())
+            motion.use(session.ctx.planning(scene), session.sim.state())
             motion.open_to(0.04)
             checker = CollisionChecker(session.sim.model, session.sim.robot, session.sim.body_names, clearance=0.0)
             for item in scene.objects:

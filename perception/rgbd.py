@@ -164,12 +164,12 @@ class RgbdPerception:
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
-        seen = sim.observe()
+        seen = sim.state()
         self._hands.update(seen, self._tracker.tracks.values())
         self._hands.move_drawers(seen, self.tracks)
 
     def _observed(self, sim: Driver) -> ObservedScene:
-        seen, robot = sim.observe(), sim.robot
+        seen, robot = sim.state(), sim.robot
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None
         self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)

@@ -87,29 +87,29 @@ class SensedSim:
         """Called after every control tick."""
         return self._sim.tick_hooks
 
-    def observe(self, cameras: Sequence[str] = ()) -> Observation:
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception and pictures."""
-        return self._sim.observe(cameras)
+        return self._sim.state(cameras)
 
     def capture(self, camera: str) -> RgbdFrame:
         """Return what a camera's sensor delivers."""
         return self._sim.capture(camera)
 
-    def execute(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """Follow a trajectory."""
-        self._sim.execute(trajectory)
+        self._sim.follow(trajectory)
 
     def trim(self, goal: Array) -> None:
         """Let a tick pass, shifted against what keeps the arm off its goal."""
         self._sim.trim(goal)
 
-    def step(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
         """Let time pass."""
-        self._sim.step(seconds)
+        self._sim.wait(seconds)
 
-    def hold(self) -> None:
+    def stop(self) -> None:
         """Command the arm to stay."""
-        self._sim.hold()
+        self._sim.stop()
 
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo presses with, and its limit, N m or N."""

@@ -240,7 +240,7 @@ class MuJoCoBackend:
 
     # Acting.
 
-    def execute(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """Follow a trajectory, commands interpolated to the control ticks; return when the last row is commanded."""
         robot, data = self.robot, self._live
         ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
@@ -256,7 +256,7 @@ class MuJoCoBackend:
                 data.ctrl[robot.actuator_ids] = command
                 self._tick()
         except BaseException:
-            self.hold()
+            self.stop()
             raise
 
     def trim(self, goal: Array) -> None:
@@ -271,13 +271,13 @@ class MuJoCoBackend:
         data.ctrl[robot.actuator_ids] = robot.control(goal + self._trim)
         self._tick()
 
-    def step(self, seconds: float | None = None) -> None:
+    def wait(self, seconds: float | None = None) -> None:
         """Let time pass with the last commands held; one control tick when `seconds` is left out."""
         ticks = 1 if seconds is None else max(1, round(seconds / self.control_timestep))
         for _ in range(ticks):
             self._tick()
 
-    def hold(self) -> None:
+    def stop(self) -> None:
         """Command the arm to stay where it is."""
         robot = self.robot
         q = self._live.qpos[robot.qpos_indices]
@@ -285,7 +285,7 @@ class MuJoCoBackend:
 
     def rest(self, seconds: float = 0.5) -> None:
         """Hold the arm and let time pass until it is still, `seconds` at most."""
-        self.hold()
+        self.stop()
         for _ in range(round(seconds / self.control_timestep)):
             if np.abs(self._live.qvel[self.robot.dof_indices]).max() < _STILL_SPEED:
                 return
@@ -322,7 +322,7 @@ class MuJoCoBackend:
         """Return a log that can take down this world's state; it ends with the model."""
         return StepRecorder(self._loaded, self._live, capacity)
 
-    def observe(self, cameras: Sequence[str] = ()) -> Observation:
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception, and a picture per named camera.
 
         Raises:
@@ -490,13 +490,13 @@ class MuJoCoBackend:
             raise RuntimeError("no scene is loaded; call load(scene) first")
         return self._data
 
-    def wait(self) -> None:
+    def ask_wait_hooks(self) -> None:
         """Ask the wait hooks whether to go on; they raise where not."""
         for hook in self.wait_hooks:
             hook()
 
     def _compile(self, scene: Scene) -> None:
-        self.wait()
+        self.ask_wait_hooks()
         config = Path(scene.robot_config) if scene.robot_config else None
         self._world = world = build_world(
             scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height), board=self._board
@@ -552,7 +552,7 @@ class MuJoCoBackend:
         chunk = round(_SETTLE_CHUNK_SECONDS / model.opt.timestep)
         calm = 0
         for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
-            self.wait()
+            self.ask_wait_hooks()
             mujoco.mj_step(model, data, chunk)
             calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
             if calm >= _CALM_CHUNKS:

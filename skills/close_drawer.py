@@ -83,7 +83,7 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
-    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    q, hand = arm.q, arm.sim.state().tcp_pose.rotation
     inwards = -outwards(drawer)
     for rotation in (*hand_rotations(drawer, hand, _PITCHES), *_turned(drawer, hand)):
         start = _start(arm, drawer, rotation)

@@ -159,7 +159,7 @@ def take_grip(arm: Manipulator, drawer: DetectedObject, travel: float) -> None:
 
 
 def _find_way(arm: Manipulator, drawer: DetectedObject, aside: float, travel: float) -> _Way:
-    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    q, hand = arm.q, arm.sim.state().tcp_pose.rotation
     point, away = grip_point(drawer), outwards(drawer)
     failures: list[SkillError] = []
     for rotation in hand_rotations(drawer, hand):
@@ -206,7 +206,7 @@ def slide(arm: Manipulator, drawer: DetectedObject, free: float, travel: float, 
         return now > MOST_FORCE
 
     arm.ctx.enter(Phase.SLIDE)
-    observation = arm.sim.observe()
+    observation = arm.sim.state()
     trial = min(_TRIAL, travel)
     for distance in (free + trial, free + travel):
         goal = moved_by(observation.tcp_pose, distance * direction)
@@ -234,7 +234,7 @@ def withdraw(arm: Manipulator, drawer: DetectedObject) -> None:
     """
     arm.use(arm.look())
     arm.motion.allow(box_of(drawer))
-    observation = arm.sim.observe()
+    observation = arm.sim.state()
     for distance in _HOVERS:
         try:
             back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=FREE_SPEED)

@@ -31,7 +31,7 @@ def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
         held: What is held, where it is seen.
         mass: Its mass, kg.
     """
-    robot, tcp = arm.sim.robot, arm.sim.observe().tcp_pose
+    robot, tcp = arm.sim.robot, arm.sim.state().tcp_pose
     acceleration = CARRY_SPEED * float(robot.acceleration_limits.max()) * robot.reach[1]
     offset, closing = centre(held) - tcp.position, tcp.rotation[:, 1]
     lever = float(np.linalg.norm(offset - closing * (closing @ offset)))
@@ -52,7 +52,7 @@ def ease(arm: Manipulator, held: DetectedObject) -> float | None:
     before = sim.grip_on(held.id)
     if gripper is None or before <= 0.0:
         return before
-    sim.step(_WEIGHING_SECONDS)
+    sim.wait(_WEIGHING_SECONDS)
     mass = max(0.0, float(sim.force_on(held.id)[2])) / _GRAVITY
     wanted = max(needed_force(arm, held, mass), _LEAST_SHARE * before)
     state = arm.gripper
@@ -68,10 +68,10 @@ def ease(arm: Manipulator, held: DetectedObject) -> float | None:
         return before
     # The actuator's own force at the wanted pad force, by the ratio that both have now.
     sim.set_gripper(float(np.clip(closed + wanted / before * state.force / slope, closed, 1.0)))
-    sim.step(_EASING_SECONDS)
+    sim.wait(_EASING_SECONDS)
     now = sim.grip_on(held.id)
     if now < _SHORTFALL * wanted:
         sim.set_gripper(1.0)
-        sim.step(_EASING_SECONDS)
+        sim.wait(_EASING_SECONDS)
         now = sim.grip_on(held.id)
     return now

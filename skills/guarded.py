@@ -65,7 +65,7 @@ def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: C
     try:
         arm.follow(trajectory, phase, yielding=True)
     except _Stopped:
-        arm.sim.hold()
+        arm.sim.stop()
         return True
     finally:
         arm.sim.tick_hooks.remove(check)

@@ -89,7 +89,7 @@ class Manipulator:
     def use(self, scene: ObservedScene, *, held: str | None = None) -> None:
         """Plan among these objects from now on."""
         self._planning = self.ctx.planning(scene)
-        self.motion.use(self._planning, self.sim.observe(), held=held)
+        self.motion.use(self._planning, self.sim.state(), held=held)
 
     @property
     def planning(self) -> PlanningScene:
@@ -101,7 +101,7 @@ class Manipulator:
     @property
     def q(self) -> Array:
         """The configuration that the arm has, shape (n,)."""
-        return self.sim.observe().q
+        return self.sim.state().q
 
     @property
     def geometry(self) -> GripperGeometry:
@@ -126,7 +126,7 @@ class Manipulator:
         Raises:
             UnsupportedError: The robot has no gripper.
         """
-        state = self.sim.observe().gripper
+        state = self.sim.state().gripper
         if state is None:
             raise UnsupportedError(f"{self.sim.robot.name} has no gripper", phase=Phase.CHECK)
         return state
@@ -213,7 +213,7 @@ class Manipulator:
         """
         self.ctx.enter(phase)
         self.ctx.announce(trajectory)
-        self.sim.execute(trajectory)
+        self.sim.follow(trajectory)
         self._arrive(trajectory.q[-1], phase, yielding)
 
     def _arrive(self, goal: Array, phase: Phase, yielding: bool) -> None:
@@ -225,7 +225,7 @@ class Manipulator:
                     return
                 raise self._off_goal(goal, int(error.argmax()), phase)
             if yielding or self.sim.time < patience:
-                self.sim.step(self.sim.control_timestep)
+                self.sim.wait(self.sim.control_timestep)
             else:
                 self.sim.trim(goal)
 
@@ -281,7 +281,7 @@ class Manipulator:
             UnreachableError: Not even a quarter of it can be reached.
             CollisionError: Something is above.
         """
-        observation = self.sim.observe()
+        observation = self.sim.state()
         failure: UnreachableError | None = None
         for share, angle in _RISES:
             target = leaning(raised(observation.tcp_pose, share * height), self.sim.robot.base_position, angle)
@@ -316,10 +316,10 @@ class Manipulator:
     def wait_for_fingers(self) -> float:
         """Wait until the fingers no longer move; return the gap between them."""
         deadline = self.sim.time + _GRIP_SECONDS
-        self.sim.step(_LAG)
+        self.sim.wait(_LAG)
         state = self.gripper
         while self.sim.time < deadline:
-            self.sim.step(_LAG)
+            self.sim.wait(_LAG)
             before, state = state, self.gripper
             # A jaw that has swung far off still moves where its gap no longer grows.
             travel = abs(state.closed - before.closed) * self.geometry.max_aperture
@@ -333,7 +333,7 @@ class Manipulator:
         deadline = self.sim.time + seconds
         before = self.look()
         while True:
-            self.sim.step(0.1)
+            self.sim.wait(0.1)
             now = self.look()
             pairs = [(before.find(name), now.find(name)) for name in names]
             if all(a and b and _still(a.pose, b.pose) for a, b in pairs) or self.sim.time >= deadline:

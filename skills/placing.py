@@ -158,7 +158,7 @@ class _Search:
         self._held = held
         self._scene = scene
         self._allowed = allowed
-        observation = arm.sim.observe()
+        observation = arm.sim.state()
         self._q = observation.q
         self._width = arm.gripper.width
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
@@ -251,7 +251,7 @@ class _Search:
 
 def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.ctx.enter(Phase.RELEASE)
-    arm.sim.step(_RELEASE_SECONDS)
+    arm.sim.wait(_RELEASE_SECONDS)
     arm.open(opening)
     arm.use(arm.look())
     arm.motion.allow(object_id)

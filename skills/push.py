@@ -130,7 +130,7 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     down = np.array([0.0, 0.0, -1.0])
     across = np.cross(down, axis)
     gripper = arm.sim.robot.gripper
-    hand = arm.sim.observe().tcp_pose.rotation
+    hand = arm.sim.state().tcp_pose.rotation
     options = []
     for closing in (across, -across, axis, -axis):
         rotation = np.column_stack([np.cross(closing, down), closing, down])

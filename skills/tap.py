@@ -99,7 +99,7 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
     failures: list[SkillError] = []
-    q, hand = arm.q, arm.sim.observe().tcp_pose.rotation
+    q, hand = arm.q, arm.sim.state().tcp_pose.rotation
     for tcp in _poses(arm, target, hand):
         try:
             arm.motion.allow()

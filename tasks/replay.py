@@ -70,7 +70,7 @@ class Replay:
         """Let the next recorded tick pass; after the last one the last commands are held."""
         sim = self.session.sim
         if self.row + 1 >= len(self._actions):
-            sim.step()
+            sim.wait()
             return
         self.row += 1
         sim.replay(self._actions[self.row], self._push(self.row))

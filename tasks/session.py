@@ -124,7 +124,7 @@ class Session:
         self.sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
         self._begin(checkpoint.seed)
         self.sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
-        self.sim.hold()
+        self.sim.stop()
 
     @property
     def robot_name(self) -> str:
@@ -149,7 +149,7 @@ class Session:
         """
         from robosandbox.sim.cameras import encode
 
-        return encode(self.sim.observe((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
+        return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
 
     def observe(self) -> ObservedScene:
         """Return what perception sees now."""
@@ -157,7 +157,7 @@ class Session:
 
     def judge(self) -> Verdict:
         """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold."""
-        return evaluate(self.task.success, self.start, self.sim.truth, self.sim.step)
+        return evaluate(self.task.success, self.start, self.sim.truth, self.sim.wait)
 
     def close(self) -> None:
         """Free the world."""
@@ -229,7 +229,7 @@ def open_session(
         sim.wait_hooks.append(wait_hook)
     options = dict(planner_options or {})
     if camera is not None:
-        options["picture"] = lambda: sim.observe([camera]).images[camera]
+        options["picture"] = lambda: sim.state([camera]).images[camera]
     mind = make_planner(planner, skills, options, dialogue=dialogue)
     grasps: GraspPlanner = make_plugin("grasp_planners", grasp, options=grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", motion, options=motion_options)
@@ -344,7 +344,7 @@ class _ReachCheck:
         if not self._ready:
             # Reach is a matter of the arm alone.
             nothing = ObservedScene(time=0.0, objects=(), table_height=self._scene.table_height, base_xy=(0.0, 0.0))
-            self._motion.use(PlanningScene(self._sim.world, nothing), self._sim.observe())
+            self._motion.use(PlanningScene(self._sim.world, nothing), self._sim.state())
             self._ready = True
         if obj.id not in self._exempt:
             written = next(item for item in self._scene.objects if item.id == obj.id)
@@ -352,7 +352,7 @@ class _ReachCheck:
         return self._exempt[obj.id] or self._reaches(obj)
 
     def _reaches(self, obj: DetectedObject) -> bool:
-        self._sim.wait()
+        self._sim.ask_wait_hooks()
         middle = centre(obj)
         base = self._sim.robot.base_position
         if float(np.hypot(*(middle - base)[:2])) < _BASE_RADIUS:

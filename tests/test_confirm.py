@@ -108,10 +108,10 @@ def test_a_call_that_leads_outside_the_workspace_moves_nothing(call: SkillCall) 
 def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
     """The bin's place is allowed, but the way there is over the ceiling of the workspace."""
     with open_session(bounded(z=(0.0, 0.3))) as session:
-        height = session.sim.observe().tcp_pose.xyz[2]
+        height = session.sim.state().tcp_pose.xyz[2]
         assert height > 0.31, "home is above the ceiling, where the arm may only go down"
         heights: list[float] = []
-        session.sim.tick_hooks.append(lambda: heights.append(session.sim.observe().tcp_pose.xyz[2]))
+        session.sim.tick_hooks.append(lambda: heights.append(session.sim.state().tcp_pose.xyz[2]))
         assert session.run("pick up the red cube").success
         rising = session.run("go home")
         assert rising.error is not None and rising.error.code is ErrorCode.LIMIT

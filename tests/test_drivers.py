@@ -53,7 +53,7 @@ def test_the_mujoco_driver_is_installed_by_name() -> None:
 
 
 def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
-    gripper = hardware.observe().gripper
+    gripper = hardware.state().gripper
     assert gripper is not None and gripper.force is None and gripper.commanded == 0.0
     for ask in (
         lambda: hardware.force_on(None),
@@ -83,7 +83,7 @@ def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:
     before = hardware._plant.controls.copy()
     moved = []
     for _ in range(5):
-        hardware.step(hardware.control_timestep)
+        hardware.wait(hardware.control_timestep)
         moved.append(bool(np.abs(hardware._plant.controls - before).max() > 0.0))
     assert moved == [False, False, False, True, True]
 
@@ -141,7 +141,7 @@ def test_a_cube_is_picked_from_pixels_through_late_noisy_numb_hardware() -> None
         cube = driver._plant.truth().objects["red_cube"].pose.position[2]
         episode = agent(context(driver, task.scene)).run(task.prompt)
         assert episode.success, episode
-        driver.step(1.0)
+        driver.wait(1.0)
         assert driver._plant.truth().objects["red_cube"].pose.position[2] > cube + 0.1
     finally:
         driver.close()

@@ -207,7 +207,7 @@ def test_tasks_have_a_distance_that_is_measured_and_goes_to_nothing(task: str) -
             assert distance(criterion, start, session.sim.truth()) > 0.0
         session.run()
         assert session.judge().success
-        tcp = session.sim.observe().tcp_pose.position
+        tcp = session.sim.state().tcp_pose.position
         assert distance(criterion, start, session.sim.truth()) == 0.0
         assert potential(criterion, start, session.sim.truth(), tcp) == 0.0
 

@@ -53,7 +53,7 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
 
 def here(session: Session, timeout: float = 120.0) -> Robot:
     def state() -> dict[str, Any]:
-        return tools.state_data(session.sim.observe())
+        return tools.state_data(session.sim.state())
 
     return Robot(session, state, tick_hooks=session.sim.tick_hooks, timeout=timeout)
 

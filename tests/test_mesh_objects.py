@@ -105,7 +105,7 @@ def test_a_ring_is_picked_by_its_wall_if_cut_and_is_too_wide_if_not(ring: Path) 
         session.agent.perform(SkillCall(skill="pick", arguments={"object": "it"}))
         truth = session.sim.truth()
         assert truth.held == "it" and truth.objects["it"].pose.xyz[2] > 0.1
-        tcp = session.sim.observe().tcp_pose.position
+        tcp = session.sim.state().tcp_pose.position
         # In the wall's frame the fingertips are at its radius, not over its middle.
         off = (tcp - truth.objects["it"].pose.position) @ truth.objects["it"].pose.rotation
         assert float(np.hypot(*off[:2])) == pytest.approx((INNER + OUTER) / 2.0, abs=0.006)

@@ -28,7 +28,7 @@ def sim():
 def planner(sim):
     planner = DLSMotionPlanner()
     eyes = GroundTruthPerception()
-    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.observe())
+    planner.use(eyes.planning(sim, eyes.perceive(sim)), sim.state())
     return planner
 
 
@@ -137,7 +137,7 @@ def test_cans_are_seen_as_near_as_they_are() -> None:
         links = [g for g in solid if int(sim.model.geom_bodyid[g]) in sim.robot.bodies]
         (target,) = (g for g in solid if int(sim.model.geom_bodyid[g]) == sim.object_bodies["can"])
         motion = DLSMotionPlanner()
-        motion.use(session.ctx.planning(session.observe()), sim.observe())
+        motion.use(session.ctx.planning(session.observe()), sim.state())
         close = 0
         for _ in range(250):
             yaw, bearing, away = rng.uniform(-np.pi, np.pi), rng.uniform(-np.pi, np.pi), rng.uniform(0.05, 0.13)

@@ -65,7 +65,7 @@ def test_what_the_model_points_at_is_measured_by_depth_and_called_as_it_says():
             assert np.linalg.norm(place - np.array(truth[cube].pose.xyz)) < 0.004
         assert any("ghost" in note for note in scene.notes)
         # Nothing new is seen, so nobody is asked again.
-        session.sim.step(0.1)
+        session.sim.wait(0.1)
         assert {item.id for item in session.observe().objects} == {"apple", "lime", "blue_box_1"}
         assert len(server.requests) == 1
         parts = server.requests[0]["messages"][-1]["content"]

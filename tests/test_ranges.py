@@ -100,7 +100,7 @@ from robosandbox.types import Scene
 sim = MuJoCoBackend()
 sim.load(Scene())
 sim._live.qvel[:] = 1e300
-sim.step()
+sim.wait()
 """
 
 

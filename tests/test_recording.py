@@ -58,7 +58,7 @@ def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(picked: tu
     session, episode = picked
     assert np.allclose(np.diff(episode["time"]), session.sim.control_timestep)
     assert episode["time"][-1] == session.sim.time
-    seen, truth = session.sim.observe(), session.sim.truth()
+    seen, truth = session.sim.state(), session.sim.truth()
     assert np.array_equal(episode["q"][-1], seen.q)
     assert np.allclose(episode["qd"][-1], seen.qd, atol=1e-6)
     assert np.allclose(episode["tcp_pose"][-1, :3], seen.tcp_pose.xyz, atol=1e-6)
@@ -152,7 +152,7 @@ def test_a_reset_ends_the_episode_and_discarded_ones_leave_nothing(tmp_path: Pat
     with open_session("home") as session:
         recorder = open_recorder(RecordSettings(folder=tmp_path), session)
         recorder.begin("first")
-        session.sim.step(0.1)
+        session.sim.wait(0.1)
         session.reset(1)
         assert recorder.folder is None and recorder.last is not None
         result = RecordedEpisode.load(recorder.last).result
@@ -219,7 +219,7 @@ def test_long_episodes_go_through_the_stream_into_one_file(tmp_path: Path) -> No
     with open_session("home") as session:
         recorder = Recorder(tmp_path, session)
         recorder.begin("wait")
-        session.sim.step(25.0)
+        session.sim.wait(25.0)
         folder = recorder.finish()
         recorder.close()
     assert folder is not None and not (folder / "steps.arrows").exists()
@@ -293,8 +293,8 @@ def test_videos_are_written_along_and_show_every_fifth_row(tmp_path: Path) -> No
         settings = RecordSettings(folder=tmp_path, video=VideoSettings(cameras=("scene", "wrist"), fps=20.0))
         recorder = open_recorder(settings, session)
         recorder.begin("look")
-        before = session.sim.observe(("scene",)).images["scene"]
-        session.sim.step(1.0)
+        before = session.sim.state(("scene",)).images["scene"]
+        session.sim.wait(1.0)
         folder = recorder.finish()
         recorder.close()
     assert folder is not None
@@ -315,6 +315,6 @@ def test_states_are_drawn_as_the_world_was(picked: tuple[Session, RecordedEpisod
     from robosandbox.recording.drawing import frames
 
     session, episode = picked
-    now = session.sim.observe(("scene",)).images["scene"]
+    now = session.sim.state(("scene",)).images["scene"]
     last = list(frames(episode, session.sim, ("scene",), len(episode) - 1, now.shape[:2]))[-1]["scene"]
     assert np.abs(last.astype(float) - now).mean() < 0.5

@@ -70,7 +70,7 @@ def _each_joint_has_an_actuator_that_skills_write_to(sim: MuJoCoBackend, own: Ow
 
 def _home_has_a_value_per_joint(sim: MuJoCoBackend, own: Own) -> None:
     assert len(own.side["arm"]["home_qpos"]) == len(own.side["arm"]["joints"])
-    assert sim.observe().q == pytest.approx(own.side["arm"]["home_qpos"], abs=0.01)
+    assert sim.state().q == pytest.approx(own.side["arm"]["home_qpos"], abs=0.01)
     own.side["arm"]["home_qpos"].append(0.0)
     with pytest.raises(InputError, match=r"arm\.home_qpos: has 8 entries for 7 joints"):
         own.load()
@@ -82,8 +82,8 @@ def _primary_joint_gives_the_width(sim: MuJoCoBackend, own: Own) -> None:
     widths = []
     for closed in (0.0, 0.5):
         sim.set_gripper(closed=closed)
-        sim.step(1.0)
-        state = sim.observe().gripper
+        sim.wait(1.0)
+        state = sim.state().gripper
         assert state is not None
         widths.append(state.width)
         assert state.width == pytest.approx(2.0 * state.joint, abs=0.002)
@@ -95,13 +95,13 @@ def _primary_joint_gives_the_width(sim: MuJoCoBackend, own: Own) -> None:
 def _open_and_closed_are_joint_values(sim: MuJoCoBackend, own: Own) -> None:
     for closed, value in ((0.0, own.side["gripper"]["open_qpos"]), (1.0, own.side["gripper"]["closed_qpos"])):
         sim.set_gripper(closed=closed)
-        sim.step(2.0)
-        state = sim.observe().gripper
+        sim.wait(2.0)
+        state = sim.state().gripper
         assert state is not None and state.joint == pytest.approx(value, abs=0.001)
     (wide,) = {match for page in PAGES for match in re.findall(r"open_qpos: .*~(\d+) mm between fingertips", page.text)}
     sim.set_gripper(closed=0.0)
-    sim.step(1.0)
-    state = sim.observe().gripper
+    sim.wait(1.0)
+    state = sim.state().gripper
     assert state is not None and 1e3 * state.width == pytest.approx(float(wide), abs=2.0)
     own.side["gripper"]["open_qpos"] = float(wide) / 1e3
     with pytest.raises(InputError, match=r"gripper\.open_qpos: 0\.08 .* give a joint value, not a width"):

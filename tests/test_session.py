@@ -39,7 +39,7 @@ def test_doing_nothing_fails_every_task() -> None:
 
     for name in bundled_tasks():
         with open_session(name) as session:
-            session.sim.step(0.5)
+            session.sim.wait(0.5)
             assert not session.judge().success, name
 
 
@@ -75,9 +75,9 @@ def test_cancel_stops_within_one_control_tick_and_the_arm_holds() -> None:
         session.sim.tick_hooks.insert(0, cancel_once)
         episode = session.run()
         assert episode.final_reason == "cancelled" and len(ticks) == 50
-        q = session.sim.observe().q
-        session.sim.step(1.0)
-        np.testing.assert_allclose(session.sim.observe().q, q, atol=0.05)
+        q = session.sim.state().q
+        session.sim.wait(1.0)
+        np.testing.assert_allclose(session.sim.state().q, q, atol=0.05)
 
 
 def test_a_missing_yaml_is_an_input_error() -> None:

@@ -34,7 +34,7 @@ def test_objects_have_settled_after_reset(sim):
 
 def test_reset_repeats_to_the_last_bit(sim):
     first = sim.snapshot()
-    sim.step(0.3)
+    sim.wait(0.3)
     sim.reset()
     assert (sim.snapshot() == first).all()
 
@@ -43,7 +43,7 @@ def test_fork_leaves_the_world_alone(sim):
     before = sim.snapshot()
     other = sim.fork()
     other.set_gripper(1.0)
-    other.step(0.5)
+    other.wait(0.5)
     assert (sim.snapshot() == before).all()
 
 
@@ -91,8 +91,8 @@ def test_start_inside_something_is_refused(objects, said):
 def test_closed_means_the_sidecars_closed(sim):
     for closed, width in ((1.0, 0.0), (0.0, 0.08), (0.5, 0.04)):
         sim.set_gripper(closed)
-        sim.step(1.5)
-        assert sim.observe().gripper.width == pytest.approx(width, abs=1e-3)
+        sim.wait(1.5)
+        assert sim.state().gripper.width == pytest.approx(width, abs=1e-3)
 
 
 def test_gripper_geometry_is_the_pandas():
@@ -110,11 +110,11 @@ def test_held_cube_creeps_less_than_a_millimetre_a_minute():
         assert session.run().success
 
         def offset():
-            tcp = session.sim.observe().tcp_pose
+            tcp = session.sim.state().tcp_pose
             return tcp.inverse() @ session.sim.truth().objects["red_cube"].pose
 
         before = offset()
-        session.sim.step(60.0)
+        session.sim.wait(60.0)
         assert np.linalg.norm(offset().position - before.position) < 1e-3
 
 
@@ -123,13 +123,13 @@ def test_missing_gl_is_one_line_with_the_remedy(sim, monkeypatch):
         "robosandbox.sim.rendering._context_class", lambda backend: (_ for _ in ()).throw(ImportError("x"))
     )
     with pytest.raises(RenderingError, match="apt-get install"):
-        sim.observe(cameras=("scene",))
+        sim.state(cameras=("scene",))
 
 
 @pytest.mark.gl
 def test_cameras_see_the_scene(sim):
     try:
-        images = sim.observe(cameras=("scene", "top", "wrist")).images
+        images = sim.state(cameras=("scene", "top", "wrist")).images
     except RenderingError as error:
         pytest.skip(str(error))
     assert {image.shape for image in images.values()} == {(240, 320, 3)}
@@ -195,7 +195,7 @@ def test_two_loads_give_the_same_bytes():
     for _ in range(2):
         with MuJoCoBackend() as sim:
             sim.load(Scene(objects=(box(),)))
-            sim.step(0.2)
+            sim.wait(0.2)
             states.append(sim.snapshot())
     assert (states[0] == states[1]).all()
     assert mujoco.mj_versionString()
@@ -206,8 +206,8 @@ def test_an_arm_without_gravity_compensation_in_its_file_carries_itself(tmp_path
     path.write_text(path.read_text().replace('gravcomp="1"', ""))
     with MuJoCoBackend() as sim:
         sim.load(Scene(robot_urdf=path))
-        sim.step(1.0)
-        assert np.abs(sim.observe().q - sim.robot.home_q).max() < 1e-3
+        sim.wait(1.0)
+        assert np.abs(sim.state().q - sim.robot.home_q).max() < 1e-3
 
 
 EVERY_JOINT = """

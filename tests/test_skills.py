@@ -184,7 +184,7 @@ class SeesNothingUnderTheHand(GroundTruthPerception):
     """A perception that does not see what the hand is over, as cameras from above do not."""
 
     def perceive(self, sim: Driver) -> ObservedScene:
-        seen, hand = super().perceive(sim), sim.observe().tcp_pose.position[:2]
+        seen, hand = super().perceive(sim), sim.state().tcp_pose.position[:2]
         kept = [
             item
             for item in seen.objects
@@ -203,5 +203,5 @@ def test_what_the_hand_hides_in_the_bin_is_looked_for_from_aside() -> None:
                 session.ctx.perception = SeesNothingUnderTheHand()
             result = skills[call.skill](session.ctx, call.arguments)
         home = session.sim.robot.home_q
-        assert result.skill == "place_in" and np.abs(session.sim.observe().q - home).max() < 0.02
+        assert result.skill == "place_in" and np.abs(session.sim.state().q - home).max() < 0.02
         assert session.judge().success

@@ -78,7 +78,7 @@ def test_a_tag_changes_nothing_of_the_physics():
             sim.load(scene)
             data = sim._live
             data.joint(PREFIX + "first").qvel[:] = [0.4, 0.9, 1.5, 3.0, 9.0, 2.0]
-            sim.step(0.6)
+            sim.wait(0.6)
             states.append((sim.model.body_mass.copy(), sim.model.body_inertia.copy(), sim._live.qpos.copy()))
     for tagged, plain in zip(*states, strict=True):
         assert np.array_equal(tagged, plain)
@@ -152,7 +152,7 @@ class Looking:
         self.sim._live.joint(PREFIX + name).qvel[:] = 0.0
 
     def seen(self):
-        self.sim.step(0.3)
+        self.sim.wait(0.3)
         return {item.id: item for item in self.eyes.perceive(self.sim).objects}
 
     def truth(self):

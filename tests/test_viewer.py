@@ -166,14 +166,14 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
     with serving("stack_two") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
         assert isinstance(session, Session)
-        home = session.sim.observe().q
+        home = session.sim.state().q
         # A slow machine: time enough to click.
         session.sim.tick_hooks.append(lambda: time.sleep(0.03))
         button(page, "Run").click()
         wait_until(lambda: session.sim.time > 0.4, "the arm is on its way")
         button(page, "Stop").click()
         page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
-        stopped = session.sim.observe()
+        stopped = session.sim.state()
         assert np.abs(stopped.qd).max() < 0.02
         assert np.abs(stopped.q - home).max() > 0.01
         steps = session.sim.physics_steps
@@ -181,7 +181,7 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
         assert session.sim.physics_steps == steps, "physics runs while nothing is done"
         button(page, "Step back").click()
         page.get_by_text(f"back to before: {session.task.prompt}").wait_for(timeout=1000 * PATIENCE)
-        assert np.allclose(session.sim.observe().q, home)
+        assert np.allclose(session.sim.state().q, home)
 
 
 # Milliseconds a key, and how the sentence is sent off: at 0 and 30 viser's own queue of 50 ms drops the last letters.
@@ -399,11 +399,11 @@ def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
         assert isinstance(session, Session)
-        before = session.sim.observe().tcp_pose.position
+        before = session.sim.state().tcp_pose.position
         page.keyboard.press("u")
         wait_until(lambda: viewer.control.doing is Doing.NOTHING and session.sim.time > 0.0, "a jog")
-        wait_until(lambda: session.sim.observe().tcp_pose.xyz[2] > before[2] + 0.008, "the TCP is 10 mm higher")
-        moved = session.sim.observe().tcp_pose.position - before
+        wait_until(lambda: session.sim.state().tcp_pose.xyz[2] > before[2] + 0.008, "the TCP is 10 mm higher")
+        moved = session.sim.state().tcp_pose.position - before
         assert np.abs(moved - [0.0, 0.0, 0.01]).max() < 0.002
 
         lying = session.sim.truth().objects["red_cube"].pose.position
@@ -509,7 +509,7 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
         assert page.locator(".strip polyline").count() == 3
         words = page.locator(".strip").inner_text()
         assert " °/s" in words and " mm" in words and " N" in words
-        gripper = session.sim.observe().gripper
+        gripper = session.sim.state().gripper
         assert gripper is not None
         wait_until(lambda: f"{1000 * gripper.width:.1f} mm" in page.locator(".strip").inner_text(), "the last opening")
         assert "-0.0" not in page.locator("body").inner_text()
@@ -551,7 +551,7 @@ def test_the_first_view_has_all_objects_and_the_gripper_in_the_free_part(task: s
         source = EmbeddedSource(session, lambda task, robot: session)
         view = first_view(source.blueprint, window)
         seen = session.observe()
-        places = np.array([item.pose.position for item in seen.objects] + [session.sim.observe().tcp_pose.position])
+        places = np.array([item.pose.position for item in seen.objects] + [session.sim.state().tcp_pose.position])
         half = float(np.max(session.task.scene.objects[0].size))
     pictures = projected(places, view, window)
     assert (np.abs(pictures[:, 0]) < 1.0).all()
@@ -581,7 +581,7 @@ def test_a_step_back_begins_the_timeline_anew() -> None:
     with open_session("pick_cube_franka") as session:
         blueprint = EmbeddedSource(session, lambda task, robot: session).blueprint
         timeline = Timeline()
-        at = session.sim.observe()
+        at = session.sim.state()
         for seconds in (1.0, 1.5, 1.5, 0.5):
             timeline.enter(f"at {seconds}")
             seen = replace(at, time=seconds, qd=np.full(len(at.q), -0.5))
@@ -748,7 +748,7 @@ def test_a_recorded_episode_is_shown_state_by_state(tmp_path: Path) -> None:
         recorder = Recorder(tmp_path, session)
         recorder.follow(session.agent)
         assert session.run().success
-        ended = session.sim.observe()
+        ended = session.sim.state()
         recorder.close()
         assert recorder.last is not None
         playback = recorded_frames(RecordedEpisode.load(recorder.last), session)

@@ -318,7 +318,7 @@ class SimServer:
         def step() -> TrueState:
             for _ in range(max(1, round(seconds / self._served.sim.control_timestep))):
                 self._changes.check()
-                self._served.sim.step()
+                self._served.sim.wait()
             return self._read_truth()
 
         self._change("clock", request, step, message.client_id)

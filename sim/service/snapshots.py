@@ -62,7 +62,7 @@ def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pac
 
 def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
     """Return how the robot stands."""
-    seen = sim.observe()
+    seen = sim.state()
     gripper = seen.gripper
     return State(
         boot_id=boot_id,

@@ -105,7 +105,7 @@ class Worker:
                 self._idle = True
                 self._rebase()
             elif self.pace == "realtime":
-                self._run(self._sim.step)
+                self._run(self._sim.wait)
 
     def _between_ticks(self) -> None:
         self._answer()

@@ -56,12 +56,12 @@ class Driver(Protocol):
         """Called after every control tick; a hook that raises stops the motion with the arm holding."""
         ...
 
-    def observe(self, cameras: Sequence[str] = ()) -> Observation: ...
+    def state(self, cameras: Sequence[str] = ()) -> Observation: ...
     def capture(self, camera: str) -> RgbdFrame:
         """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders."""
         ...
 
-    def execute(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """Follow the trajectory; return when its last row has been commanded."""
         ...
 
@@ -69,11 +69,11 @@ class Driver(Protocol):
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
         ...
 
-    def step(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
         """Let time pass with the last commands held."""
         ...
 
-    def hold(self) -> None:
+    def stop(self) -> None:
         """Command the arm to stay where it is."""
         ...
 

@@ -76,7 +76,7 @@ def mcp(
             hooks = session.sim.tick_hooks
             if realtime:
                 hooks.append(Pace(session.sim))
-            yield Robot(session, lambda: state_data(session.sim.observe()), tick_hooks=hooks, timeout=timeout)
+            yield Robot(session, lambda: state_data(session.sim.state()), tick_hooks=hooks, timeout=timeout)
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE

@@ -53,7 +53,7 @@ class Controller:
         if self._solver.model is not self._sim.model:
             # A layout with other things in it is another model.
             self._solver = DlsSolver(self._sim.model, self._sim.robot)
-        self._q = self._sim.observe().q.copy()
+        self._q = self._sim.state().q.copy()
         self._position, self._rotation = self._solver.forward(self._q)
 
     def apply(self, action: Array) -> None:
@@ -69,7 +69,7 @@ class Controller:
         goal = self._moved(action) if self._kind == "ee" else self._low + 0.5 * (action[: robot.n] + 1.0) * self._span
         step = robot.velocity_limits * self._period
         start, self._q = self._q, np.clip(self._q + np.clip(goal - self._q, -step, step), robot.lower, robot.upper)
-        sim.execute(Trajectory(q=np.stack([start, self._q]), dt=self._period))
+        sim.follow(Trajectory(q=np.stack([start, self._q]), dt=self._period))
 
     def joint_action(self, q: Array, closed: float = 0.0) -> Array:
         """Return the action of kind `joint` that asks for a configuration.
@@ -88,7 +88,7 @@ class Controller:
 
     def _moved(self, action: Array) -> Array:
         """Return a configuration whose TCP is where the action asks for, or as near as one step comes."""
-        here = self._sim.observe().tcp_pose.position
+        here = self._sim.state().tcp_pose.position
         asked = self._position + action[:3] * _METRES_PER_SECOND * self._period
         self._position = here + np.clip(asked - here, -_LEAD_METRES, _LEAD_METRES)
         self._rotation = matrix_from_rotation_vector(action[3:6] * _RADIANS_PER_SECOND * self._period) @ self._rotation

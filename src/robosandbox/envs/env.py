@@ -151,7 +151,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""
         if self.render_mode is None:
             return None
-        return self.session.sim.observe(("scene",)).images["scene"]
+        return self.session.sim.state(("scene",)).images["scene"]
 
     def close(self) -> None:
         """Free the world."""
@@ -186,13 +186,13 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     def _closeness(self) -> float:
         sim = self.session.sim
-        return potential(self.session.task.success, self.session.start, sim.truth(), sim.observe().tcp_pose.position)
+        return potential(self.session.task.success, self.session.start, sim.truth(), sim.state().tcp_pose.position)
 
     def _info(self, success: bool) -> dict[str, Any]:
         return {"is_success": success, "layout": self.session.seed, "task_description": self.task_description}
 
     def _observe(self) -> Observation:
-        seen = self.session.sim.observe(self._cameras)
+        seen = self.session.sim.state(self._cameras)
         closed = [] if seen.gripper is None else [seen.gripper.closed]
         found: Observation = {
             "agent_pos": np.array([*seen.q, *closed], dtype=np.float32),

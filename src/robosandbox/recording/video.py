@@ -75,7 +75,7 @@ class VideoWriter:
     def add(self, row: int) -> None:
         """Film the world as it is at a row of the steps, if a frame is due."""
         if row % self.meta.every == 0:
-            self._film.add(self._sim.observe((self.meta.camera,)).images[self.meta.camera])
+            self._film.add(self._sim.state((self.meta.camera,)).images[self.meta.camera])
 
     def close(self) -> None:
         """End the film."""

@@ -45,12 +45,12 @@ def check_driver(driver: Driver, *, pictures: bool = True) -> None:
 
 
 def _check_values(driver: Driver) -> None:
-    robot, first, second = driver.robot, driver.observe(), driver.observe()
+    robot, first, second = driver.robot, driver.state(), driver.state()
     demand(
         len(first.q) == robot.n == len(robot.joints), f"{robot.name} has {robot.n} joints and q is {len(first.q)} long"
     )
     demand(len(first.qd) == robot.n, f"qd has {len(first.qd)} values for {robot.n} joints")
-    demand(float(np.abs(first.q - second.q).max()) < _STEADY, "observe() changed the state")
+    demand(float(np.abs(first.q - second.q).max()) < _STEADY, "state() changed the state")
     demand(not first.q.flags.writeable, "an observation's arrays can be written to")
     demand((first.gripper is None) == (robot.gripper is None), "the robot and the observation disagree about a gripper")
     demand(driver.control_timestep > 0.0, "control_timestep is not positive")
@@ -69,7 +69,7 @@ def _check_senses(driver: Driver) -> None:
     _check_sense(has.joint_torque, "joint_torque", lambda: driver.servo_force(0)[0])
     _check_sense(has.contact is not None, "contact", lambda: driver.strongest_contact()[0])
     _check_sense(has.contact == "named", "contact", lambda: [float(len(pair)) for pair in driver.arm_contacts()])
-    gripper = driver.observe().gripper
+    gripper = driver.state().gripper
     if gripper is not None:
         measured = gripper.force is not None
         demand(
@@ -102,10 +102,10 @@ def _check_simulation(driver: Driver) -> None:
     if has.truth:
         demand(math.isclose(driver.truth().time, driver.time), "the true state is of another time")
     if has.fork:
-        before, copy = driver.observe().q, driver.fork()
+        before, copy = driver.state().q, driver.fork()
         goal = before + np.eye(len(before))[0] * _STROKE
-        copy.execute(Trajectory(q=np.linspace(before, goal, _ROWS), dt=_ROW_SECONDS))
-        demand(float(np.abs(driver.observe().q - before).max()) < _STEADY, "what moves in a copy moves here, too")
+        copy.follow(Trajectory(q=np.linspace(before, goal, _ROWS), dt=_ROW_SECONDS))
+        demand(float(np.abs(driver.state().q - before).max()) < _STEADY, "what moves in a copy moves here, too")
 
 
 def _check_cameras(driver: Driver) -> None:
@@ -130,10 +130,10 @@ def _check_cameras(driver: Driver) -> None:
 
 
 def _check_motion(driver: Driver) -> None:
-    first = driver.observe()
-    driver.hold()
-    driver.step(0.5)
-    held = driver.observe()
+    first = driver.state()
+    driver.stop()
+    driver.wait(0.5)
+    held = driver.state()
     demand(float(np.abs(held.q - first.q).max()) < _HELD, "the arm does not hold")
     demand(
         abs(held.time - first.time - 0.5) < 1.5 * driver.control_timestep,
@@ -141,9 +141,9 @@ def _check_motion(driver: Driver) -> None:
     )
     goal = held.q.copy()
     goal[0] += _STROKE
-    driver.execute(Trajectory(q=np.linspace(held.q, goal, _ROWS), dt=_ROW_SECONDS))
-    driver.step(0.5)
-    demand(float(np.abs(driver.observe().q - goal).max()) < _HELD, "a motion did not arrive")
+    driver.follow(Trajectory(q=np.linspace(held.q, goal, _ROWS), dt=_ROW_SECONDS))
+    driver.wait(0.5)
+    demand(float(np.abs(driver.state().q - goal).max()) < _HELD, "a motion did not arrive")
     before = driver.time
     driver.trim(goal)
     demand(0.0 < driver.time - before < 1.5 * driver.control_timestep, "trim() does not take one control tick")
@@ -163,20 +163,20 @@ def _check_stop(driver: Driver) -> None:
         if ticks == 5:
             raise Stop
 
-    here = driver.observe().q
+    here = driver.state().q
     back = here - np.eye(len(here))[0] * _STROKE
     driver.tick_hooks.append(stop)
     try:
-        driver.execute(Trajectory(q=np.linspace(here, back, _ROWS), dt=_ROW_SECONDS))
+        driver.follow(Trajectory(q=np.linspace(here, back, _ROWS), dt=_ROW_SECONDS))
     except Stop:
         pass
     else:
         raise AssertionError("a hook that raises did not stop the motion")
     finally:
         driver.tick_hooks.remove(stop)
-    stopped = driver.observe().q
-    driver.step(0.5)
-    demand(float(np.abs(driver.observe().q - stopped).max()) < _STOPPED, "the arm went on after a hook stopped it")
+    stopped = driver.state().q
+    driver.wait(0.5)
+    demand(float(np.abs(driver.state().q - stopped).max()) < _STOPPED, "the arm went on after a hook stopped it")
 
 
 def _check_gripper(driver: Driver) -> None:
@@ -192,8 +192,8 @@ def _check_gripper(driver: Driver) -> None:
     widths = []
     for closed in (0.0, 1.0):
         driver.set_gripper(closed)
-        driver.step(2.0)
-        state = driver.observe().gripper
+        driver.wait(2.0)
+        state = driver.state().gripper
         assert state is not None
         demand(state.commanded in (None, closed), f"the gripper was sent to {closed} and says {state.commanded}")
         widths.append(state.width)

@@ -118,7 +118,7 @@ class Hardware:
 
     # Acting.
 
-    def execute(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: Trajectory) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
         ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
         times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
@@ -131,7 +131,7 @@ class Hardware:
                 self._command(row + self._trim)
                 self._tick()
         except BaseException:
-            self.hold()
+            self.stop()
             raise
 
     def trim(self, goal: Array) -> None:
@@ -141,12 +141,12 @@ class Hardware:
         self._command(goal + self._trim)
         self._tick()
 
-    def step(self, seconds: float) -> None:
+    def wait(self, seconds: float) -> None:
         """Let time pass with the last commands held."""
         for _ in range(max(1, round(seconds / self.control_timestep))):
             self._tick()
 
-    def hold(self) -> None:
+    def stop(self) -> None:
         """Command the arm to stay where its encoders say it is."""
         self._command(np.clip(self._measured_q(), self.robot.lower, self.robot.upper))
 
@@ -164,10 +164,10 @@ class Hardware:
 
     # Sensing.
 
-    def observe(self, cameras: Sequence[str] = ()) -> Observation:
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return what the encoders read, and pictures."""
         q = self._measured_q()
-        seen = self._plant.observe(cameras)
+        seen = self._plant.state(cameras)
         return replace(
             seen,
             q=frozen_array(q),
@@ -178,7 +178,7 @@ class Hardware:
     def capture(self, camera: str) -> RgbdFrame:
         """Return the next frame of a camera that is not lost."""
         while self._random.random() < self._lost_share:
-            self.step(_FRAME_SECONDS)
+            self.wait(_FRAME_SECONDS)
         return self._plant.capture(camera)
 
     def strongest_contact(self) -> tuple[float, str, str]:
@@ -231,7 +231,7 @@ class Hardware:
     # Inside.
 
     def _measured_q(self) -> Array:
-        q: Array = self._plant.observe().q + self._random.normal(0.0, self._noise, self.robot.n)
+        q: Array = self._plant.state().q + self._random.normal(0.0, self._noise, self.robot.n)
         return q
 
     def _gripper_state(self, exact: GripperState | None) -> GripperState | None:

@@ -86,7 +86,7 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
         AssertionError: With a sentence that says which promise is broken.
     """
     sim, scene = ctx.sim, ctx.look()
-    before = sim.observe()
+    before = sim.state()
     planner.use(ctx.planning(scene), before)
     home = before.q
     tcp = planner.forward(home)
@@ -105,7 +105,7 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
     _check_trajectory(through, sim.robot, home, None)
     _demand(_same(planner.forward(through.q[-1]), tcp), "plan_through() does not end at its last pose")
     _check_table(planner, scene, home, tcp)
-    after = sim.observe()
+    after = sim.state()
     _demand(after.time == before.time and bool((after.q == before.q).all()), "planning moved the world")
 
 

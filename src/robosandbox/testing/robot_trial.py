@@ -84,8 +84,8 @@ def _start_field(sim: MuJoCoBackend, clear_home: tuple[float, ...], message: str
 
 def _home_is_held(sim: MuJoCoBackend, blame: str | None) -> Check:
     home = sim.robot.home_q
-    sim.step(1.0)
-    off = np.abs(sim.observe().q - home)
+    sim.wait(1.0)
+    off = np.abs(sim.state().q - home)
     touching = [f"{a} on {b}" for a, b in sim.arm_contacts()]
     worst = int(off.argmax())
     if touching:
@@ -109,14 +109,14 @@ def _servos_track(sim: MuJoCoBackend, blame: str | None) -> Check:
         target[joint] += step * (0.2 if np.isfinite(robot.upper[joint]) and robot.upper[joint] < 0.5 else 1.0)
         target = np.clip(target, robot.lower, robot.upper)
         for goal in (target, robot.home_q):
-            sim.execute(Trajectory(q=_ramp(sim.observe().q, goal, robot.acceleration_limits), dt=0.01))
+            sim.follow(Trajectory(q=_ramp(sim.state().q, goal, robot.acceleration_limits), dt=0.01))
             for _ in range(round(_TRACK_SECONDS / sim.control_timestep)):
-                if np.abs(sim.observe().q - goal).max() < 0.2 * _TRACKED:
+                if np.abs(sim.state().q - goal).max() < 0.2 * _TRACKED:
                     break
                 sim.trim(goal)
-            off = float(np.abs(sim.observe().q - goal).max())
+            off = float(np.abs(sim.state().q - goal).max())
             if off > worst:
-                worst, who = off, int(np.abs(sim.observe().q - goal).argmax())
+                worst, who = off, int(np.abs(sim.state().q - goal).argmax())
     if worst > _TRACKED:
         return Check(
             "servos", False, f"{robot.joints[who]} stays {worst:.3f} off its command", blame or f"arm.actuators[{who}]"
@@ -139,8 +139,8 @@ def _gripper_moves(sim: MuJoCoBackend, blame: str | None) -> Check:
     widths = []
     for closed in (1.0, 0.0):
         sim.set_gripper(closed)
-        sim.step(2.0)
-        state = sim.observe().gripper
+        sim.wait(2.0)
+        state = sim.state().gripper
         widths.append(state.width if state else 0.0)
     shut, opened = widths
     if opened < _OPENS * geometry.max_aperture or opened <= shut:

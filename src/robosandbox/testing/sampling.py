@@ -196,7 +196,7 @@ def _timeline(task: Task) -> list[Moment]:
         sim, ctx = session.sim, session.ctx
         session.agent.listeners.append(count)
         sim.tick_hooks.append(
-            lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.observe().tcp_pose.position))
+            lambda: moments.append(Moment(sim.time, step, str(ctx.phase), sim.state().tcp_pose.position))
         )
         episode = session.run()
     if not episode.success:

@@ -165,4 +165,4 @@ class EmbeddedSource:
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        self._on_frame(Frame(model=sim.model, seen=sim.observe(), held=sim.held(), qpos=qpos, state=state))
+        self._on_frame(Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state))

@@ -63,7 +63,7 @@ class SimTeleop:
         give_up = sim.time + _FALL_SECONDS
         with self._session.ctx.goal():
             while sim.time < give_up:
-                sim.step(_LOOK_SECONDS)
+                sim.wait(_LOOK_SECONDS)
                 speeds = [np.abs(item.linear_velocity).max() for item in sim.truth().objects.values()]
                 if max(speeds, default=0.0) < _STILL:
                     return
@@ -76,17 +76,17 @@ class SimTeleop:
         """
         ctx, sim = self._session.ctx, self._session.sim
         scene = ctx.look()
-        ctx.motion.use(ctx.planning(scene), sim.observe(), held=scene.held)
+        ctx.motion.use(ctx.planning(scene), sim.state(), held=scene.held)
         # What is touched already must not keep the arm from moving on, or away.
         touched = {other for _, other in sim.arm_contacts()}
         if scene.held:
             touched |= {scene.held, *sim.truth().objects[scene.held].contacts}
         ctx.motion.allow(*touched)
-        seen = sim.observe()
+        seen = sim.state()
         goal = Pose.from_matrix(seen.tcp_pose.position + change.position, seen.tcp_pose.rotation @ change.rotation)
         with ctx.goal():
-            sim.execute(ctx.motion.plan_line(seen.q, goal, speed=_JOG_SPEED))
-            sim.step(_ARRIVAL)
+            sim.follow(ctx.motion.plan_line(seen.q, goal, speed=_JOG_SPEED))
+            sim.wait(_ARRIVAL)
 
     def grip(self, closed: bool) -> None:
         """Close or open the gripper.
@@ -99,4 +99,4 @@ class SimTeleop:
             raise InputError(f"{sim.robot.name} has no gripper")
         sim.set_gripper(1.0 if closed else 0.0)
         with self._session.ctx.goal():
-            sim.step(_GRIP_SECONDS)
+            sim.wait(_GRIP_SECONDS)
