@@ -233,7 +233,9 @@ def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_lin
     pytest.importorskip("pydantic_ai")
     picks = plan(("pick", {"object": "red_cube"}))
     stalled = Answer(body=picks.body, send=20, then="stall")
-    with ScriptedServer(stalled, stalled, picks, fails(400, "no such field")) as server:
+    # Each way of asking is tried, and refused.
+    refusals = [fails(400, "no such field")] * 3
+    with ScriptedServer(stalled, stalled, picks, *refusals) as server:
         person = people("--planner", "openai", "--model", "scripted", "--base-url", server.url)
         for line in ("pick up the red cube", "/plan pick up the red cube"):
             asked = len(server.requests)

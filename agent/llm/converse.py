@@ -23,7 +23,6 @@ from robosandbox.agent.llm.modes import KnownModes, Mode
 from robosandbox.agent.llm.service import ModeRefusedError, Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerAnswerError
-from robosandbox.progress import doing
 
 AnswerT = TypeVar("AnswerT")
 
@@ -61,8 +60,7 @@ def converse(settings: LLMSettings, player: Player | None, modes: KnownModes, qu
         PlannerAnswerError: It answers with nothing usable.
         InputError: The service does not know the model or the key.
     """
-    with doing(f"asking {settings.model}"):
-        return run_apart(_turns(settings, player, modes, question))
+    return run_apart(_turns(settings, player, modes, question))
 
 
 async def _turns(

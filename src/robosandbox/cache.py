@@ -171,8 +171,8 @@ def _decoded(kind: Any, data: Any) -> Any:
         return kind(**{name: _decoded(hints[name], data[name]) for name in names})
     if kind is float and type(data) is int:
         return data
-    if not isinstance(data, kind):
-        raise DamagedEntryError(f"{data!r} is no {kind.__name__}")
+    if not isinstance(kind, type) or not isinstance(data, kind):
+        raise DamagedEntryError(f"{data!r} is no {kind}")
     return data
 
 

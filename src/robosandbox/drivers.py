@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, Protocol
 
 from robosandbox.errors import Phase, UnsupportedError
 from robosandbox.plugins import load_plugin
@@ -52,10 +52,33 @@ class Capabilities:
     clock: Literal["simulated", "wall"] = "wall"
 
 
+class Named(Protocol):
+    """Whatever has a name."""
+
+    @property
+    def name(self) -> str:
+        """What people call it."""
+        ...
+
+
+class Declares(Protocol):
+    """Whatever says what it can do."""
+
+    @property
+    def robot(self) -> Named:
+        """Whose it is."""
+        ...
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What it has."""
+        ...
+
+
 CAPABILITIES: tuple[str, ...] = tuple(field.name for field in fields(Capabilities) if field.name != "clock")
 
 
-def require(driver: Driver, capability: str, purpose: str) -> None:
+def require(driver: Declares, capability: str, purpose: str) -> None:
     """Check that a driver has a capability.
 
     Args:

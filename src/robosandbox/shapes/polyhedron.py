@@ -58,8 +58,8 @@ class PolyhedronHull:
         middle = share @ sums / 4.0
         second = np.einsum("t,tki,tkj->ij", share, corners, corners) + np.einsum("t,ti,tj->ij", share, sums, sums)
         second = second / 20.0 - np.outer(middle, middle)
-        moments: Array = mass * np.linalg.eigvalsh(np.eye(3) * np.trace(second) - second)
-        return moments
+        moments = mass * np.linalg.eigvalsh(np.eye(3) * np.trace(second) - second)
+        return np.asarray(moments, dtype=np.float64)
 
     def _tetrahedra(self) -> Array:
         """Return its surface's triangles, which make tetrahedra with a point inside, seen from there, shape (t, 3, 3)."""

@@ -8,6 +8,7 @@ from dataclasses import replace
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.drivers import Capabilities, require
 from robosandbox.motion.planning_scene import PlanningScenes
@@ -250,12 +251,12 @@ class Hardware:
         )
 
     def _command(self, q: Array) -> None:
-        self._commands[self._plant.robot.actuator_ids] = self._plant.robot.control(q)
+        self._commands[np.asarray(self._plant.robot.actuator_ids, dtype=np.intp)] = self._plant.robot.control(q)
 
-    def _plant_gripper_ids(self) -> Array:
+    def _plant_gripper_ids(self) -> NDArray[np.intp]:
         gripper = self._plant.robot.gripper
         assert gripper is not None
-        return gripper.actuator_ids
+        return np.asarray(gripper.actuator_ids, dtype=np.intp)
 
     def _tick(self) -> None:
         self._on_the_way.append(self._commands.copy())

