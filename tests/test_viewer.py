@@ -228,6 +228,7 @@ def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(brow
             ran_as_shown(said)
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_an_order_that_cannot_be_carried_out_is_answered_beside_the_box(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
@@ -362,6 +363,7 @@ def scene_names(viewer: Viewer, part: str) -> list[str]:
     return [name for name in viewer.server.scene._handle_from_node_name if part in name]
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: Browser, tmp_path: Path) -> None:
     robot = panda_in(tmp_path)
@@ -491,6 +493,7 @@ def colour_of(page: Page, name: str) -> str:
     return str(button(page, name).evaluate("one => getComputedStyle(one).backgroundColor"))
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
@@ -515,6 +518,7 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
         assert "-0.0" not in page.locator("body").inner_text()
 
 
+@pytest.mark.slow
 @needs_chromium
 def test_a_phone_shows_the_orders_over_its_whole_width_and_the_objects_above_them(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer:
