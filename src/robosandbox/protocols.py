@@ -162,7 +162,7 @@ class MotionPlanner(Protocol):
         ...
 
     def allow(self, *names: str) -> None:
-        """Let the robot touch these objects (and "table") in the plans that follow, and nothing else."""
+        """Let the robot touch these objects (and "table", with the floor beside it) in the plans that follow, and nothing else."""
         ...
 
     def open_to(self, aperture: float) -> None:

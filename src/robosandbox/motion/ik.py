@@ -23,6 +23,8 @@ _AT_LIMIT = 1e-3
 _VIA_HEIGHT = 0.12
 _SMOOTHINGS = 3
 _RESOLUTIONS = (0.02, 0.005)
+# What things stand on: one who may touch the table may touch the floor beside it, where things fall to.
+_GROUND = frozenset({"table", "floor"})
 
 
 class DLSMotionPlanner:
@@ -77,8 +79,13 @@ class DLSMotionPlanner:
         checker.allow(())
 
     def allow(self, *names: str) -> None:
-        """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others."""
+        """Let the robot and what it holds touch these bodies, with the parts of them, from now on, and no others.
+
+        "table" is all ground: the floor beside it, too.
+        """
         wanted = set(names)
+        if wanted & _GROUND:
+            wanted |= _GROUND
         bodies = enumerate(self._collisions.names)
         self._collisions.allow(b for b, name in bodies if name in wanted or name.partition("/")[0] in wanted)
 
