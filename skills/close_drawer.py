@@ -8,7 +8,7 @@ from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableErr
 from robosandbox.protocols import SkillContext
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.base import Skill
-from robosandbox.skills.drawers import (
+from robosandbox.skills.primitives.drawers import (
     SLIDE_SPEED,
     box_of,
     find_drawer,
@@ -21,8 +21,15 @@ from robosandbox.skills.drawers import (
     stuck,
     withdraw,
 )
-from robosandbox.skills.guarded import follow_free
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.guarded import follow_free
+from robosandbox.skills.primitives.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    Manipulator,
+    most_telling,
+    raised,
+)
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
 from robosandbox.world.relations import CLOSED_WITHIN

@@ -7,8 +7,8 @@ import numpy as np
 from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.carrying import carried_along
-from robosandbox.skills.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
+from robosandbox.skills.primitives.carrying import carried_along
+from robosandbox.skills.primitives.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
 from robosandbox.types import SkillResult
 
 

@@ -6,7 +6,7 @@ from robosandbox.errors import CollisionError, DrawerError, GraspError, SkillErr
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.drawers import (
+from robosandbox.skills.primitives.drawers import (
     find_drawer,
     let_go,
     opening_of,
@@ -15,7 +15,7 @@ from robosandbox.skills.drawers import (
     stuck,
     take_grip,
 )
-from robosandbox.skills.manipulator import Manipulator, most_telling
+from robosandbox.skills.primitives.manipulator import Manipulator, most_telling
 from robosandbox.types import DetectedObject, SkillResult
 
 OPEN_SHARE = 0.75

@@ -10,15 +10,15 @@ from robosandbox.errors import CollisionError, GraspError, Phase, TrackingError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.grasping import GraspPlan, in_frame, plan_grasp
-from robosandbox.skills.gripping import ease
-from robosandbox.skills.guarded import MetError, back_off, follow_free
-from robosandbox.skills.manipulator import (
+from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
+from robosandbox.skills.primitives.gripping import ease
+from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
+from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     LIFT_HEIGHT,
     Manipulator,
 )
-from robosandbox.skills.sensing import (
+from robosandbox.skills.primitives.sensing import (
     LoadMeter,
     changed,
     check_closed,

@@ -6,10 +6,11 @@ import numpy as np
 
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import Manipulator
-from robosandbox.skills.placing import occupied, place, table_spots
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
 from robosandbox.world.relations import Relation, centre, on_table
+from robosandbox.world.spots import table_spots
 
 _TOLERANCE = 0.015
 
@@ -35,7 +36,7 @@ class PlaceAt(Skill):
         arm = Manipulator(ctx)
         held = arm.require_held()
         point = np.array([x, y])
-        spots, blocking = table_spots(arm, held, [point])
+        spots, blocking = table_spots(arm.start, held, [point])
         place_name = f"({x:.3f}, {y:.3f})"
         if not spots:
             raise occupied(held.id, place_name, blocking)

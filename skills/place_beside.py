@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import Manipulator
-from robosandbox.skills.placing import occupied, place, table_spots
-from robosandbox.types import SIDE_AXES, Array, DetectedObject, Side, SkillResult
-from robosandbox.world.relations import BESIDE_GAP, beside, centre, support
-
-_SHIFTS = (0.0, 0.02, -0.02, 0.04, -0.04)
-_GAP_SHARES = (0.4, 0.55, 0.3, 0.7, 0.2)
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.placing import occupied, place
+from robosandbox.types import Side, SkillResult
+from robosandbox.world.relations import beside
+from robosandbox.world.spots import spots_beside, table_spots
 
 
 class PlaceBeside(Skill):
@@ -40,7 +36,7 @@ class PlaceBeside(Skill):
         neighbour = arm.find(target)
         if neighbour.id == held.id:
             raise InvalidArgumentError(f"{self.name}: {target} cannot stand beside itself", phase=Phase.CHECK)
-        spots, blocking = table_spots(arm, held, _points(held, neighbour, side))
+        spots, blocking = table_spots(arm.start, held, spots_beside(held, neighbour, side))
         place_name = f"{side} of {target}"
         if not spots:
             raise occupied(held.id, place_name, blocking)
@@ -53,13 +49,3 @@ class PlaceBeside(Skill):
             allowed=("table",),
             check=lambda placed, scene: beside(placed, arm.find(target, scene), side),
         )
-
-
-def _points(held: DetectedObject, neighbour: DetectedObject, side: Side) -> list[Array]:
-    axis = np.array([*SIDE_AXES[side], 0.0])
-    across = np.array([-axis[1], axis[0]])
-    edge = float(support(neighbour, axis[None])[0] - axis @ centre(neighbour))
-    half = float(support(held, -axis[None])[0] + axis @ centre(held))
-    middle = centre(neighbour)[:2]
-    distances = [edge + half + share * BESIDE_GAP for share in _GAP_SHARES]
-    return [middle + axis[:2] * d + across * shift for shift in _SHIFTS for d in distances]

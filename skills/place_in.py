@@ -6,12 +6,12 @@ from robosandbox.errors import Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.drawers import check_open
-from robosandbox.skills.filling import spots_in
-from robosandbox.skills.manipulator import Manipulator
-from robosandbox.skills.placing import occupied, place
+from robosandbox.skills.primitives.drawers import check_open
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, SkillResult
 from robosandbox.world.relations import Relation, contents, inside
+from robosandbox.world.spots import spots_in
 
 
 class PlaceIn(Skill):

@@ -6,10 +6,11 @@ from robosandbox.errors import InvalidArgumentError, Phase, PlacementError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import Manipulator
-from robosandbox.skills.placing import Spot, occupied, place, turns, yaw_to_align
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import SkillResult
 from robosandbox.world.relations import centre, on_top, rest_height
+from robosandbox.world.spots import Spot, turns, yaw_to_align
 
 
 class PlaceOn(Skill):

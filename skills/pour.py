@@ -11,7 +11,7 @@ from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, Pour
 from robosandbox.evidence import PourEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
 from robosandbox.types import (
     Array,
     DetectedObject,

@@ -11,8 +11,15 @@ from robosandbox.errors import CollisionError, Phase, PushError, SkillError, Unr
 from robosandbox.evidence import PushEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.guarded import MetError, back_off, follow_free
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
+from robosandbox.skills.primitives.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    Manipulator,
+    most_telling,
+    raised,
+)
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
 from robosandbox.world.relations import centre, displacement, support
 

@@ -11,8 +11,8 @@ from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, Skil
 from robosandbox.evidence import TapEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.guarded import follow_free, follow_until
-from robosandbox.skills.manipulator import (
+from robosandbox.skills.primitives.guarded import follow_free, follow_until
+from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
     HOVER_HEIGHT,

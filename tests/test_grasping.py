@@ -11,9 +11,9 @@ import pytest
 
 from robosandbox.errors import CollisionError, GraspError
 from robosandbox.grasp.analytic import AnalyticTopDown
-from robosandbox.skills.carrying import MOST_TILT
-from robosandbox.skills.gripping import needed_force
-from robosandbox.skills.manipulator import Manipulator
+from robosandbox.skills.primitives.carrying import MOST_TILT
+from robosandbox.skills.primitives.gripping import needed_force
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.session import Session, open_session

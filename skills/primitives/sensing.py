@@ -7,7 +7,7 @@ from typing import Literal
 from robosandbox.errors import CollisionError, GraspError, Phase
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.protocols import Driver
-from robosandbox.skills.manipulator import Manipulator
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
 from robosandbox.world.relations import bottom, moved, on_top
 

@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
-from robosandbox.skills.manipulator import (
+from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
     HOVER_HEIGHT,

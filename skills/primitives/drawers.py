@@ -20,8 +20,15 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import DrawerEvidence, GraspEvidence, PlacementEvidence
 from robosandbox.shapes.drawer import DrawerParts
-from robosandbox.skills.guarded import follow_free, follow_until
-from robosandbox.skills.manipulator import CARRY_SPEED, FREE_SPEED, HOVER_HEIGHT, Manipulator, most_telling, withdrawn
+from robosandbox.skills.primitives.guarded import follow_free, follow_until
+from robosandbox.skills.primitives.manipulator import (
+    CARRY_SPEED,
+    FREE_SPEED,
+    HOVER_HEIGHT,
+    Manipulator,
+    most_telling,
+    withdrawn,
+)
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
 from robosandbox.world.relations import CLOSED_WITHIN, bottom, bounds, contents, gap, mouth_of, top
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from robosandbox.errors import CollisionError, Phase, SkillError, TrackingError, UnreachableError
 from robosandbox.evidence import TrackingEvidence
-from robosandbox.skills.manipulator import HOVER_HEIGHT, Manipulator
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import Trajectory
 
 # Impacts last a tick; pressing lasts.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator
+from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator
 from robosandbox.types import DetectedObject
 from robosandbox.world.relations import centre
 

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
-
-import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.skills.carrying import carried_along, transfer
-from robosandbox.skills.manipulator import (
+from robosandbox.skills.primitives.carrying import carried_along, transfer
+from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FINE_SPEED,
     FREE_SPEED,
@@ -21,35 +19,18 @@ from robosandbox.skills.manipulator import (
     raised,
 )
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
-from robosandbox.world.relations import Relation, bottom, bounds, gap
+from robosandbox.world.relations import Relation
+from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
 
-_DROP = 0.0015
 _STAND_OFF = 0.004
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
 _LEAST_OPENING = 0.003
 _RELEASE_SECONDS = 0.1
-_TABLE_HALF_EXTENT = 0.5
-_SPACING = 0.008
 _HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
 _LOWEST_HOVER = 0.03
 _RESTARTS = 30
 _MOST_UNREACHABLE = 40
 _MOST_BLOCKED = 5
-
-
-@dataclass(frozen=True, slots=True)
-class Spot:
-    """Where the held object may go.
-
-    Attributes:
-        xy: The object's origin, metres.
-        height: Its lowest point, metres.
-        yaws: Headings to try, radians about world z from its present one, best first.
-    """
-
-    xy: tuple[float, float]
-    height: float
-    yaws: tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +162,7 @@ class _Search:
     def attempt(self, spot: Spot, yaw: float) -> _Way | None:
         """Return the way to a spot, or None."""
         arm, motion = self._arm, self._arm.motion
-        goal = _resting_pose(self._held, spot, about_z(yaw) @ self._level)
+        goal = resting_pose(self._held, spot, about_z(yaw) @ self._level)
         tcp_goal = goal @ self._tcp_in_object
         # Just above the support nothing may be touched; the last millimetres are for the support alone.
         above = raised(tcp_goal, _STAND_OFF)
@@ -275,33 +256,6 @@ def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
     return arm.settle(object_id)
 
 
-def table_spots(arm: Manipulator, held: DetectedObject, points: Iterable[Array]) -> tuple[list[Spot], tuple[str, ...]]:
-    """Return the free ones of these points (2,) on the table, and the ids of what occupies the others."""
-    scene = arm.look()
-    others = [item for item in scene.objects if item.id != held.id]
-    low, high = bounds(held)
-    half = (high - low)[:2] / 2.0
-    level = levelled(held.pose.rotation)
-    spots, blocking = [], []
-    for point in points:
-        spot = Spot((float(point[0]), float(point[1])), scene.table_height, turns(0.0))
-        if (np.abs(point) + half > _TABLE_HALF_EXTENT).any():
-            continue
-        standing = with_pose(held, _resting_pose(held, spot, level))
-        near = [item.id for item in others if gap(standing, item) < _SPACING and bottom(item) < bounds(standing)[1][2]]
-        blocking += near
-        if not near:
-            spots.append(spot)
-    return spots, tuple(dict.fromkeys(blocking))
-
-
-def turns(first: float) -> tuple[float, ...]:
-    """Return headings to try: `first`, the other square ones from it, then the ones between, radians."""
-    quarters = sorted((_wrap(first + k * np.pi / 2.0) for k in range(4)), key=abs)
-    eighths = sorted((_wrap(first + np.pi / 4.0 + k * np.pi / 2.0) for k in range(4)), key=abs)
-    return (*quarters, *eighths)
-
-
 def occupied(held: str, target: str, blocking: Sequence[str]) -> PlacementError:
     """Return the error for a place that has no room."""
     by = f"occupied by {', '.join(blocking)}" if blocking else "off the table or too small"
@@ -312,45 +266,5 @@ def occupied(held: str, target: str, blocking: Sequence[str]) -> PlacementError:
     )
 
 
-def yaw_to_align(held: Pose, target: Pose) -> float:
-    """Return the turn about z, radians, that squares the held object's sides with the target's."""
-    return _wrap_quarter(target.yaw - Pose.from_matrix(held.position, levelled(held.rotation)).yaw)
-
-
-def with_pose(item: DetectedObject, pose: Pose) -> DetectedObject:
-    """Return the object as if it stood at `pose`."""
-    return replace(item, pose=pose)
-
-
-def _resting_pose(held: DetectedObject, spot: Spot, rotation: Array) -> Pose:
-    there = with_pose(held, Pose.from_matrix(np.array([*spot.xy, 0.0]), rotation))
-    return Pose.from_matrix(np.array([*spot.xy, spot.height + _DROP - bottom(there)]), rotation)
-
-
-def levelled(rotation: Array) -> Array:
-    """Return the rotation turned by the least angle that makes its most vertical axis vertical."""
-    column = int(np.abs(rotation[2]).argmax())
-    axis = rotation[:, column] * np.sign(rotation[2, column])
-    up = np.array([0.0, 0.0, 1.0])
-    cross, cosine = np.cross(axis, up), float(axis @ up)
-    skew = np.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
-    levelled: Array = (np.eye(3) + skew + skew @ skew / (1.0 + cosine)) @ rotation
-    return levelled
-
-
 def _toppled(goal: Pose, actual: Pose) -> bool:
     return bool((goal.rotation[2] @ actual.rotation[2]) < 0.9)
-
-
-def about_z(angle: float) -> Array:
-    """Return the rotation (3, 3) about the vertical by an angle, radians."""
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
-
-
-def _wrap(angle: float) -> float:
-    return float((angle + np.pi) % (2.0 * np.pi) - np.pi)
-
-
-def _wrap_quarter(angle: float) -> float:
-    return float((angle + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0)

@@ -6,7 +6,7 @@ import numpy as np
 
 from robosandbox.errors import UnreachableError
 from robosandbox.motion.timing import join
-from robosandbox.skills.manipulator import CARRY_SPEED, Manipulator, raised
+from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator, raised
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.world.relations import contents
 

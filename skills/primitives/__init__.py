@@ -1,0 +1,1 @@
+"""What verbs are made of: hands, grasps, ways, places, drawers, what the arm feels."""
