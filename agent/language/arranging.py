@@ -174,11 +174,12 @@ class Arranging(Stacking):
         if len(names) == 1 and (not self.world.movable(names[0]) or self.world.on_top_of(names[0])):
             self._empty(names[0])
             return
-        bins = [item.id for item in objects.values() if item.kind == "bin"]
+        receptacles = [item for item in objects.values() if match.is_receptacle(item)]
+        bins = [item.id for item in receptacles if match.has_straight_walls(item)]
         everything = any(ref.determiner == "all" and not ref.nouns and not ref.colours for ref in command.objects)
         if len(bins) == 1 and everything:
             # With bowls about as well, one bin is no longer the place for all there is.
-            bins += [item.id for item in objects.values() if item.kind == "bowl"]
+            bins += [item.id for item in receptacles if item.id not in bins]
         waste = [name for name in bins if match.is_waste(name)]
         called = [name for name in bins if "bin" in id_parts(name)]
         if isinstance(command.place, Relation):
@@ -193,7 +194,7 @@ class Arranging(Stacking):
     def _empty(self, holder: str) -> None:
         """Take what is in or on something, and put it on the table."""
         world = self.world
-        if world.objects[holder].kind == "drawer":
+        if world.objects[holder].shape.opens:
             raise RefusedError(RefusalCode.UNSUPPORTED, f"Name what to take out of {holder}.", (holder,))
         content = [*world.inside(holder), *world.on_top_of(holder)]
         if not content:
@@ -231,7 +232,7 @@ class Arranging(Stacking):
         if self.world.held not in names:
             self._need_empty("sort")
         objects = self.world.objects
-        containers = [item for item in objects.values() if item.kind in ("bin", "bowl")]
+        containers = [item for item in objects.values() if match.is_receptacle(item)]
         if isinstance(command.place, Relation) and command.place.refs:
             ids = self.ground.many(
                 command.place.refs[0], lambda name: objects[name].kind in match.CONTAINERS, names

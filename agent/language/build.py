@@ -245,14 +245,15 @@ class _Builder(Deciding):
 
     def _pour(self, command: Command) -> None:
         world = self.world
-        seen = any(item.kind == "beads" for item in world.objects.values())
+        seen = any(item.shape.is_granular for item in world.objects.values())
 
         # "the tall jug" is the taller of all jugs, and may be empty; "the jug" is the one with something in it.
         compared = any(rank.key not in ("", "full") for ref in command.objects for rank in ref.ranks)
 
         def fits(name: str) -> bool:
-            kind = world.objects[name].kind
-            return kind == "beads" or (kind in match.VESSELS and (not seen or compared or bool(world.inside(name))))
+            item = world.objects[name]
+            poured_from = item.kind in match.VESSELS and (not seen or compared or bool(world.inside(name)))
+            return item.shape.is_granular or poured_from
 
         spoken = [ids[0] for ids in reversed(self.discourse.mentioned) if len(ids) == 1]
         names, _ = self._objects(command, fits=fits)
@@ -261,10 +262,10 @@ class _Builder(Deciding):
         if len(cups_of) == 1 and command.objects[0].determiner == "it":
             # "put the pens in the mug and pour them into the tray": out of the mug.
             kind, cup = cups_of.pop() or ("", "")
-            names = (cup,) if kind == "in" and world.objects[cup].kind == "cup" else names
+            names = (cup,) if kind == "in" and match.is_cup(world.objects[cup]) else names
         vessels = tuple(dict.fromkeys(self._vessel(name) for name in names))
         # "the beads", of which there are two kinds in two cups, are asked about.
-        cups = all(world.objects[name].kind != "beads" for name in names)
+        cups = all(not world.objects[name].shape.is_granular for name in names)
         several = len(command.objects) > 1 or any(
             (ref.plural and cups) or ref.determiner == "all" or ref.number for ref in command.objects
         )
@@ -294,9 +295,9 @@ class _Builder(Deciding):
             )
 
     def _drawers(self, command: Command, skill: str) -> tuple[str, ...]:
-        names, _ = self._objects(command, fits=lambda name: self.world.objects[name].kind == "drawer")
+        names, _ = self._objects(command, fits=lambda name: self.world.objects[name].shape.opens)
         for name in names:
-            if self.world.objects[name].kind != "drawer":
+            if not self.world.objects[name].shape.opens:
                 raise RefusedError(
                     RefusalCode.IMPOSSIBLE, f"{name} is no drawer; it neither opens nor closes.", (name,)
                 )
@@ -324,7 +325,7 @@ class _Builder(Deciding):
                 self._need_empty(f"tap {name}")
             if name == self.world.held:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} is in the gripper; I cannot tap it.", (name,))
-            if self.world.objects[name].kind == "beads":
+            if self.world.objects[name].shape.is_granular:
                 raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads, which have no top to touch.", (name,))
             for _ in range(self._repeats(command)):
                 self._add("tap", object=name)
@@ -333,7 +334,7 @@ class _Builder(Deciding):
         """What is not to be done is spoken of and left; a plan that does it all the same is refused."""
         # "put the can in the drawer without opening it": the drawer.
         opens = command.negated in ("open", "close")
-        drawers = {name for name, item in self.world.objects.items() if not opens or item.kind == "drawer"}
+        drawers = {name for name, item in self.world.objects.items() if not opens or item.shape.opens}
         names = self._objects(command, fits=drawers.__contains__)[0] if command.objects else ()
         if [ref.text for ref in command.objects] == ["anything"]:
             # "don't open anything": no drawer either, although it is none of the things on the table.

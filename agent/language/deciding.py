@@ -145,7 +145,7 @@ class _Judge:
         return so
 
     def _shut(self, name: str) -> bool:
-        return self.world.objects[name].kind == "drawer" and name not in self.world.opened
+        return self.world.objects[name].shape.opens and name not in self.world.opened
 
 
 def _unseen(condition: Ref) -> RefusedError:

@@ -122,7 +122,7 @@ class Grounder(Vicinity):
         """As in "the pills", where there is a pill cup: what is in it is not the cup."""
         name, said = meaning.ids[0], (*ref.names, *ref.nouns)
         parts = id_parts(name)
-        open_above = self.world.objects[name].kind in ("cup", "bowl") or match.NOUN_CLASS.get(parts[-1]) == "mug"
+        open_above = match.is_round_vessel(self.world.objects[name]) or match.NOUN_CLASS.get(parts[-1]) == "mug"
         apart = ref.plural and len(said) == 1 and ref.determiner != "all" and said[0] in parts[:-1]
         if apart and open_above and len(meaning.ids) == 1 and fits == self.world.movable:
             raise self._ambiguous(ref, (name,))
@@ -213,7 +213,7 @@ class Grounder(Vicinity):
         pool = [item for item in objects.values() if item.id not in barred]
         if any(relation.kind in ("open", "closed") for relation in ref.relations):
             # "shut the one that is open": of all things only drawers are open or closed.
-            pool = [item for item in pool if item.kind == "drawer"] or pool
+            pool = [item for item in pool if item.shape.opens] or pool
         several = ref.plural or ref.determiner == "all"
         found = self._named(ref, pool, several, fits)
         if ref.other:
@@ -314,7 +314,7 @@ class Grounder(Vicinity):
         for shape in ref.shapes:
             shaped = [item for item in found if item.kind in SHAPES[shape]]
             # A ball is rounder than a can, and a round can is a can.
-            rounder = [] if {*ref.nouns} - {"thing"} else [item for item in shaped if item.kind == "sphere"]
+            rounder = [] if {*ref.nouns} - {"thing"} else [item for item in shaped if match.is_ball(item)]
             found = rounder or shaped
         if ref.nouns and ref.nouns != ("tower",):
             if fits is not None and ref.nouns == ("box",) and not several:
@@ -326,7 +326,7 @@ class Grounder(Vicinity):
                 found, ref.nouns, several=several, count=ref.number, kinds=several or bool(ref.ranks)
             )
             # "the sand", where there is a sand cup as well: what is called so, not what it is in.
-            found = [item for item in found if item.kind == "beads" and item.id in ref.nouns] or found
+            found = [item for item in found if item.shape.is_granular and item.id in ref.nouns] or found
             if len(ref.nouns) > 1:
                 # "cans and cubes": the cans first.
                 fits_best = {item.id: [-match.noun_fit(noun, item) for noun in ref.nouns] for item in found}

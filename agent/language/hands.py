@@ -78,14 +78,14 @@ class Hands:
         if self.world.held == name:
             return
         self._need_empty(f"pick up {name}")
-        if self.world.objects[name].kind == "drawer":
+        if self.world.objects[name].shape.opens:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a drawer; I can open and close it, not pick it up.", (name,)
             )
-        if self.world.objects[name].kind == "beads":
+        if self.world.objects[name].shape.is_granular:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} are beads; I can pour them into something.", (name,))
         kind, holder = self.world.parent.get(name, ("", ""))
-        if kind == "in" and self.world.objects[holder].kind == "drawer" and holder not in self.world.opened:
+        if kind == "in" and self.world.objects[holder].shape.opens and holder not in self.world.opened:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is in {holder}, which is closed by then.", (name, holder)
             )

@@ -14,14 +14,12 @@ from robosandbox.agent.language.shades import has_shade
 from robosandbox.agent.language.synonyms import SAME_AS
 from robosandbox.agent.language.tokens import id_parts
 from robosandbox.agent.language.wordlist import word_set
-from robosandbox.shapes import kinds_that_hold, shapes
+from robosandbox.shapes import Shape, kinds_that_hold, shape_of, shapes
 from robosandbox.types import DetectedObject
 
 NAMED, SYNONYM, SHAPE, LOOSE = 4, 3, 2, 1
 CONTAINERS = kinds_that_hold()
-VESSELS = frozenset({"bowl", "cup", "cylinder", "capsule", "mesh"})
-"""Kinds that may hold something to pour: cups, and what bottles, mugs and cans are made of here."""
-STANDING = frozenset({"bin", "bowl", "drawer", "beads"})
+STANDING = frozenset(kind for kind, shape in shapes().items() if shape.stays_put)
 """Kinds that stay where they are unless somebody names them."""
 SHAPE_KINDS: dict[str, frozenset[str]] = {
     "cube": frozenset({"box"}),
@@ -41,6 +39,9 @@ THING_KINDS: dict[str, frozenset[str]] = {
     "mug": frozenset({"bowl", "cup"}),
 }
 """Words for a thing: they fit its usual shape only where the id names no other thing."""
+_FROM_FILES = frozenset(kind for kind, shape in shapes().items() if not shape.size_fields)
+VESSELS = _FROM_FILES.union(*THING_KINDS.values())
+"""Kinds that may hold something to pour: what bottles, mugs and cans are made of here, and what a file describes."""
 
 
 def _classes() -> dict[str, str]:
@@ -119,7 +120,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
     noun_class = NOUN_CLASS.get(noun, noun)
     if noun_class == "thing":
         return LOOSE if kind not in STANDING else 0
-    if kind == "beads" and noun in ("bead", "grain", "pellet", "granule"):
+    if shape_of(kind).is_granular and noun in ("bead", "grain", "pellet", "granule"):
         return SHAPE
     if (
         noun in parts
@@ -154,7 +155,7 @@ def _noun_fit(noun: str, name: str, kind: str, cubic: bool) -> int:
             head = _head(parts)
             return LOOSE if not head or NOUN_CLASS.get(head) in ("block", "box", "thing") else 0
         return SHAPE
-    if noun_class == "box" and kind == "bin":
+    if noun_class == "box" and _is_open_box(shape_of(kind)):
         return LOOSE
     if noun_class == "bin" and noun in ("container", "receptacle", "basin") and kind in CONTAINERS:
         return LOOSE
@@ -208,7 +209,7 @@ def is_only_shaped_so(nouns: Sequence[str], item: DetectedObject) -> bool:
 
 
 def _is_cubic(item: DetectedObject) -> bool:
-    return item.kind == "box" and len(item.size) == 3 and max(item.size) <= 1.15 * min(item.size)
+    return item.shape.noun(item.size) == "cube"
 
 
 def colour_of(item: DetectedObject) -> str:
@@ -307,7 +308,39 @@ def is_general(nouns: Sequence[str]) -> bool:
 def is_solid(item: DetectedObject) -> bool:
     """Say whether a round thing is called something that holds nothing: a battery, a marker."""
     head = _head(id_parts(item.id))
-    return item.kind in ("cylinder", "capsule") and head in _SOLID
+    return item.shape.rolls and head in _SOLID
+
+
+def is_receptacle(item: DetectedObject) -> bool:
+    """Say whether things are sorted and tidied into it: a bin or a bowl, rather than a cup or a tray."""
+    return item.shape.is_open_container and item.shape.stays_put
+
+
+def has_straight_walls(item: DetectedObject) -> bool:
+    """Say whether it is a bin or a drawer: a container that stays put and is put neither into nor onto another."""
+    room = item.shape.room(item.size)
+    return item.shape.stays_put and room is not None and not room.is_round
+
+
+def is_cup(item: DetectedObject) -> bool:
+    """Say whether it is a container that is taken in the hand to pour."""
+    return item.shape.pours and not item.shape.stays_put
+
+
+def is_round_vessel(item: DetectedObject) -> bool:
+    """Say whether it is a cup or a bowl."""
+    room = item.shape.room(item.size)
+    return item.shape.pours and room is not None and room.is_round
+
+
+def is_ball(item: DetectedObject) -> bool:
+    """Say whether it rolls whichever way it lies, so that nothing stays on it."""
+    return item.shape.rolls and not item.shape.flat_top
+
+
+def _is_open_box(shape: Shape) -> bool:
+    """Say whether a kind is taken for a box and is open above."""
+    return shape.is_open_container and bool(shape.looks_like & SHAPE_KINDS["box"])
 
 
 def is_waste(name: str) -> bool:

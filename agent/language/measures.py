@@ -124,23 +124,8 @@ def _noun_first(chart: Chart, i: int, *joints: str) -> Found[Measure]:
 
 def _measures(item: DetectedObject, dimension: str) -> tuple[float, ...]:
     """Return the outer measures of an object that a dimension can mean, metres."""
-    match item.kind, item.size:
-        case "box", (x, y, z):
-            return {"height": (2 * z,), "radius": ()}.get(dimension, (2 * x, 2 * y, 2 * z))
-        case "sphere", (radius,):
-            return (radius,) if dimension == "radius" else (2 * radius,)
-        case "cylinder" | "capsule", (radius, half):
-            height = 2 * half if item.kind == "cylinder" else 2 * (half + radius)
-            return {"height": (height,), "radius": (radius,), "diameter": (2 * radius,)}.get(
-                dimension, (2 * radius, height)
-            )
-        case "bowl" | "cup", (radius, height):
-            return {"height": (height,), "radius": (radius,), "diameter": (2 * radius,)}.get(
-                dimension, (2 * radius, height)
-            )
-        case "bin", (x, y, height):
-            return {"height": (height,), "radius": ()}.get(dimension, (2 * x, 2 * y, height))
-        case "drawer", (width, depth, height, _):
-            return {"height": (height,), "radius": ()}.get(dimension, (width, depth, height))
-        case _:
-            return ()
+    radii = [value for field, value in zip(item.shape.size_fields, item.size, strict=False) if field.endswith("radius")]
+    named = {"height": [2.0 * item.shape.hull(item.size).half_extents[2]], "radius": radii}
+    if radii:
+        named["diameter"] = [2.0 * radii[0]]
+    return tuple(named.get(dimension, item.shape.extents(item.size)))

@@ -94,7 +94,7 @@ class Placing(Hands):
     def _put_one(self, name: str, place: Place | None, targets: tuple[str, ...], *, stack: bool = False) -> None:
         world = self.world
         radius = world.radius(name)
-        if world.objects[name].kind == "beads":
+        if world.objects[name].shape.is_granular:
             if not (isinstance(place, Relation) and place.kind in ("in", "to")):
                 raise RefusedError(
                     RefusalCode.UNSUPPORTED, f"{name} are beads; I can pour them into something.", (name,)
@@ -113,9 +113,9 @@ class Placing(Hands):
                 self._put_at(name, ((ax + bx) / 2, (ay + by) / 2), f"between {targets[0]} and {targets[1]}")
             case Relation(kind=kind, distance=distance):
                 target = targets[0]
-                holder = world.objects[target].kind in ("bin", "bowl")
+                holder = match.is_receptacle(world.objects[target])
                 # "over to the bin" is in it, "over to the mug" may be beside it.
-                over_to_a_mug = place.order == "over" and world.objects[target].kind == "cup"
+                over_to_a_mug = place.order == "over" and match.is_cup(world.objects[target])
                 if (
                     kind == "in"
                     or (kind == "to" and world.objects[target].kind in match.CONTAINERS and not over_to_a_mug)
@@ -193,7 +193,7 @@ class Placing(Hands):
 
     def _vessel(self, name: str) -> str:
         """Return what beads would be poured from, or the thing itself."""
-        if self.world.objects[name].kind != "beads":
+        if not self.world.objects[name].shape.is_granular:
             return name
         holder = self.world.parent.get(name)
         if holder is None or holder[0] != "in" or self.world.objects[holder[1]].kind not in match.VESSELS:
@@ -208,16 +208,16 @@ class Placing(Hands):
         if world.objects[target].kind not in (*match.CONTAINERS, *match.VESSELS) and kind == "in":
             # What is poured over a thing in a bowl goes into the bowl.
             target = holder
-        if world.objects[target].kind in ("box", "sphere"):
+        if world.objects[target].kind not in (*match.CONTAINERS, *match.VESSELS):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{target} is no container: I do not pour over or into it.", (target,)
             )
         if target == vessel:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} cannot be poured into itself.", (target,))
-        if world.objects[target].kind == "drawer":
+        if world.objects[target].shape.opens:
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a drawer; I do not pour into it.", (target,))
         contents = world.inside(vessel)
-        if not contents and any(item.kind == "beads" for item in world.objects.values()):
+        if not contents and any(item.shape.is_granular for item in world.objects.values()):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"I see nothing in {vessel} to pour.", (vessel,))
         self._take(vessel)
         self._add("pour", target=target)
@@ -241,14 +241,14 @@ class Placing(Hands):
                 RefusalCode.IMPOSSIBLE, f"{target} is a {kind}, which is no container: nothing goes in it.", (target,)
             )
         self._not_there_yet(name, ("in", target))
-        inner = world.objects[name].kind
-        if inner in ("bin", "drawer"):
+        item, holder = world.objects[name], world.objects[target]
+        if match.has_straight_walls(item):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a container itself; I do not put it in {target}.", (name,)
             )
-        if (inner in match.CONTAINERS or kind == "cup") and not world.fits_in(name, target):
+        if (item.shape.holds_things or match.is_cup(holder)) and not world.fits_in(name, target):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{name} does not fit into {target}.", (name, target))
-        if kind == "drawer" and target not in world.opened and "open_drawer" in self.skills:
+        if holder.shape.opens and target not in world.opened and "open_drawer" in self.skills:
             if world.held == name and name in self.poured:
                 # What was poured from is set down while the drawer is opened.
                 self._put_free(name, world.at[name])
@@ -266,7 +266,7 @@ class Placing(Hands):
 
     def _put_on(self, name: str, target: str, *, stack: bool = False) -> None:
         world = self.world
-        if world.objects[target].kind == "sphere":
+        if match.is_ball(world.objects[target]):
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{target} is a ball: nothing stays on it.", (target,))
         if target == world.held:
             raise RefusedError(
@@ -276,7 +276,7 @@ class Placing(Hands):
             # "... green in the middle and blue on top" says once more what the tower says.
             return
         self._not_there_yet(name, ("on", target))
-        if world.objects[name].kind in ("bin", "drawer"):
+        if match.has_straight_walls(world.objects[name]):
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE, f"{name} is a container; I do not stand it on {target}.", (name, target)
             )
@@ -300,7 +300,7 @@ class Placing(Hands):
                 raise RefusedError(
                     RefusalCode.IMPOSSIBLE, f"{listed(blockers)} stands on {name}; say where to put it first.", blockers
                 )
-            if world.objects[name].kind == "drawer":
+            if world.objects[name].shape.opens:
                 self._take(name)
             self._note_moved(name)
             self._add("stack", object=name, target=target)

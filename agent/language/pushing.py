@@ -44,9 +44,9 @@ class Pushing(Arranging):
             self._put_at(name, (x + dx * command.distance, y + dy * command.distance), where)
             return
         self._need_empty(f"push {name}", None)
-        if self.world.objects[name].kind == "drawer":
+        if self.world.objects[name].shape.opens:
             raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} is a drawer; I can open and close it.", (name,))
-        if self.world.objects[name].kind == "beads":
+        if self.world.objects[name].shape.is_granular:
             raise RefusedError(RefusalCode.UNSUPPORTED, f"{name} are beads; I can pour them into something.", (name,))
         if self.world.on_top_of(name) or name in self.world.parent:
             raise RefusedError(

@@ -47,9 +47,7 @@ class Vicinity(Orders, ABC):
             found = [name for name in names if (name in piled) == (kind == "stacked")]
         elif kind in ("open", "closed"):
             found = [
-                name
-                for name in names
-                if world.objects[name].kind == "drawer" and (name in world.opened) == (kind == "open")
+                name for name in names if world.objects[name].shape.opens and (name in world.opened) == (kind == "open")
             ]
         elif not relation.refs:
             found = [name for name in names if name not in world.parent and name != world.held]

@@ -268,10 +268,10 @@ class Wishes(Clauses, ABC):
     def _named_container(self, refs: tuple[Ref, ...]) -> bool:
         plain = len(refs) == 1 and not (refs[0].plural or refs[0].number or refs[0].unknown or refs[0].other)
         named = refs[0].nouns or (id_parts(refs[0].names[0])[-1:] if refs[0].names else ())
-        kind = NOUN_CLASS.get(named[0]) if plain and named else None
+        noun = NOUN_CLASS.get(named[0]) if plain and named else None
         # A box may be a thing to carry: only one that is told by its colour or its name is where others go.
-        coloured_box = kind == "box" and bool(refs[0].colours or refs[0].names) and not refs[0].relations
-        return kind in ("bin", "bowl", "drawer") or coloured_box
+        coloured_box = noun == "box" and bool(refs[0].colours or refs[0].names) and not refs[0].relations
+        return noun in ("bin", "bowl", "drawer") or coloured_box
 
 
 def _under(command: Command) -> Command:

@@ -10,7 +10,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.agent.language.match import STANDING
+from robosandbox.agent.language.match import has_straight_walls
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import (
@@ -80,7 +80,7 @@ def _parents(scene: ObservedScene, extents: dict[str, tuple[float, float, float]
             top = low + 2 * ez
             if other.shape.holds_things and low - 0.01 <= bottom < top - 0.002:
                 found = (low, ("in", other.id))
-            elif abs(bottom - top) < 0.012 and item.kind not in ("bin", "drawer"):
+            elif abs(bottom - top) < 0.012 and not has_straight_walls(item):
                 found = (top, ("on", other.id))
             else:
                 continue
@@ -157,7 +157,7 @@ class World:
 
     def beads_in(self, name: str) -> list[str]:
         """Return the beads that a container holds."""
-        return [item for item in self.inside(name) if self.objects[item].kind == "beads"]
+        return [item for item in self.inside(name) if self.objects[item].shape.is_granular]
 
     def level(self, name: str) -> int:
         """Return how many objects lie below one."""
@@ -177,7 +177,7 @@ class World:
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
-        return self.objects[name].kind not in STANDING
+        return not self.objects[name].shape.stays_put
 
     # What steps change.
 
@@ -224,9 +224,9 @@ class World:
             if name in skipped or name in self.parent:
                 continue
             ex, ey, _ = self._extents[name]
-            if self.objects[name].kind == "drawer":
-                # The drawer opens towards the robot: what stands there would be in its way.
-                x, ex = x - self.objects[name].size[3] / 2, ex + self.objects[name].size[3] / 2
+            # A drawer opens towards the robot: what stands there would be in its way.
+            opens = self.objects[name].shape.max_open(self.objects[name].size) / 2
+            x, ex = x - opens, ex + opens
             gap = np.maximum(np.abs(_GRID - (x, y)) - (ex, ey), 0.0)
             free &= np.hypot(gap[:, 0], gap[:, 1]) >= radius + MARGIN
         return free

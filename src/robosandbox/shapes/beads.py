@@ -34,6 +34,7 @@ class Beads(Shape):
     is_plural = True
     options = frozenset({"count", "inside"})
     flat_top = False
+    stays_put = True
     is_granular = True
 
     def hull(self, size: Size) -> SphereHull:

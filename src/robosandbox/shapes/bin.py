@@ -10,4 +10,5 @@ class Bin(SquareContainer):
 
     kind = "bin"
     nouns = ("bin",)
+    stays_put = True
     looks_like = frozenset({"bowl", "cylinder", "drawer", "box"})

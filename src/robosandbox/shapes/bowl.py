@@ -10,4 +10,5 @@ class Bowl(RoundContainer):
 
     kind = "bowl"
     nouns = ("bowl",)
+    stays_put = True
     looks_like = frozenset({"cylinder", "bin", "cup"})

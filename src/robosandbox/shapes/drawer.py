@@ -105,6 +105,7 @@ class Drawer(Shape):
     options = frozenset({"open", "locked"})
     holds_things = True
     opens = True
+    stays_put = True
     flat_top = False
     looks_like = frozenset({"box", "bin"})
 

@@ -114,6 +114,7 @@ class Shape(ABC):
         opens: Whether it has a part that slides open.
         pours: Whether what it holds can be poured out of it.
         flat_top: Whether something can stand on top of it.
+        stays_put: Whether it is left where it is unless somebody names it: things go into it, it goes nowhere.
         is_granular: Whether it is many small things.
         rolls: Whether it can roll.
         looks_like: Other kinds that a camera may take it for, or it for them.
@@ -128,6 +129,7 @@ class Shape(ABC):
     opens: ClassVar[bool] = False
     pours: ClassVar[bool] = False
     flat_top: ClassVar[bool] = True
+    stays_put: ClassVar[bool] = False
     is_granular: ClassVar[bool] = False
     rolls: ClassVar[bool] = False
     looks_like: ClassVar[frozenset[str]] = frozenset()
