@@ -30,6 +30,10 @@ SidecarFile = Annotated[
 ]
 Output = Annotated[Path | None, typer.Option("-o", "--output", help="Write the sidecar here.")]
 PictureFile = Annotated[Path | None, typer.Option("--picture", help="A picture of TCP, closing axis, home and reach.")]
+Changes = Annotated[
+    bool,
+    typer.Option("--changes", help="List every value of the model that loading changes, file against loaded, and end."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print one JSON document on stdout.")]
 
 
@@ -74,11 +78,16 @@ def check(
     sidecar: SidecarFile = None,
     gripper: GripperModel = None,
     arm: ArmName = None,
+    changes: Changes = False,
     package_path: PackagePath = None,
     no_cache: NoCache = False,
     json: Json = False,
 ) -> int:
     """Check a robot and its sidecar, first on paper and then in simulation, up to a pick."""
+    if changes:
+        if gripper is not None or arm is not None:
+            raise InputError("--changes: compares one file with what is loaded of it; leave out --gripper and --arm")
+        return _list_changes(_model(model), sidecar, as_json=json)
     from robosandbox.testing.robot_check import check_robot
 
     report = check_robot(
@@ -93,6 +102,24 @@ def check(
     else:
         print("sound" if report.ok else "not sound")
     return EXIT_DONE if report.ok else EXIT_FAILED
+
+
+def _list_changes(model: Path, sidecar: Path | None, *, as_json: bool) -> int:
+    from dataclasses import asdict
+
+    from robosandbox.robots.check.changes import changes, compile_file, table
+    from robosandbox.robots.loader import load_robot
+    from robosandbox.sim.world import ROBOT_PREFIX, build_world
+    from robosandbox.types import Scene
+
+    robot = load_robot(model, _file(sidecar, "--sidecar"))
+    world = build_world(Scene(robot_urdf=model, robot_config=sidecar), robot)
+    found = changes(compile_file(model), world.model, prefix=ROBOT_PREFIX)
+    if as_json:
+        print_json({"changes": [{**asdict(change), "derived": change.is_derived} for change in found]})
+    else:
+        print(*table(found), sep="\n")
+    return EXIT_DONE
 
 
 def _print_check(item: Check) -> None:

@@ -1,0 +1,82 @@
+"""What loading changes of a model is listed value by value, as the two compiled models show."""
+
+from __future__ import annotations
+
+import json
+
+import mujoco
+import numpy as np
+import pytest
+from written_arms import written
+
+from robosandbox.cli import app
+from robosandbox.commands.console import run_app
+from robosandbox.robots.check.changes import changes, compile_file, table
+from robosandbox.robots.loader import RobotModel, load_robot
+from robosandbox.sim.world import ROBOT_PREFIX, build_world
+from robosandbox.types import Scene
+
+
+def loaded(name, tmp_path) -> tuple[mujoco.MjModel, mujoco.MjModel, RobotModel]:
+    model, sidecar = written(name, tmp_path)
+    robot = load_robot(model, sidecar)
+    return compile_file(model), build_world(Scene(robot_urdf=model, robot_config=sidecar), robot).model, robot
+
+
+# Whose rows are named in both models whatever the file leaves unnamed.
+ARRAYS = {
+    "body": ("body_gravcomp", "body_mass", "body_inertia", "body_pos", "body_quat"),
+    "actuator": ("actuator_gainprm", "actuator_biasprm", "actuator_forcerange", "actuator_ctrlrange"),
+}
+
+
+@pytest.mark.parametrize("name", ["toy", "ur5e"])
+def test_listed_is_what_a_comparison_by_name_finds(name, tmp_path):
+    file, world, _ = loaded(name, tmp_path)
+    expected = set()
+    for element, count, arrays in (("body", file.nbody, ARRAYS["body"]), ("actuator", file.nu, ARRAYS["actuator"])):
+        for row in range(count):
+            own = getattr(file, element)(row).name
+            if own == "world":
+                continue
+            there = getattr(world, element)(ROBOT_PREFIX + own).id
+            pairs = {array: (getattr(file, array)[row], getattr(world, array)[there]) for array in arrays}
+            expected |= {(own, array) for array, pair in pairs.items() if not np.allclose(*pair, rtol=1e-6, atol=1e-12)}
+    watched = {array for arrays in ARRAYS.values() for array in arrays}
+    found = {(item.name, item.field) for item in changes(file, world, prefix=ROBOT_PREFIX) if item.field in watched}
+    assert found == expected and ("body_gravcomp" in {field for _, field in found})
+
+
+def test_a_model_beside_itself_has_no_changes(tmp_path):
+    model, _ = written("toy", tmp_path)
+    assert changes(compile_file(model), compile_file(model)) == ()
+
+
+def test_what_only_one_model_has_is_listed():
+    with_floor = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 1'/><body name='a'><joint name='j'/>"
+        "<geom size='.1'/></body></worldbody></mujoco>"
+    )
+    alone = mujoco.MjModel.from_xml_string(
+        "<mujoco><worldbody><body name='r/a'><joint name='r/j' damping='2'/><geom size='.1' condim='6'/></body>"
+        "</worldbody></mujoco>"
+    )
+    found = changes(with_floor, alone, prefix="r/")
+    assert {(item.element, item.name, item.field, item.file, item.loaded) for item in found if not item.is_derived} == {
+        ("geom", "floor", "present", 1, 0),
+        ("joint", "j", "dof_damping", 0.0, 2.0),
+        ("geom", "a[0]", "geom_condim", 3, 6),
+    }
+    assert "geom      present              left out: floor" in list(table(found))
+
+
+def test_command_prints_a_table_or_a_document(tmp_path, capsys):
+    model, sidecar = written("toy", tmp_path)
+    assert run_app(app, "robo-sandbox", ("robot", "check", str(model), "--sidecar", str(sidecar), "--changes")) == 0
+    assert "geom_friction" in capsys.readouterr().out
+    assert (
+        run_app(app, "robo-sandbox", ("robot", "check", str(model), "--sidecar", str(sidecar), "--changes", "--json"))
+        == 0
+    )
+    rows = json.loads(capsys.readouterr().out)["changes"]
+    assert {"element", "name", "field", "file", "loaded", "derived"} == set(rows[0])
