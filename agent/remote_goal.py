@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from robosandbox.errors import ConnectionLostError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
-from robosandbox.types import Grasp, GraspSearch, Intent, SkillResult, Trajectory, frozen_array
+from robosandbox.types import Intent, SkillResult
 from robosandbox.wire import Feedback, Goal, Intended
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ class RemoteGoal:
         self._robot = robot
         self._goal = goal
         self._feedback: deque[Feedback] = deque()
-        self._intents: deque[Intended] = deque()
+        self._intents: deque[Intent] = deque()
         self._changed = threading.Condition()
         self._lost = False
 
@@ -99,7 +99,7 @@ class RemoteGoal:
     def intents(self) -> Iterator[Intent]:
         """Yield what the skill has said since that it is about to do; nothing where the goal was sent without `intents`."""
         while self._intents:
-            yield _intent(self._intents.popleft())
+            yield self._intents.popleft()
 
     def _has_news(self) -> bool:
         return self._lost or self._goal.status.final or bool(self._feedback) or bool(self._intents)
@@ -121,7 +121,7 @@ class RemoteGoal:
             if isinstance(news, Feedback):
                 self._feedback.append(news)
             elif isinstance(news, Intended):
-                self._intents.append(news)
+                self._intents.append(news.intent)
             elif not self._goal.status.final:
                 self._goal = news
                 if news.status.final:
@@ -133,14 +133,3 @@ class RemoteGoal:
         with self._changed:
             self._lost = True
             self._changed.notify_all()
-
-
-def _intent(news: Intended) -> Intent:
-    """Return what a message says that a skill is about to do."""
-    if news.path:
-        return Trajectory(q=frozen_array(news.path), dt=news.dt)
-    grasps = tuple(
-        Grasp(object=news.object or "", tcp_pose=item.tcp_pose, width=item.width, quality=item.quality)
-        for item in news.grasps
-    )
-    return GraspSearch(candidates=grasps, chosen=news.chosen)

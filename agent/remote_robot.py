@@ -20,7 +20,7 @@ from robosandbox.errors import (
     InvalidMessageError,
     ServiceUnavailableError,
 )
-from robosandbox.types import IDENTIFIER, ObservedScene
+from robosandbox.types import IDENTIFIER, ObservedScene, Truth
 from robosandbox.validation import explain
 from robosandbox.wire import (
     Ask,
@@ -117,13 +117,13 @@ class RemoteRobot:
         """Return joints, TCP, gripper and the running goal."""
         return self.ask("obs/state", Ask(), State)
 
-    def truth(self) -> TrueState:
+    def truth(self) -> Truth:
         """Return the simulated state.
 
         Raises:
             ForbiddenError: The sim was started with --no-ground-truth.
         """
-        return self.ask("truth", Ask(), TrueState)
+        return self.ask("truth", Ask(), TrueState).truth
 
     def picture(self, camera: str, *, depth: bool = False, format: str | None = None) -> tuple[bytes, Picture]:
         """Return a picture's bytes and what they are.
@@ -220,7 +220,7 @@ class RemoteRobot:
         if not same:
             self._goals.pop(goal.id, None)
 
-    def reset(self, seed: int | None = None, *, checkpoint: str | None = None) -> TrueState:
+    def reset(self, seed: int | None = None, *, checkpoint: str | None = None) -> Truth:
         """Start over with a seed's layout, or go back to a checkpoint.
 
         Raises:
@@ -228,7 +228,7 @@ class RemoteRobot:
             InputError: The seed or checkpoint is wrong.
         """
         fields = {"seed": 0 if seed is None and checkpoint is None else seed, "checkpoint": checkpoint}
-        return self._change("reset", Reset, fields, TrueState)
+        return self._change("reset", Reset, fields)
 
     def checkpoint(self) -> str:
         """Keep the world as it is, in the sim; return the name for `reset`."""
@@ -236,7 +236,7 @@ class RemoteRobot:
 
     def load(
         self, task: str | None = None, *, document: Mapping[str, Any] | None = None, robot: str | None = None
-    ) -> TrueState:
+    ) -> Truth:
         """Load another task.
 
         Args:
@@ -249,21 +249,21 @@ class RemoteRobot:
             InputError: The task is wrong.
         """
         fields = {"task": task, "document": None if document is None else dict(document), "robot": robot}
-        state = self._change("load", Load, fields, TrueState)
+        truth = self._change("load", Load, fields)
         self.survey()
-        return state
+        return truth
 
-    def step(self, seconds: float) -> TrueState:
+    def step(self, seconds: float) -> Truth:
         """Let simulated time pass, the arm holding."""
-        return self._change("clock", Clock, {"step": seconds}, TrueState)
+        return self._change("clock", Clock, {"step": seconds})
 
     def give_up(self) -> None:
         """End the load, reset or step that is under way at the sim; whoever asked for it gets a CancelledError."""
-        self._change("clock", Clock, {"cancel": True}, TrueState)
+        self._change("clock", Clock, {"cancel": True})
 
     def set_pace(self, pace: str) -> None:
         """Let simulated time pass at `realtime` or `fast` for as long as this client lives."""
-        self._change("clock", Clock, {"pace": pace}, TrueState)
+        self._change("clock", Clock, {"pace": pace})
 
     # Presence.
 
@@ -301,10 +301,10 @@ class RemoteRobot:
         """
         return decode(self._get(suffix, message, timeout).payload.to_bytes(), answer)
 
-    def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any], answer: type[MessageT]) -> MessageT:
+    def _change(self, suffix: str, model: type[Message], fields: Mapping[str, Any]) -> Truth:
         try:
             message = _message(model, **fields, client_id=self._client.id)
-            return self.ask(suffix, message, answer, _LOAD_SECONDS)
+            return self.ask(suffix, message, TrueState, _LOAD_SECONDS).truth
         except (InvalidArgumentError, InvalidMessageError) as error:
             raise InputError(error.message) from None
 

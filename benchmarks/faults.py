@@ -154,9 +154,9 @@ def agent_killed(times: int) -> dict[str, Any]:
                 begin_state = other.robot().state()
                 time.sleep(0.5)
                 after = other.robot().state()
-                moved = max(abs(a - b) for a, b in zip(begin_state.q, after.q, strict=True))
+                moved = max(abs(a - b) for a, b in zip(begin_state.robot.q, after.robot.q, strict=True))
                 drift.append(moved)
-                held += moved < 0.002 and max(abs(v) for v in before.qd) < 0.05
+                held += moved < 0.002 and max(abs(v) for v in before.robot.qd) < 0.05
                 session = RemoteSession(other.robot())
                 goal = other.robot().send("home")
                 goal.wait()
@@ -195,7 +195,7 @@ def cancelled(times: int) -> dict[str, Any]:
                 wait: float = rng.uniform(0.0, length), at: list[tuple[float, int]] = at, states: list[Any] = states
             ) -> None:
                 time.sleep(wait)
-                at.append((robot.state().time, len(states)))
+                at.append((robot.state().robot.time, len(states)))
                 session.ctx.cancel()
 
             thread = threading.Thread(target=cancel)
@@ -221,7 +221,7 @@ def cancelled(times: int) -> dict[str, Any]:
 
 def _speed(sample: zenoh.Sample) -> tuple[float, float]:
     state = json.loads(sample.payload.to_bytes())
-    return state["time"], max(abs(value) for value in state["qd"])
+    return state["robot"]["time"], max(abs(value) for value in state["robot"]["qd"])
 
 
 def _still_after(states: list[tuple[float, float]], begin: float) -> float:
@@ -278,7 +278,7 @@ def deadline(times: int) -> dict[str, Any]:
             except GoalTimeoutError:
                 ended = goal.goal
                 late.append((ended.ended or 0.0) - (ended.began or 0.0) - limit)
-                stopped += max(abs(speed) for speed in robot.state().qd) < STILL
+                stopped += max(abs(speed) for speed in robot.state().robot.qd) < STILL
     return {"times": times, "stopped_and_still": stopped, "sim_s_over_the_limit_max": round(max(late), 3)}
 
 
@@ -336,10 +336,10 @@ def slow_consumer(_: int) -> dict[str, Any]:
     """A subscriber to every stream that sleeps in its callback: physics keeps its pace."""
 
     def measure(robot: Any) -> float:
-        begin_sim, begin = robot.state().time, time.monotonic()
+        begin_sim, begin = robot.state().robot.time, time.monotonic()
         robot.send("pick", {"object": "red_cube"}).wait(60.0)
         robot.send("home").wait(60.0)
-        return (robot.state().time - begin_sim) / (time.monotonic() - begin)
+        return (robot.state().robot.time - begin_sim) / (time.monotonic() - begin)
 
     with SimProcess("--task", "pick_from_three") as sim, connect(sim.endpoint) as client:
         robot = client.robot()

@@ -19,7 +19,7 @@ import zenoh
 from robosandbox.agent.client import connect
 from robosandbox.errors import ErrorCode, InvalidMessageError
 from robosandbox.testing.processes import SimProcess
-from robosandbox.wire import Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
+from robosandbox.wire import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
 
 CODES = frozenset(code.value for code in ErrorCode)
 QUERYABLES: dict[str, type[Message]] = {
@@ -138,15 +138,15 @@ class Nonsense:
     def _valid(self, model: type[Message]) -> dict[str, Any]:
         foreign = str(uuid.UUID(int=self._rng.getrandbits(128), version=4))
         if model is SendGoal:
-            return {"protocol": 1, "goal_id": foreign, "arguments": {"object": "red_cube", "speed": 3}}
+            return {"protocol": PROTOCOL, "goal_id": foreign, "arguments": {"object": "red_cube", "speed": 3}}
         if model is GoalRef:
-            return {"protocol": 1, "goal_id": foreign}
+            return {"protocol": PROTOCOL, "goal_id": foreign}
         if model is Reset:
-            return {"protocol": 1, "checkpoint": self._rng.choice(NAMES)[:64]}
+            return {"protocol": PROTOCOL, "checkpoint": self._rng.choice(NAMES)[:64]}
         if model is Load:
-            return {"protocol": 1, "task": self._rng.choice(NAMES)[:64]}
+            return {"protocol": PROTOCOL, "task": self._rng.choice(NAMES)[:64]}
         if model is Clock:
-            return {"protocol": 1, "step": -1.0}
+            return {"protocol": PROTOCOL, "step": -1.0}
         return {"protocol": 7}
 
 

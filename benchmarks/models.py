@@ -29,11 +29,10 @@ from jsonschema import Draft202012Validator
 from robosandbox.agent.episode import AgentEvent, Planned
 from robosandbox.agent.plan_check import problems
 from robosandbox.errors import InputError
-from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.llama_server import llama_server, packaged_weights
-from robosandbox.types import SkillCall
+from robosandbox.types import SkillCall, Truth
 
 PROMPTS: tuple[tuple[str, str], ...] = (
     ("pick_cube_franka", "pick up the red cube"),

@@ -161,7 +161,7 @@ def pictures(seconds: float) -> dict[str, Any]:
         return {
             "frames_without_listener": unseen,
             "frames_after_the_listener_left": server.studio.frames - after,
-            "size": f"{about.width}x{about.height}",
+            "size": f"{about.intrinsics.width}x{about.intrinsics.height}",
             "jpeg_bytes": len(payload),
             "frames_per_s": rate,
         }

@@ -18,7 +18,7 @@ from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
-from robosandbox.types import Array, Pose
+from robosandbox.types import Array, Intrinsics, Pose
 from robosandbox.wire import Picture
 
 _log = logging.getLogger(__name__)
@@ -188,13 +188,8 @@ class Studio:
             boot_id=self._boot_id,
             stamp=moment.stamp,
             time=moment.time,
-            width=width,
-            height=height,
+            intrinsics=Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=width / 2.0, cy=height / 2.0),
             format=view.format,
-            fx=focal,
-            fy=focal,
-            cx=width / 2.0,
-            cy=height / 2.0,
             pose_camera_in_world=pose,
         )
 

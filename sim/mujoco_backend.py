@@ -27,9 +27,8 @@ from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrins
 from robosandbox.sim.state_check import check_state
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
-from robosandbox.sim.truth import Truth
 from robosandbox.sim.world import World, build_world, check_start
-from robosandbox.types import Array, Observation, Pose, RgbdFrame, Scene, Trajectory, frozen_array
+from robosandbox.types import Array, Observation, Pose, RgbdFrame, Scene, Trajectory, Truth, frozen_array
 
 _SETTLE_SECONDS = 3.0
 _SETTLE_CHUNK_SECONDS = 0.02
@@ -378,7 +377,7 @@ class MuJoCoBackend:
                 data,
                 item,
                 size=self._mesh_sizes.get(item.id, item.size),
-                contacts=frozenset(touching.get(item.id, ())),
+                contacts=tuple(sorted(touching.get(item.id, ()))),
                 felt=self._felt.get(item.id, 0.0),
             )
             for item in world.scene.objects

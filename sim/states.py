@@ -5,9 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.sim.truth import ObjectTruth
 from robosandbox.sim.world import World
-from robosandbox.types import Pose, SceneObject, Vec3, frozen_array
+from robosandbox.types import ObjectTruth, Pose, SceneObject, Vec3, frozen_array
 
 
 def object_truth(
@@ -16,7 +15,7 @@ def object_truth(
     item: SceneObject,
     *,
     size: tuple[float, ...],
-    contacts: frozenset[str],
+    contacts: tuple[str, ...],
     felt: float,
 ) -> ObjectTruth:
     """Return an object's state.

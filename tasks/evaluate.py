@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from robosandbox.sim.truth import Truth
 from robosandbox.tasks.success import AllOf, Check, merged
+from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
 
 _SAMPLE_SECONDS = 0.1
@@ -25,7 +25,7 @@ class Verdict:
     detail: dict[str, float]
 
 
-def evaluate(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], None]) -> Verdict:
+def evaluate(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], object]) -> Verdict:
     """Evaluate a criterion at the end of an episode, and for as long as it asks to hold.
 
     Args:

@@ -15,12 +15,10 @@ from robosandbox.agent.planners import make_planner
 from robosandbox.agent.remote import RemoteContext
 from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import InputError
-from robosandbox.sim.truth import ObjectTruth, Truth
 from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.task import Task
-from robosandbox.types import ObservedScene, frozen_array
+from robosandbox.types import ObservedScene, Truth
 from robosandbox.validation import validate
-from robosandbox.wire import TrueState
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,7 +94,7 @@ class RemoteSession:
             planner=mind,
             max_replans=self._max_replans,
         )
-        self.start = truth_of(self.robot.truth()) if info.truth else None
+        self.start = self.robot.truth() if info.truth else None
 
     @property
     def ctx(self) -> RemoteContext:
@@ -116,7 +114,7 @@ class RemoteSession:
     def elapsed(self) -> tuple[float, int]:
         """Return simulated seconds and physics steps since the last reset."""
         state = self.robot.state()
-        return state.time, state.physics_steps
+        return state.robot.time, state.physics_steps
 
     def load(self, task: Task) -> None:
         """Have the sim load another task.
@@ -135,7 +133,7 @@ class RemoteSession:
             return False
         if info.seed != self.seed:
             self.seed = info.seed
-            self.start = truth_of(self.robot.truth()) if self.start is not None else None
+            self.start = self.robot.truth() if self.start is not None else None
         return True
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
@@ -150,8 +148,8 @@ class RemoteSession:
             InputError: The seed has no layout.
             BusyError: The robot is at work.
         """
-        state = self.robot.reset(seed)
-        self.start = truth_of(state) if self.start is not None else None
+        truth = self.robot.reset(seed)
+        self.start = truth if self.start is not None else None
         self.seed = seed
 
     def checkpoint(self) -> RemoteCheckpoint:
@@ -186,12 +184,7 @@ class RemoteSession:
         """Tell whether the task has succeeded since the last reset; None where the sim keeps its truth to itself."""
         if self.start is None:
             return None
-        return evaluate(
-            self.task.success, self.start, lambda: truth_of(self.robot.truth()), lambda seconds: self._wait(seconds)
-        )
-
-    def _wait(self, seconds: float) -> None:
-        self.robot.step(seconds)
+        return evaluate(self.task.success, self.start, self.robot.truth, self.robot.step)
 
     def close(self) -> None:
         """Nothing to free: the connection is the client's."""
@@ -201,31 +194,3 @@ class RemoteSession:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def truth_of(state: TrueState) -> Truth:
-    """Return the simulated state that a message carries."""
-    return Truth(
-        time=state.time,
-        q=frozen_array(state.q),
-        home_q=frozen_array(state.home_q),
-        table_height=state.table_height,
-        objects={
-            item.id: ObjectTruth(
-                id=item.id,
-                kind=item.kind,
-                size=item.size,
-                rgba=item.rgba,
-                pose=item.pose,
-                linear_velocity=frozen_array(item.linear_velocity),
-                angular_velocity=frozen_array(item.angular_velocity),
-                contacts=frozenset(item.contacts),
-                opening=item.opening,
-                grains=item.grains,
-                felt=item.felt,
-                tag=item.tag,
-            )
-            for item in state.objects
-        },
-        held=state.held,
-    )

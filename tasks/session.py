@@ -23,14 +23,13 @@ from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.sensors import find_sensor
 from robosandbox.sim.service.checkpoint import Checkpoint
-from robosandbox.sim.truth import Truth
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene, Truth
 from robosandbox.world.relations import centre
 
 DEFAULT_TASK = "pick_from_three"

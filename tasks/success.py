@@ -12,7 +12,6 @@ from pydantic import ConfigDict, Field, model_validator
 
 from robosandbox.errors import InputError
 from robosandbox.shapes import kinds_that_hold, shapes
-from robosandbox.sim.truth import Truth
 from robosandbox.types import (
     DetectedObject,
     Direction,
@@ -22,6 +21,7 @@ from robosandbox.types import (
     Positive,
     Side,
     StrictModel,
+    Truth,
 )
 from robosandbox.world import relations
 from robosandbox.world.relations import Relation

@@ -86,7 +86,7 @@ def forged_scenes(forging: zenoh.Session, robot: RemoteRobot) -> Iterator[None]:
 
 
 def leftmost(robot: RemoteRobot) -> str:
-    return max(robot.truth().objects, key=lambda item: item.pose.xyz[1]).id
+    return max(robot.truth().objects.values(), key=lambda item: item.pose.xyz[1]).id
 
 
 @pytest.mark.parametrize("mode", MODES)

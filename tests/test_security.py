@@ -315,7 +315,7 @@ def test_observer_sees_and_is_told_that_it_may_not_touch(kit: Kit) -> None:
         done = operator.robot().send("home")
         done.wait()
         robot = client.robot()
-        assert robot.observe() is not None and robot.state().q and robot.skills
+        assert robot.observe() is not None and len(robot.state().robot.q) and robot.skills
         assert robot.result("home", done.id).status == "succeeded"
 
         forbidden: dict[str, Callable[[], object]] = {
@@ -340,7 +340,7 @@ def test_observer_sees_and_is_told_that_it_may_not_touch(kit: Kit) -> None:
 def test_observer_cannot_go_round_the_rules_with_wildcards_or_forgeries(kit: Kit) -> None:
     with enter(kit, "operator") as operator, enter(kit, "observer") as client:
         robot, raw = operator.robot(), client.session
-        before = robot.truth()
+        before = robot.info()
         message = json.dumps({"goal_id": str(uuid.uuid4())})
         for asked in ("**", "robosandbox/**", "robosandbox/*/skill/*/*", "robosandbox/*/skill/home/*", "*/robot/reset"):
             for reply in raw.get(asked, payload=message, timeout=5.0, target=zenoh.QueryTarget.ALL):
@@ -359,7 +359,7 @@ def test_observer_cannot_go_round_the_rules_with_wildcards_or_forgeries(kit: Kit
             assert "evil" not in operator.robots
         assert not [item for item in heard if item == "{}"]
         watch.undeclare()
-        assert robot.truth().boot_id == before.boot_id
+        assert robot.info().boot_id == before.boot_id
 
 
 def all_refused(kit: Kit, *names: str) -> None:

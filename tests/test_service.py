@@ -126,7 +126,7 @@ def test_checkpoint_brings_the_world_back(robot: RemoteRobot) -> None:
     assert robot.truth().held == "red_cube"
     back = robot.reset(checkpoint=name)
     assert back.held is None
-    assert [item.pose for item in back.objects] == [item.pose for item in before.objects]
+    assert [item.pose for item in back.objects.values()] == [item.pose for item in before.objects.values()]
     with pytest.raises(InputError, match="checkpoint"):
         robot.reset(checkpoint="nothing")
 
@@ -162,7 +162,7 @@ def test_truth_can_be_switched_off() -> None:
             client.robot().truth()
         session = RemoteSession(client.robot())
         assert session.run("go home").success and session.judge() is None
-        assert client.robot().reset(1).objects == ()
+        assert client.robot().reset(1).objects == {}
 
 
 def test_no_sim_is_said_in_one_line_with_exit_code_3() -> None:
@@ -309,9 +309,9 @@ def test_reset_while_a_goal_runs_is_refused_as_busy(sim: SimProcess, robot: Remo
 @pytest.mark.gl
 def test_pictures_come_with_intrinsics_and_pose(robot: RemoteRobot) -> None:
     payload, about = robot.picture("scene")
-    assert payload[:2] == b"\xff\xd8" and (about.width, about.height) == (640, 480)
+    assert payload[:2] == b"\xff\xd8" and (about.intrinsics.width, about.intrinsics.height) == (640, 480)
     raw, about = robot.picture("top", depth=True)
-    assert len(raw) == 4 * about.width * about.height
+    assert len(raw) == 4 * about.intrinsics.width * about.intrinsics.height
     with pytest.raises(InvalidMessageError, match="scene"):
         robot.picture("scne")
     with pytest.raises(InvalidMessageError, match="format"):

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import mcp_types as types
-from pydantic import Field, ValidationError
+from pydantic import Field, TypeAdapter, ValidationError
 
 from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.plan_check import MAX_STEPS, problems
@@ -150,16 +150,8 @@ def seen(scene: ObservedScene) -> dict[str, Any]:
 
 def state_data(state: Observation) -> dict[str, Any]:
     """Return the arm's state as JSON data."""
-    gripper = state.gripper
-    return {
-        "time": state.time,
-        "q": [float(value) for value in state.q],
-        "qd": [float(value) for value in state.qd],
-        "tcp_pose": state.tcp_pose.model_dump(mode="json"),
-        "gripper": None
-        if gripper is None
-        else {"width": gripper.width, "closed": gripper.closed, "force": gripper.force, "joint": gripper.joint},
-    }
+    data: dict[str, Any] = TypeAdapter(Observation).dump_python(state, mode="json")
+    return data
 
 
 def base64_text(data: bytes) -> str:

@@ -15,7 +15,7 @@ from robosandbox.types import Scene, StrictModel
 from robosandbox.validation import validate
 from robosandbox.wire import Count
 
-_VERSION: Final = 2
+_VERSION: Final = 3
 # A crowded scene has some ten thousand numbers, and the goals are those of the ledger, each with its arguments, bytes.
 _MOST_BYTES = 64_000_000
 # Beyond this MuJoCo takes a number for divergence (mjMAXVAL in its mjmodel.h).
@@ -55,7 +55,7 @@ class SavedWorld(StrictModel):
         accepted: How many goals the process had accepted; later ones are in its journal.
     """
 
-    version: Literal[2] = _VERSION
+    version: Literal[3] = _VERSION
     boot_id: str
     mujoco: str
     task: dict[str, Any]

@@ -11,9 +11,9 @@ from robosandbox.protocols import Skill
 from robosandbox.sim.service.goals import Ledger, LiveGoal
 from robosandbox.sim.service.publishing import GoalNews
 from robosandbox.sim.service.served_task import ServedTask
-from robosandbox.sim.service.snapshots import intended_of
+from robosandbox.sim.service.snapshots import thinned
 from robosandbox.types import Intent, SkillCall, SkillResult
-from robosandbox.wire import Feedback, Goal
+from robosandbox.wire import Feedback, Goal, Intended
 
 _log = logging.getLogger(__name__)
 _REST_TRIALS = 5
@@ -91,7 +91,7 @@ class Executor:
             )
 
         def show(intent: Intent) -> None:
-            self._news.intent(intended_of(entry.goal.goal_id, intent))
+            self._news.intent(Intended(goal_id=entry.goal.goal_id, intent=thinned(intent)))
 
         served.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
         served.ctx.listeners.append(tell)

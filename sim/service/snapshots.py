@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
@@ -10,20 +11,8 @@ import numpy as np
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.service.goals import LiveGoal
 from robosandbox.sim.service.served_task import ServedTask
-from robosandbox.types import GraspSearch, Intent
-from robosandbox.wire import (
-    Camera,
-    GraspOption,
-    Gripper,
-    GripperInfo,
-    Info,
-    Intended,
-    Joint,
-    SkillInfo,
-    State,
-    TrueObject,
-    TrueState,
-)
+from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
+from robosandbox.wire import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
 
 _MOST_SHOWN = 64
 
@@ -62,19 +51,11 @@ def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pac
 
 def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
     """Return how the robot stands."""
-    seen = sim.state()
-    gripper = seen.gripper
     return State(
         boot_id=boot_id,
         seq=0,
         stamp=time.time(),
-        time=seen.time,
-        q=tuple(seen.q.tolist()),
-        qd=tuple(seen.qd.tolist()),
-        tcp_pose=seen.tcp_pose,
-        gripper=Gripper(joint=gripper.joint, width=gripper.width, closed=gripper.closed, force=gripper.force)
-        if gripper
-        else None,
+        robot=sim.state(),
         held=sim.held(),
         goal_id=running.goal.goal_id if running else None,
         skill=running.goal.skill if running else None,
@@ -87,58 +68,23 @@ def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: 
 def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> TrueState:
     """Return the simulated state."""
     truth = sim.truth()
-    objects = (
-        TrueObject(
-            id=item.id,
-            kind=item.kind,
-            size=item.size,
-            rgba=item.rgba,
-            pose=item.pose,
-            linear_velocity=_three(item.linear_velocity.tolist()),
-            angular_velocity=_three(item.angular_velocity.tolist()),
-            contacts=tuple(sorted(item.contacts)),
-            opening=item.opening,
-            grains=item.grains,
-            felt=item.felt,
-            tag=item.tag,
-        )
-        for item in truth.objects.values()
-    )
     return TrueState(
         boot_id=boot_id,
-        time=truth.time,
         physics_steps=sim.physics_steps,
-        q=tuple(truth.q.tolist()),
-        home_q=tuple(truth.home_q.tolist()),
-        table_height=truth.table_height,
-        objects=tuple(objects) if with_objects else (),
-        held=truth.held if with_objects else None,
+        truth=truth if with_objects else replace(truth, objects={}, held=None),
     )
 
 
-def intended_of(goal_id: str, intent: Intent) -> Intended:
+def thinned(intent: Intent) -> Intent:
     """Return what a skill is about to do, thinned out to what a picture needs."""
     if isinstance(intent, GraspSearch):
         kept = list(range(min(len(intent.candidates), _MOST_SHOWN)))
         if intent.chosen is not None and intent.chosen >= len(kept):
             kept[-1] = intent.chosen
-        return Intended(
-            goal_id=goal_id,
-            object=intent.candidates[0].object if intent.candidates else None,
-            grasps=tuple(
-                GraspOption(tcp_pose=found.tcp_pose, width=found.width, quality=found.quality)
-                for found in (intent.candidates[index] for index in kept)
-            ),
+        return GraspSearch(
+            candidates=tuple(intent.candidates[index] for index in kept),
             chosen=None if intent.chosen is None else kept.index(intent.chosen),
         )
     rows = len(intent.q)
     picked = np.linspace(0, rows - 1, min(rows, _MOST_SHOWN)).round().astype(int)
-    return Intended(
-        goal_id=goal_id,
-        path=tuple(tuple(row) for row in intent.q[picked].tolist()),
-        dt=intent.duration / max(1, len(picked) - 1),
-    )
-
-
-def _three(values: list[float]) -> tuple[float, float, float]:
-    return values[0], values[1], values[2]
+    return Trajectory(q=frozen_array(intent.q[picked]), dt=intent.duration / max(1, len(picked) - 1))

@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from robosandbox.errors import CollisionError, Repair, SkillError
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.robots.robot import Robot
-    from robosandbox.sim.truth import Truth
     from robosandbox.sim.world import World
     from robosandbox.types import (
         Array,
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
         SkillCall,
         SkillResult,
         Trajectory,
+        Truth,
     )
 
 

@@ -8,9 +8,34 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, PydanticOmit, core_schema
 
-Array = NDArray[np.float64]
+
+class _Numbers:
+    """Writes an array as lists of numbers, and reads it back from them as a read-only array."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        write = core_schema.plain_serializer_function_ser_schema(np.ndarray.tolist, when_used="json")
+        return core_schema.no_info_plain_validator_function(_finite_array, serialization=write)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        number = {"type": "number"}
+        return {"type": "array", "items": {"anyOf": [number, {"type": "array", "items": number}]}}
+
+
+class Unsent:
+    """Marks a value's field that stays in this process: it is neither written nor in a schema."""
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.any_schema()
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        raise PydanticOmit
+
+
+Array = Annotated[NDArray[np.float64], _Numbers()]
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
 Positive = Annotated[float, Field(gt=0.0, allow_inf_nan=False)]
@@ -145,6 +170,13 @@ def quat_xyzw_from_matrix(rotation: Array) -> tuple[float, float, float, float]:
         quat = ((m02 + m20) / s, (m12 + m21) / s, 0.25 * s, (m10 - m01) / s)
     norm = math.sqrt(sum(c * c for c in quat))
     return (quat[0] / norm, quat[1] / norm, quat[2] / norm, quat[3] / norm)
+
+
+def _finite_array(values: Any) -> Array:
+    array = frozen_array(values)
+    if not np.isfinite(array).all():
+        raise ValueError("has a number that is not finite")
+    return array
 
 
 def frozen_array(values: Any) -> Array:

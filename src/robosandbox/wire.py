@@ -16,17 +16,19 @@ from robosandbox.errors import ErrorRecord, InvalidMessageError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.types import (
     Finite,
+    Intent,
+    Intrinsics,
     NonNegative,
-    ObjectKind,
+    Observation,
     ObservedScene,
     Pose,
     Positive,
     SkillResult,
     StrictModel,
-    Vec3,
+    Truth,
 )
 
-PROTOCOL: Final = 1
+PROTOCOL: Final = 2
 ROOT = "robosandbox"
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 DEFAULT_ROBOT_ID = "robot"
@@ -64,7 +66,7 @@ class Message(StrictModel):
     model_config: ClassVar[ConfigDict] = ConfigDict(ser_json_inf_nan="constants")
     max_bytes: ClassVar[int] = MAX_MESSAGE_BYTES
 
-    protocol: Literal[1] = PROTOCOL
+    protocol: Literal[2] = PROTOCOL
 
     def encode(self) -> bytes:
         """Return the message as JSON."""
@@ -370,54 +372,16 @@ class Feedback(Message):
     elapsed: NonNegative
 
 
-class GraspOption(StrictModel):
-    """A way to hold an object.
-
-    Attributes:
-        tcp_pose: The TCP in the world when the fingers close.
-        width: Extent of the object between the fingers, metres.
-        quality: Higher is better.
-    """
-
-    tcp_pose: Pose
-    width: Finite
-    quality: Finite
-
-
 class Intended(Message):
     """On `goal/<id>/intent`, where the goal asked for it: what the skill is about to do.
 
     Attributes:
         goal_id: The client's.
-        path: Configurations at equal steps of time that the arm is to follow, at most 64; empty for a grasp.
-        dt: Seconds between them.
-        object: What is to be held; None for a path.
-        grasps: How it could be, in the order in which that was tried, at most 64.
-        chosen: Index of the one to be carried out; None when none can be.
+        intent: A path of at most 64 configurations, or the grasps that were weighed, at most 64.
     """
 
     goal_id: GoalId
-    path: tuple[Numbers, ...] = ()
-    dt: NonNegative = 0.0
-    object: str | None = None
-    grasps: tuple[GraspOption, ...] = ()
-    chosen: Count | None = None
-
-
-class Gripper(StrictModel):
-    """The gripper's readings.
-
-    Attributes:
-        joint: The primary joint's value, rad or m.
-        width: The gap between the finger pads, metres.
-        closed: 0 open to 1 closed.
-        force: What the actuator presses with, N or N m; null where nothing measures it.
-    """
-
-    joint: Finite
-    width: Finite
-    closed: Finite
-    force: Finite | None
+    intent: Intent
 
 
 class State(Message):
@@ -427,11 +391,7 @@ class State(Message):
         boot_id: The sim process.
         seq: Counts messages.
         stamp: Unix seconds when it was read.
-        time: Simulated seconds.
-        q: Configuration, rad or m.
-        qd: Its rate.
-        tcp_pose: The tool centre point in the world.
-        gripper: None for an arm without one.
+        robot: How the robot stands.
         held: Id of the held object.
         goal_id: The running goal.
         skill: Its skill.
@@ -443,11 +403,7 @@ class State(Message):
     boot_id: str
     seq: Count
     stamp: Finite
-    time: Finite
-    q: Numbers
-    qd: Numbers
-    tcp_pose: Pose
-    gripper: Gripper | None
+    robot: Observation
     held: str | None
     goal_id: GoalId | None = None
     skill: str | None = None
@@ -468,60 +424,18 @@ class Objects(Message):
     scene: ObservedScene
 
 
-class TrueObject(StrictModel):
-    """An object of the simulated state.
-
-    Attributes:
-        id: Its name.
-        kind: Its shape.
-        size: Metres, as in the task.
-        rgba: Colour, channels 0..1.
-        pose: The object in the world.
-        linear_velocity: m/s in the world.
-        angular_velocity: rad/s in the world.
-        contacts: Names of what touches it.
-        opening: For a drawer: how far it is open, metres.
-        grains: For beads: where each is.
-        felt: The most that the robot has pressed or pulled it with since the reset, N; where the task asks for it.
-        tag: Number of its AprilTag.
-    """
-
-    id: str
-    kind: ObjectKind
-    size: Numbers
-    rgba: tuple[Finite, Finite, Finite, Finite]
-    pose: Pose
-    linear_velocity: Vec3
-    angular_velocity: Vec3
-    contacts: tuple[str, ...]
-    opening: Finite | None = None
-    grains: tuple[Vec3, ...] = ()
-    felt: Finite = 0.0
-    tag: int | None = None
-
-
 class TrueState(Message):
     """The simulated state: the answer to `truth`, `reset`, `load` and `clock`.
 
     Attributes:
         boot_id: The sim process.
-        time: Simulated seconds since the reset.
-        physics_steps: Of them.
-        q: Configuration.
-        home_q: The robot's home.
-        table_height: Metres.
-        objects: All of them; empty where `truth` is switched off.
-        held: Id of the held object.
+        physics_steps: Since the last reset.
+        truth: The state; without objects, and with nothing held, where `truth` is switched off.
     """
 
     boot_id: str
-    time: Finite
     physics_steps: Count
-    q: Numbers
-    home_q: Numbers
-    table_height: Finite
-    objects: tuple[TrueObject, ...]
-    held: str | None
+    truth: Truth
 
 
 class Saved(Message):
@@ -544,13 +458,8 @@ class Picture(Message):
         boot_id: The sim process.
         stamp: Unix seconds when the state was taken.
         time: Simulated seconds of it.
-        width: Pixels.
-        height: Pixels.
+        intrinsics: The camera's pinhole.
         format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
-        fx: Focal length along x, pixels.
-        fy: Focal length along y, pixels.
-        cx: Principal point from the left, pixels.
-        cy: Principal point from the top, pixels.
         pose_camera_in_world: x right, y down, z into the scene.
     """
 
@@ -558,13 +467,8 @@ class Picture(Message):
     boot_id: str
     stamp: Finite
     time: Finite
-    width: Count
-    height: Count
+    intrinsics: Intrinsics
     format: Literal["jpeg", "png", "raw"]
-    fx: Finite
-    fy: Finite
-    cx: Finite
-    cy: Finite
     pose_camera_in_world: Pose
 
     @classmethod

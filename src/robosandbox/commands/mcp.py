@@ -6,7 +6,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -16,7 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.remote import RemoteSession
+    pass
 
 
 @takes_world(without=("camera", "sensor", "calibration", "max_replans"))
@@ -61,15 +61,15 @@ def mcp(
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
     from robosandbox.agent.mcp.robot import Robot
+    from robosandbox.agent.mcp.tools import state_data
 
     @contextmanager
     def there() -> Iterator[Robot]:
         with connection.session(world) as session:
-            yield Robot(session, lambda: _remote_state(session), tick_hooks=None, timeout=timeout)
+            yield Robot(session, lambda: state_data(session.robot.state().robot), tick_hooks=None, timeout=timeout)
 
     @contextmanager
     def here() -> Iterator[Robot]:
-        from robosandbox.agent.mcp.tools import state_data
         from robosandbox.agent.pace import Pace
 
         with world.open() as session:
@@ -80,8 +80,3 @@ def mcp(
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE
-
-
-def _remote_state(session: RemoteSession) -> dict[str, Any]:
-    fields = {"time", "q", "qd", "tcp_pose", "gripper"}
-    return session.robot.state().model_dump(mode="json", include=fields)

@@ -10,7 +10,6 @@ from functools import singledispatch
 
 import numpy as np
 
-from robosandbox.sim.truth import Truth
 from robosandbox.tasks.success import (
     TABLE,
     AllOf,
@@ -28,7 +27,7 @@ from robosandbox.tasks.success import (
     Poured,
     Undisturbed,
 )
-from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject
+from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Truth
 from robosandbox.world import relations
 
 # What a criterion without a measure of its own is away from success: about a reach across the table, metres.

@@ -5,8 +5,9 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -18,10 +19,10 @@ from robosandbox.sim.world import build_world
 from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, DetectedObject, GripperState, Observation, Scene, frozen_array
+from robosandbox.types import Array, DetectedObject, ObjectTruth, Observation, Scene, frozen_array
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
-from robosandbox.wire import State, TrueObject, decode
+from robosandbox.wire import State, decode
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 1.0
@@ -180,7 +181,7 @@ class ConnectedSource:
         """Return the task's scene with sizes and colours as the sim has drawn them for its seed."""
         scene = self._session.task.scene
         try:
-            there = {item.id: item for item in self._robot.truth().objects}
+            there = self._robot.truth().objects
         except ForbiddenError:
             return scene
         objects = tuple(
@@ -215,11 +216,11 @@ class ConnectedSource:
         with self._changed:
             before, self._state = self._state, state
             if before is not None and (
-                (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.time < before.time
+                (state.boot_id, state.loads) != (before.boot_id, before.loads) or state.robot.time < before.robot.time
             ):
                 self._doubted = True
-            moved = self._doubted or before is None or state.goal_id is not None or state.time < before.time
-            if moved or max(map(abs, state.qd), default=0.0) > _MOVING:
+            moved = self._doubted or before is None or state.goal_id is not None or state.robot.time < before.robot.time
+            if moved or max(map(abs, state.robot.qd), default=0.0) > _MOVING:
                 self._wanted = True
                 self._changed.notify_all()
 
@@ -261,44 +262,34 @@ class ConnectedSource:
 
     def _send(self) -> None:
         (blueprint, parts), state = self._drawn, self._state or self._robot.state()
-        q, objects, held = self._where(state)
+        seen, objects, held = self._where(state)
         qpos = blueprint.model.qpos0.copy()
-        if not self._drawable or len(q) != len(blueprint.robot.qpos_indices):
+        if not self._drawable or len(seen.q) != len(blueprint.robot.qpos_indices):
             return
-        qpos[blueprint.robot.qpos_indices] = q
+        qpos[blueprint.robot.qpos_indices] = seen.q
         gripper = blueprint.robot.gripper
-        if gripper is not None and state.gripper is not None:
-            qpos[gripper.joint_indices] = gripper.joints_at(state.gripper.joint)
+        if gripper is not None and seen.gripper is not None:
+            qpos[gripper.joint_indices] = gripper.joints_at(seen.gripper.joint)
         for item in objects:
             _put(item, qpos, blueprint.model, parts.get(item.id, ()))
         if self._sent is not None and len(self._sent) == len(qpos) and abs(self._sent - qpos).max() < _STILL:
             return
         self._sent = qpos
-        reading = state.gripper
-        seen = Observation(
-            time=state.time,
-            q=frozen_array(q),
-            qd=frozen_array(state.qd),
-            tcp_pose=state.tcp_pose,
-            gripper=None
-            if reading is None
-            else GripperState(joint=reading.joint, width=reading.width, closed=reading.closed, force=reading.force),
-        )
         self._on_frame(Frame(model=blueprint.model, seen=seen, held=held, qpos=frozen_array(qpos)))
 
-    def _where(self, state: State) -> tuple[tuple[float, ...], Sequence[TrueObject | DetectedObject], str | None]:
-        """Return joints and objects of one moment where the sim tells the truth, else the joints and what is perceived."""
+    def _where(self, state: State) -> tuple[Observation, Iterable[ObjectTruth | DetectedObject], str | None]:
+        """Return robot and objects of one moment where the sim tells the truth, else the robot and what is perceived."""
         try:
             truth = self._robot.truth()
         except ForbiddenError:
             scene = self._robot.observe()
-            return state.q, scene.objects, scene.held
+            return state.robot, scene.objects, scene.held
         except SkillError as error:
             raise InputError(error.message) from None
-        return truth.q, truth.objects, truth.held
+        return replace(state.robot, q=truth.q), truth.objects.values(), truth.held
 
 
-def _put(item: TrueObject | DetectedObject, qpos: Array, model: mujoco.MjModel, bodies: Sequence[int]) -> None:
+def _put(item: ObjectTruth | DetectedObject, qpos: Array, model: mujoco.MjModel, bodies: Sequence[int]) -> None:
     """Write where an object is into a model's positions."""
     addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in bodies]
     if item.grains:

@@ -125,7 +125,8 @@ def project(points: Array, camera: Picture) -> Array | None:
     local = (points - camera.pose_camera_in_world.position) @ camera.pose_camera_in_world.rotation
     if (local[:, 2] < 1e-3).any():
         return None
-    pixels: Array = local[:, :2] / local[:, 2:] * [camera.fx, camera.fy] + [camera.cx, camera.cy]
+    lens = camera.intrinsics
+    pixels: Array = local[:, :2] / local[:, 2:] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
     return pixels
 
 

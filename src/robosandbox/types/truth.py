@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from robosandbox.types import Array, DetectedObject, ObjectKind, Pose, Vec3
+from robosandbox.spatial import Array, Pose, Vec3
+from robosandbox.types.objects import ObjectKind
+from robosandbox.types.sensed import DetectedObject
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -34,7 +36,7 @@ class ObjectTruth:
     pose: Pose
     linear_velocity: Array
     angular_velocity: Array
-    contacts: frozenset[str]
+    contacts: tuple[str, ...]
     opening: float | None = None
     grains: tuple[Vec3, ...] = ()
     felt: float = 0.0

@@ -1,0 +1,73 @@
+"""Skill calls, the plans made of them, a planner's refusals, and what came of a call."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from typing import Any
+
+from pydantic import Field
+
+from robosandbox.spatial import StrictModel
+
+MAX_PROMPT_LENGTH = 4000
+
+
+class SkillCall(StrictModel):
+    """A call of a skill.
+
+    Attributes:
+        skill: Its name.
+        arguments: As its schema says.
+    """
+
+    skill: str
+    arguments: dict[str, Any] = Field(default_factory=dict)
+
+    def __str__(self) -> str:
+        return f"{self.skill}({', '.join(f'{k}={v}' for k, v in self.arguments.items())})"
+
+
+class Plan(StrictModel):
+    """Skill calls in the order in which they run."""
+
+    steps: tuple[SkillCall, ...]
+
+
+class RefusalCode(StrEnum):
+    """Why a planner will not plan."""
+
+    OBJECT_NOT_FOUND = "object_not_found"
+    AMBIGUOUS = "ambiguous"
+    UNSUPPORTED = "unsupported"
+    UNRECOGNIZED = "unrecognized"
+    IMPOSSIBLE = "impossible"
+
+
+class Refusal(StrictModel):
+    """A planner's no.
+
+    Attributes:
+        code: Its kind.
+        message: A sentence for the person.
+        candidates: What could have been meant: object ids or verbs.
+        sure: Whether the planner understood all that was said, so that asking another one cannot help.
+    """
+
+    code: RefusalCode
+    message: str
+    candidates: tuple[str, ...] = ()
+    sure: bool = True
+
+
+class SkillResult(StrictModel):
+    """A skill's checked outcome.
+
+    Attributes:
+        skill: Its name.
+        detail: The measured post-condition.
+        side_effects: What else changed, in sentences.
+    """
+
+    skill: str
+    detail: dict[str, float | str | bool] = Field(default_factory=dict)
+    side_effects: tuple[str, ...] = ()
