@@ -75,6 +75,7 @@ class Client:
         self.listeners: list[OnPresence] = []
         self.session = session
         self._present: set[str] = set()
+        self._closed = False
         self._changed = threading.Condition()
         self._meeting = threading.Lock()
         self._robots: dict[str, RemoteRobot] = {}
@@ -136,10 +137,13 @@ class Client:
         """Wait until a robot is there.
 
         Raises:
-            ServiceUnavailableError: It did not come in time.
+            ServiceUnavailableError: It did not come in time, or this client was closed.
         """
         with self._changed:
-            if not self._changed.wait_for(lambda: robot_id in self._present, timeout):
+            there = self._changed.wait_for(lambda: self._closed or robot_id in self._present, timeout)
+            if self._closed:
+                raise ServiceUnavailableError(f"this client of {robot_id!r} was closed; connect again")
+            if not there:
                 raise ServiceUnavailableError(
                     f"the sim of {robot_id!r} went away and did not come back within {round(timeout, 1):g} s"
                 )
@@ -149,7 +153,10 @@ class Client:
         return robot_id in self._present
 
     def close(self) -> None:
-        """Leave; goals of this client that still run are cancelled."""
+        """Leave; goals of this client that still run are cancelled, and threads that wait for a sim wait no longer."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
         for robot in self._robots.values():
             robot.close()
         self.session.close()

@@ -102,9 +102,16 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
     )
 
 
+def _read(path: Path) -> dict[str, Any]:
+    """Return what a YAML file holds; the corpus is 2.8 MB, so libyaml reads it where PyYAML has it."""
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    data: dict[str, Any] = yaml.load(path.read_text(encoding="utf-8"), Loader=loader)
+    return data
+
+
 def load_prompts(path: Path, scene: ObservedScene | None = None) -> list[Prompt]:
     """Return the prompts of a file, in its own scene or in the one given."""
-    data = yaml.safe_load(path.read_text(encoding="utf-8"))
+    data = _read(path)
     own = dict(data["scene"])
     held = own.pop("held", None)
     seen = scene or observed(Scene.model_validate(own), held)
@@ -117,7 +124,7 @@ def load_prompts(path: Path, scene: ObservedScene | None = None) -> list[Prompt]
 
 def load_scene(path: Path) -> ObservedScene:
     """Return the scene of a task or prompts file."""
-    own = dict(yaml.safe_load(path.read_text(encoding="utf-8"))["scene"])
+    own = dict(_read(path)["scene"])
     own.pop("robot_urdf", None)
     own.pop("robot_config", None)
     return observed(Scene.model_validate({k: v for k, v in own.items() if k != "held"}), own.get("held"))

@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -42,18 +43,19 @@ LLM = ("pydantic_ai", "openai", "anthropic", "mcp", "httpx2", "jsonschema")
 HEAVY = ("yourdfpy", "cv2", "mujoco", "viser", *LLM)
 
 
-def _files() -> list[Path]:
-    tops = [path for path in SOURCE.iterdir() if path.is_dir() and path.name != "__pycache__"]
-    inner = [file for top in tops for file in top.resolve().rglob("*.py")]
-    return sorted([*SOURCE.glob("*.py"), *inner])
+@cache
+def _trees() -> dict[Path, tuple[str, ast.Module]]:
+    """Return, for each file, its part (the top-level name inside the package that it belongs to) and its syntax tree."""
+    parts = {file: file.stem for file in SOURCE.glob("*.py")}
+    for top in SOURCE.iterdir():
+        if top.is_dir():
+            parts |= {file: top.name for file in top.resolve().rglob("*.py")}
+    return {file: (part, ast.parse(file.read_text())) for file, part in sorted(parts.items())}
 
 
-def _part(file: Path) -> str:
-    """Return the top-level name inside the package that a file belongs to."""
-    for path in SOURCE.iterdir():
-        if path.is_dir() and file.is_relative_to(path.resolve()):
-            return path.name
-    return file.stem
+def _of(*parts: str) -> Iterator[tuple[Path, ast.Module]]:
+    """Yield the files of these parts with their trees."""
+    yield from ((file, tree) for file, (part, tree) in _trees().items() if part in parts)
 
 
 def _imported(tree: ast.AST) -> Iterator[tuple[int, str]]:
@@ -78,42 +80,40 @@ def _is_type_checking(node: ast.AST) -> bool:
     return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
 
 
+def _run_time(tree: ast.Module) -> ast.Module:
+    """Return a module without what it holds at its top for type checkers alone."""
+    return ast.Module(body=[node for node in tree.body if not _is_type_checking(node)], type_ignores=[])
+
+
 def test_every_part_of_the_package_has_a_layer() -> None:
     # __init__.py only hands out names on first use.
-    assert {_part(file) for file in _files()} - {"__init__"} <= set(RANK)
+    assert {part for part, _ in _trees().values()} - {"__init__"} <= set(RANK)
 
 
 @pytest.mark.parametrize("part", sorted(RANK))
 def test_part_imports_only_from_its_layer_and_those_before(part: str) -> None:
     wrong = []
-    for file in _files():
-        # Protocols name what later parts hold, for type checkers alone; the next test sees to that.
-        if _part(file) != part or part == "protocols":
-            continue
-        tree = ast.parse(file.read_text())
-        if part == "errors":
-            # The tree of errors hands out those of skills on first use.
-            tree.body = [node for node in tree.body if not _is_type_checking(node)]
-        for line, other in _imported(tree):
+    for file, tree in _of(part):
+        # Protocols name what later parts hold, for type checkers alone; the next test sees to that. The tree of errors
+        # hands out those of skills on first use.
+        names_later = part in ("errors", "protocols")
+        for line, other in _imported(_run_time(tree) if names_later else tree):
             if RANK.get(other, len(LAYERS)) > RANK[part]:
                 wrong.append(f"{file.name}:{line} imports {other}")
     assert not wrong
 
 
 def test_protocols_import_the_package_under_type_checking_alone() -> None:
-    tree = ast.parse((SOURCE / "protocols.py").read_text())
-    at_run_time = ast.Module(body=[node for node in tree.body if not _is_type_checking(node)], type_ignores=[])
-    assert not list(_imported(at_run_time))
+    ((_, tree),) = _of("protocols")
+    assert not list(_imported(_run_time(tree)))
     assert list(_imported(tree))
 
 
 @pytest.mark.parametrize("part", ["skills", "grasp", "perception"])
 def test_part_names_no_simulator(part: str) -> None:
     wrong = []
-    for file in _files():
-        if _part(file) != part:
-            continue
-        for node in ast.walk(ast.parse(file.read_text())):
+    for file, tree in _of(part):
+        for node in ast.walk(tree):
             modules = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
             if isinstance(node, ast.ImportFrom):
                 modules = [str(node.module)]

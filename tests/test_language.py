@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from types import ModuleType
 
@@ -81,7 +82,7 @@ def code(answer: Plan | Refusal) -> str:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-@pytest.mark.sample(every=6)
+@pytest.mark.sample(every=12)
 def test_no_sentence_of_the_corpus_moves_wrongly_and_98_percent_are_right(path: Path) -> None:
     outcomes = benchmark.run(benchmark.load_prompts(path), planner())
     report = benchmark.summary(outcomes)
@@ -395,11 +396,17 @@ def test_any_text_gives_a_plan_or_a_refusal(prompt: str) -> None:
     timed_plan(prompt)
 
 
-CORPUS = [p.text for path in FILES for p in benchmark.load_prompts(path)]
+@cache
+def corpus() -> list[str]:
+    """Every sentence of the corpus, read when a test asks: reading takes seconds."""
+    return [prompt.text for path in FILES for prompt in benchmark.load_prompts(path)]
+
+
+SENTENCE = st.deferred(lambda: st.sampled_from(corpus()))
 
 
 @settings(max_examples=300, deadline=None)
-@given(st.sampled_from(CORPUS), st.sampled_from(CORPUS), st.randoms(use_true_random=False))
+@given(SENTENCE, SENTENCE, st.randoms(use_true_random=False))
 @pytest.mark.slow
 def test_mutated_sentences_give_a_plan_or_a_refusal(one: str, other: str, random: object) -> None:
     words = f"{one} {other}".split()
@@ -410,7 +417,8 @@ def test_mutated_sentences_give_a_plan_or_a_refusal(one: str, other: str, random
 
 def test_a_sentence_broken_off_anywhere_gives_a_plan_or_a_refusal() -> None:
     timed_plan("hello swap the ball and the can so they")
-    for k, sentence in enumerate(CORPUS[::9]):
+    some = (prompt.text for path in FILES[::9] for prompt in benchmark.load_prompts(path))
+    for k, sentence in enumerate(some):
         words = sentence.split()
         cut = k % max(len(words), 1)
         for prompt in (" ".join(words[:cut]), " ".join(words[cut:])):
