@@ -5,11 +5,14 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.goal import one_goal
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
+from robosandbox.protocols import Skill
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import Intent, ObservedScene, SkillResult
 from robosandbox.wire import SkillInfo
 
@@ -117,9 +120,19 @@ class RemoteSkill:
         """JSON schema of the arguments."""
         return self._info.arguments
 
+    @property
+    def contract(self) -> Any:
+        """What makes the contract of a call, where this machine has the same skill; else None."""
+        return getattr(self._installed, "contract", None)
+
     def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
-        """Return the arguments; the sim checks them before anything moves."""
-        return arguments
+        """Return the arguments, checked where this machine has the same skill; the sim checks them before anything moves."""
+        return arguments if self._installed is None else self._installed.check(arguments)
+
+    @cached_property
+    def _installed(self) -> Skill | None:
+        same = (skill for skill in load_skills() if skill.name == self.name and skill.schema == self.schema)
+        return next(same, None)
 
     def __call__(self, ctx: RemoteContext, arguments: Mapping[str, Any]) -> SkillResult:
         """Run it on the robot; raises SkillError."""

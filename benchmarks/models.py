@@ -27,12 +27,12 @@ import numpy as np
 from jsonschema import Draft202012Validator
 
 from robosandbox.agent.episode import AgentEvent, Planned
-from robosandbox.agent.plan_check import problems
 from robosandbox.errors import InputError
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.llama_server import llama_server, packaged_weights
 from robosandbox.types import SkillCall, Truth
+from robosandbox.world.verifier import verify
 
 PROMPTS: tuple[tuple[str, str], ...] = (
     ("pick_cube_franka", "pick up the red cube"),
@@ -124,7 +124,7 @@ def run_prompt(task: str, prompt: str, options: dict[str, Any], folder: Path) ->
     ) as session:
 
         def hear(event: AgentEvent) -> None:
-            if isinstance(event, Planned) and not problems(event.plan, session.observe(), skills):
+            if isinstance(event, Planned) and not verify(event.plan, session.observe(), skills).problems:
                 checked.extend(event.plan.steps)
 
         session.agent.listeners.append(hear)

@@ -9,6 +9,7 @@ from robosandbox.protocols import SkillContext
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.drawers import (
+    RESISTED,
     SLIDE_SPEED,
     box_of,
     find_drawer,
@@ -32,6 +33,8 @@ from robosandbox.skills.primitives.manipulator import (
 )
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 from robosandbox.world.relations import CLOSED_WITHIN
 
 _STAND_OFF = 0.012
@@ -44,6 +47,19 @@ class CloseDrawer(Skill):
     """Push a drawer shut at its grip."""
 
     name = "close_drawer"
+
+    def contract(self, *, drawer: str) -> Contract:
+        """Return what pushing a drawer shut needs and brings about."""
+        return Contract(
+            needs=(
+                fact("opens", drawer),
+                fact("hand_empty"),
+                fact("shuts", drawer),
+                fact("may_press", RESISTED),
+                fact("reachable", drawer),
+            ),
+            gives=(fact("closed", drawer),),
+        )
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Push a drawer shut.

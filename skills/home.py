@@ -10,12 +10,18 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.carrying import carried_along
 from robosandbox.skills.primitives.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 
 class Home(Skill):
     """Go to the neutral configuration."""
 
     name = "home"
+
+    def contract(self) -> Contract:
+        """Return what going home brings about; it needs nothing."""
+        return Contract(gives=(fact("at_home"),))
 
     def run(self, ctx: SkillContext) -> SkillResult:
         """Move the arm to its home configuration; what it holds stays held.

@@ -7,6 +7,7 @@ from robosandbox.evidence import DrawerEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.drawers import (
+    RESISTED,
     find_drawer,
     let_go,
     opening_of,
@@ -17,6 +18,8 @@ from robosandbox.skills.primitives.drawers import (
 )
 from robosandbox.skills.primitives.manipulator import Manipulator, most_telling
 from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 OPEN_SHARE = 0.75
 _SHARES = (0.98, 0.9, 0.8)
@@ -27,6 +30,20 @@ class OpenDrawer(Skill):
     """Pull a drawer out by its grip."""
 
     name = "open_drawer"
+
+    def contract(self, *, drawer: str) -> Contract:
+        """Return what pulling a drawer open needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("opens", drawer),
+                fact("hand_empty"),
+                fact("grip_fits", drawer),
+                fact("may_press", RESISTED),
+                fact("reachable", drawer),
+            ),
+            gives=(fact("open", drawer),),
+        )
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Pull a drawer open by its grip.

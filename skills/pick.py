@@ -27,6 +27,8 @@ from robosandbox.skills.primitives.sensing import (
     lift_error,
 )
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom, gap, moved
 
 _LEAST_RISE = 0.5
@@ -42,6 +44,21 @@ class Pick(Skill):
     """Hold an object and lift it."""
 
     name = "pick"
+
+    def contract(self, *, object: str) -> Contract:
+        """Return what lifting an object needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("liftable", object),
+                fact("hand_ready", object),
+                fact("accessible", object),
+                fact("clear", object),
+                fact("reachable", object),
+                fact("graspable", object),
+            ),
+            gives=(fact("holding", object),),
+        )
 
     def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
         """Grasp an object and lift it clear of what it stands on.

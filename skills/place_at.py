@@ -9,6 +9,8 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import Relation, centre, on_table
 from robosandbox.world.spots import table_spots
 
@@ -19,6 +21,18 @@ class PlaceAt(Skill):
     """Put what is held at a spot on the table."""
 
     name = "place_at"
+
+    def contract(self, *, x: float, y: float) -> Contract:
+        """Return what putting the held object down at a point needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("holding", HELD),
+                fact("room_at", HELD, x, y),
+                fact("reachable_at", HELD, x, y),
+            ),
+            gives=(fact("at", HELD, x, y), fact("hand_empty")),
+        )
 
     def run(self, ctx: SkillContext, *, x: float, y: float) -> SkillResult:
         """Put the held object down at a point of the table.

@@ -8,6 +8,8 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import Side, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import beside
 from robosandbox.world.spots import spots_beside, table_spots
 
@@ -16,6 +18,19 @@ class PlaceBeside(Skill):
     """Put what is held on the table next to something."""
 
     name = "place_beside"
+
+    def contract(self, *, target: str, side: Side) -> Contract:
+        """Return what standing the held object next to another needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("holding", HELD),
+                fact("distinct", HELD, target),
+                fact("room_beside", HELD, target, side),
+                fact("reachable_beside", HELD, target, side),
+            ),
+            gives=(fact("beside", HELD, target, side), fact("hand_empty")),
+        )
 
     def run(self, ctx: SkillContext, *, target: str, side: Side) -> SkillResult:
         """Put the held object down next to another.

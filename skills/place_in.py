@@ -10,6 +10,8 @@ from robosandbox.skills.primitives.drawers import check_open
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import Relation, contents, inside
 from robosandbox.world.spots import spots_in
 
@@ -18,6 +20,22 @@ class PlaceIn(Skill):
     """Put what is held into a container."""
 
     name = "place_in"
+
+    def contract(self, *, container: str) -> Contract:
+        """Return what putting the held object into a container needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("holding", HELD),
+                fact("distinct", HELD, container),
+                fact("holds_things", container),
+                fact("upright", container),
+                fact("lets_in", HELD, container),
+                fact("fits", HELD, container),
+                fact("reachable_over", HELD, container),
+            ),
+            gives=(fact("inside", HELD, container), fact("hand_empty")),
+        )
 
     def run(self, ctx: SkillContext, *, container: str) -> SkillResult:
         """Put the held object into what holds things: a bin, bowl, cup, plate, tray or open drawer.

@@ -9,6 +9,8 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.relations import centre, on_top, rest_height
 from robosandbox.world.spots import Spot, turns, yaw_to_align
 
@@ -17,6 +19,13 @@ class PlaceOn(Skill):
     """Put what is held on top of something."""
 
     name = "place_on"
+
+    def contract(self, *, target: str) -> Contract:
+        """Return what standing the held object on another needs and brings about."""
+        return Contract(
+            needs=(fact("has_gripper"), fact("holding", HELD), *needs_of_standing(HELD, target)),
+            gives=(fact("on", HELD, target), fact("hand_empty")),
+        )
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Put the held object on top of another.
@@ -59,3 +68,15 @@ class PlaceOn(Skill):
             allowed=(target,),
             check=lambda placed, scene: on_top(placed, arm.find(target, scene)),
         )
+
+
+def needs_of_standing(item: str, target: str) -> tuple[Fact, ...]:
+    """Return what has to hold of a target for an object to be stood on it."""
+    return (
+        fact("distinct", item, target),
+        fact("has_top", target),
+        fact("supports", target),
+        fact("accessible", target),
+        fact("room_on", item, target),
+        fact("reachable_over", item, target),
+    )

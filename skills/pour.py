@@ -20,6 +20,8 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import bottom, contents, mouth_of, poured, room_of, top
 
 LEAST_FRACTION = 0.9
@@ -48,6 +50,24 @@ class Pour(Skill):
     """Tip what a held container holds into another."""
 
     name = "pour"
+
+    def contract(self, *, target: str) -> Contract:
+        """Return what pouring from the held container into another needs and brings about."""
+        return Contract(
+            needs=(
+                fact("has_gripper"),
+                fact("holding", HELD),
+                fact("distinct", HELD, target),
+                fact("pours", HELD),
+                fact("takes_pouring", target),
+                fact("filled", HELD),
+                fact("upright", target),
+                fact("opened", target),
+                fact("holds_load", HELD, target),
+                fact("reachable_over", HELD, target),
+            ),
+            gives=(fact("poured", HELD, target),),
+        )
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Carry the held container level to another one and tip out into it what it holds.

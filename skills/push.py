@@ -21,6 +21,8 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 from robosandbox.world.relations import centre, displacement, support
 
 _STROKES = 4
@@ -36,6 +38,21 @@ class Push(Skill):
     """Slide an object along the table."""
 
     name = "push"
+
+    def contract(self, *, object: str, direction: Direction, distance: float) -> Contract:
+        """Return what sliding an object along needs and brings about."""
+        return Contract(
+            needs=(
+                fact("slides", object),
+                fact("hand_empty"),
+                fact("accessible", object),
+                fact("on_the_open", object),
+                fact("way_on_table", object, direction, distance),
+                fact("reachable", object),
+                fact("reachable_after", object, direction, distance),
+            ),
+            gives=(fact("displaced", object, direction, distance),),
+        )
 
     def run(
         self,

@@ -6,14 +6,27 @@ from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
-from robosandbox.skills.place_on import PlaceOn
+from robosandbox.skills.place_on import PlaceOn, needs_of_standing
 from robosandbox.types import SkillResult
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 
 
 class Stack(Skill):
     """Pick one object and put it on another."""
 
     name = "stack"
+
+    def contract(self, *, object: str, target: str) -> Contract:
+        """Return what picking an object and standing it on another needs and brings about."""
+        return Contract(
+            needs=(
+                fact("distinct", object, target),
+                *Pick().contract(object=object).needs,
+                *needs_of_standing(object, target),
+            ),
+            gives=(fact("on", object, target), fact("hand_empty")),
+        )
 
     def run(self, ctx: SkillContext, *, object: str, target: str) -> SkillResult:
         """Pick an object and put it on top of another.

@@ -22,9 +22,11 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult, Trajectory
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
 from robosandbox.world.relations import centre, moved, on_top, top
 
-_FELT = 0.5
+FELT = 0.5
 _MOST_MOVED = 0.004
 _NEAR = 0.006
 _DEPTHS = (0.006, 0.003, 0.001)
@@ -40,6 +42,20 @@ class Tap(Skill):
     """Touch the top of an object, gently."""
 
     name = "tap"
+
+    def contract(self, *, object: str) -> Contract:
+        """Return what touching the top of an object needs and brings about."""
+        return Contract(
+            needs=(
+                fact("touchable", object),
+                fact("hand_empty"),
+                fact("accessible", object),
+                fact("clear", object),
+                fact("may_press", FELT),
+                fact("reachable", object),
+            ),
+            gives=(fact("tapped", object),),
+        )
 
     def run(self, ctx: SkillContext, *, object: str) -> SkillResult:
         """Touch the top of an object from above and rise again.
@@ -63,10 +79,10 @@ class Tap(Skill):
         force = _touch(arm, before)
         after = arm.find(object, arm.settle(object))
         gone = moved(before, after)
-        if force < _FELT or gone > _MOST_MOVED:
+        if force < FELT or gone > _MOST_MOVED:
             said = (
                 f"felt nothing at the top of {object}"
-                if force < _FELT
+                if force < FELT
                 else f"touched {object} with {force:.1f} N and moved it {gone * 1000:.1f} mm"
             )
             raise TapError(
@@ -139,7 +155,7 @@ def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:
     def felt() -> bool:
         nonlocal most
         most = max(most, float(np.linalg.norm(arm.sim.force_on(target.id))))
-        return most >= _FELT
+        return most >= FELT
 
     follow_until(arm, touch, Phase.TOUCH, felt)
     arm.use(arm.look())

@@ -193,7 +193,7 @@ async def _plans_and_refuses(client: Client) -> None:
     assert refused["plan"] is None and refused["refusal"]["code"] == "object_not_found"
     steps = [{"skill": "place_in", "arguments": {"container": "grey_bin"}}]
     checked = structured(await client.call_tool("check_plan", {"steps": steps}))
-    assert not checked["ok"] and "gripper would be empty" in checked["problems"][0]
+    assert not checked["ok"] and "the gripper is empty" in checked["problems"][0]
     said = structured(await client.call_tool("refuse", {"code": "unsupported", "message": "I have no wings."}))
     assert said == {
         "plan": None,

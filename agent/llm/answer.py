@@ -10,9 +10,10 @@ from pydantic import Field, ValidationError, field_validator
 
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
-from robosandbox.agent.plan_check import MAX_STEPS, OBJECT_ARGUMENTS, problems
 from robosandbox.protocols import Skill
-from robosandbox.types import DetectedObject, ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.world.arguments import fitting, object_arguments
+from robosandbox.world.verifier import MAX_STEPS, verify
 
 PLAN = "plan"
 REFUSE = "refuse"
@@ -119,7 +120,7 @@ def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_ste
     except ValidationError as error:
         raise MisuseError(correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
-    wrong = problems(plan, scene, skills)
+    wrong = tuple(map(str, verify(plan, scene, skills).problems))
     if len(plan.steps) > max_steps:
         wrong = (f"steps: there are {len(plan.steps)}; at most {max_steps} are carried out",)
     if wrong:
@@ -161,19 +162,12 @@ def _told(error: ValidationError) -> str:
 def _arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
     """Return a skill's schema with the ids that fit each argument; None where no object fits one."""
     schema = dict(skill.schema)
-    fields: dict[str, Any] = {}
-    for name, field in schema.get("properties", {}).items():
-        fields[name] = dict(field)
-        if scene is not None and name in OBJECT_ARGUMENTS:
-            fitting = _fitting(name, scene)
-            if not fitting:
-                return None
-            fields[name]["enum"] = fitting
+    fields: dict[str, Any] = {name: dict(field) for name, field in schema.get("properties", {}).items()}
+    if scene is None:
+        return {**schema, "properties": fields}
+    for name in object_arguments(skill):
+        ids = fitting(skill, name, scene)
+        if not ids:
+            return None
+        fields[name]["enum"] = ids
     return {**schema, "properties": fields}
-
-
-def _fitting(argument: str, scene: ObservedScene) -> list[str]:
-    def fits(item: DetectedObject) -> bool:
-        return (argument != "container" or item.shape.holds_things) and (argument != "drawer" or item.shape.opens)
-
-    return [item.id for item in scene.objects if fits(item)]

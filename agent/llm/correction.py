@@ -10,10 +10,11 @@ import json
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from robosandbox.agent.plan_check import OBJECT_ARGUMENTS, problems
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, RefusalCode, SkillCall
 from robosandbox.validation import nearest
+from robosandbox.world.arguments import object_arguments
+from robosandbox.world.verifier import verify
 
 _FORM = 'The form is {"steps": [{"skill": NAME, "arguments": {...}}, ...]} or {"code": CODE, "message": SENTENCE}.'
 
@@ -45,12 +46,12 @@ def _mended(plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> P
             return None
         takes = by_name[name].schema.get("properties", {})
         arguments = {key: value for key, value in call.arguments.items() if key in takes}
-        for key in OBJECT_ARGUMENTS:
+        for key in object_arguments(by_name[name]):
             if key in arguments:
                 arguments[key] = _known(str(arguments[key]), ids)
         steps.append(SkillCall(skill=name, arguments=arguments))
     mended = Plan(steps=tuple(steps))
-    return None if problems(mended, scene, skills) else mended
+    return None if verify(mended, scene, skills).problems else mended
 
 
 def _known(name: str, names: Iterable[str]) -> str | None:
@@ -64,11 +65,11 @@ def _known(name: str, names: Iterable[str]) -> str | None:
 
 def _refusal(plan: Plan | None, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> dict[str, str]:
     """Return a refusal that fits what was wrong."""
-    names = {skill.name for skill in skills}
+    by_name = {skill.name: skill for skill in skills}
     for call in plan.steps if plan else ():
-        if call.skill not in names:
+        if call.skill not in by_name:
             return {"code": RefusalCode.UNSUPPORTED.value, "message": "I have no skill for that."}
-        for key in OBJECT_ARGUMENTS:
+        for key in object_arguments(by_name[call.skill]):
             if key in call.arguments and scene.find(str(call.arguments[key])) is None:
                 return {"code": RefusalCode.OBJECT_NOT_FOUND.value, "message": "I do not see that object."}
     if plan is not None:

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
-from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
 from robosandbox.protocols import Planner, Skill
+from robosandbox.world.verifier import MAX_STEPS
 
 if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner

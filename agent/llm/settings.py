@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 
 from numpy.typing import NDArray
 
-from robosandbox.agent.plan_check import MAX_STEPS
 from robosandbox.errors import InputError
+from robosandbox.world.verifier import MAX_STEPS
 
 Service = Literal["openai", "anthropic"]
 Picture = Callable[[], NDArray[Any]]

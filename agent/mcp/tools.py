@@ -11,7 +11,6 @@ import mcp_types as types
 from pydantic import Field, TypeAdapter, ValidationError
 
 from robosandbox.agent.llm.scene import describe_scene
-from robosandbox.agent.plan_check import MAX_STEPS, problems
 from robosandbox.errors import InputError, SkillError
 from robosandbox.protocols import Skill
 from robosandbox.types import (
@@ -25,6 +24,7 @@ from robosandbox.types import (
     SkillResult,
     StrictModel,
 )
+from robosandbox.world.verifier import MAX_STEPS, verify
 
 LOOK, PLAN, CHECK, REFUSE = "look", "plan", "check_plan", "refuse"
 
@@ -139,8 +139,8 @@ def planned(planner_answer: Plan | Refusal) -> dict[str, Any]:
 
 def checked(arguments: CheckArguments, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> dict[str, Any]:
     """Return what is wrong with a client's own plan."""
-    wrong = problems(Plan(steps=arguments.steps), scene, skills)
-    return {"ok": not wrong, "problems": list(wrong)}
+    wrong = verify(Plan(steps=arguments.steps), scene, skills).problems
+    return {"ok": not wrong, "problems": [str(problem) for problem in wrong]}
 
 
 def seen(scene: ObservedScene) -> dict[str, Any]:

@@ -40,7 +40,7 @@ LOCKED_WITHIN = 0.003
 # Of the first millimetres that the hand goes, the share that a drawer has to follow.
 _TRIAL = 0.005
 _FOLLOWS = 0.4
-_RESISTED = 5.0
+RESISTED = 5.0
 _PITCHES = tuple(np.radians([0.0, 25.0, 50.0, 75.0, 90.0]))
 _ROOM = 0.004
 _PRESHAPE = 0.012
@@ -271,7 +271,7 @@ def stuck(arm: Manipulator, drawer: DetectedObject, before: DetectedObject, want
     verb = "pulled" if wanted > opening else "pushed"
     blocking = _in_the_way(arm, drawer, inside=verb == "pushed")
     reason: Literal["locked", "blocked", "slipped"] = "slipped"
-    if force > _RESISTED:
+    if force > RESISTED:
         reason = "blocked" if blocking or gone > LOCKED_WITHIN else "locked"
     figures = f"{verb} with {force:.0f} N it is {opening * 1000:.0f} mm open, {wanted * 1000:.0f} mm was wanted"
     said = {

@@ -11,6 +11,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
+from robosandbox.robots.robot import GripperGeometry
 from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -255,23 +256,26 @@ def _residual(error: UnreachableError) -> float:
     return getattr(evidence, "position_error", np.inf) + 0.3 * getattr(evidence, "orientation_error", np.inf)
 
 
+def why_no_grasp(geometry: GripperGeometry, target: DetectedObject, pieces: Sequence[Array]) -> str:
+    """Return why no grasp fits an object, in a clause."""
+    width = narrowest(target, pieces)
+    if width >= geometry.max_aperture - 0.006:
+        return f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
+    if width > geometry.min_aperture + 0.001:
+        return "it is too flat for the fingers"
+    least = geometry.min_aperture * 1000
+    return f"it is {width * 1000:.1f} mm thin, less than the gripper can hold: it closes to {least:.0f} mm"
+
+
 def _no_candidate(arm: Manipulator, target: DetectedObject, pieces: Sequence[Array]) -> GraspError:
     geometry = arm.geometry
-    width = narrowest(target, pieces)
-    reason = (
-        f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
-        if width >= geometry.max_aperture - 0.006
-        else "it is too flat for the fingers"
-        if width > geometry.min_aperture + 0.001
-        else f"it is {width * 1000:.1f} mm thin, less than the gripper can hold: it closes to {geometry.min_aperture * 1000:.0f} mm"
-    )
     return GraspError(
-        f"no grasp fits {target.id}: {reason}",
+        f"no grasp fits {target.id}: {why_no_grasp(geometry, target, pieces)}",
         phase=Phase.PLAN,
         evidence=GraspEvidence(
             object=target.id,
             reason="none_found",
-            object_width=width,
+            object_width=narrowest(target, pieces),
             aperture=arm.gripper.width,
             max_aperture=geometry.max_aperture,
         ),

@@ -15,7 +15,9 @@ from robosandbox.commands.lazy import LazyCommand, lazy_group, plain_app
 
 COMMANDS = {
     "run": LazyCommand("robosandbox.commands.run:run", "Carry out a prompt and check what came of it."),
-    "plan": LazyCommand("robosandbox.commands.run:plan", "Print the plan for a prompt; nothing moves."),
+    "plan": LazyCommand(
+        "robosandbox.commands.run:plan", "Print the plan for a prompt, or check somebody else's; nothing moves."
+    ),
     "calibrate": LazyCommand(
         "robosandbox.commands.calibrate:calibrate",
         "Find each camera's pose from a board of tags, and how far it is off.",

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
 
+Steps = Annotated[
+    str | None,
+    typer.Option("--steps", help="Check the plan in this file, as --json prints one; '-' reads it from stdin."),
+]
 Policy = Annotated[
     str | None, typer.Option("--policy", help="Run this policy, MODULE:FACTORY, on the task in place of a planner.")
 ]
@@ -83,8 +87,10 @@ def agent(connection: Connection, world: WorldOptions, prompt: Prompt = None, js
 
 
 @takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if"))
-def plan(world: WorldOptions, prompt: Prompt = None, json: Json = False) -> int:
-    """Print the plan for a prompt; nothing moves."""
+def plan(world: WorldOptions, prompt: Prompt = None, steps: Steps = None, json: Json = False) -> int:
+    """Print the plan for a prompt, or check somebody else's; nothing moves."""
+    if steps is not None:
+        return _verified(world, prompt, steps, json)
     _check_said(prompt, world.task)
     from robosandbox.agent.usage import metered
     from robosandbox.types import Refusal
@@ -106,6 +112,17 @@ def plan(world: WorldOptions, prompt: Prompt = None, json: Json = False) -> int:
     else:
         print(planned(answer))
     return EXIT_FAILED if refused else EXIT_DONE
+
+
+def _verified(world: WorldOptions, prompt: str | None, steps: str, json: bool) -> int:
+    """Check a given plan against the world; 0 where nothing stands against it."""
+    from robosandbox.commands.verifying import read_steps, verify_steps
+
+    if prompt is not None:
+        raise InputError("--steps: the plan is given; leave the prompt out")
+    given = read_steps(steps)
+    with replace(world, what_if=False).open() as session:
+        return verify_steps(session, given, json=json)
 
 
 def planned(answer: Plan | Refusal) -> str:

@@ -1,0 +1,45 @@
+"""What a robot can do, as far as relations ask for it: where there is no robot to ask, nothing is denied."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from robosandbox.types import DetectedObject, ObservedScene, Workspace
+
+# An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
+# height; between the two its kinematics decide.
+_FAR_OUT = 1.6
+
+
+class Abilities:
+    """What is known of a robot from the scene alone.
+
+    Attributes:
+        gripper: Whether it can hold things.
+        apertures: Least and most gap between its fingers, metres.
+        workspaces: Where its tool centre point may be, each a limit of its own.
+        max_force: With which it may press on anything, N.
+    """
+
+    gripper: bool = True
+    apertures: tuple[float, float] = (0.0, math.inf)
+    workspaces: Sequence[Workspace] = ()
+    max_force: float = math.inf
+
+    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
+        """Return why the hand cannot work at a point (3,) of the world, metres; None where it can, or that is not known."""
+        distance = math.dist(point[:2], scene.base_xy)
+        far = scene.reach[1]
+        if distance > _FAR_OUT * far:
+            return f"it is {distance:.2f} m from the robot, which works up to {far:.2f} m away"
+        return None
+
+    def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
+        """Return why the gripper cannot take hold of an object as it lies; None where it can, or that is not known."""
+        del item, scene
+        return None
+
+    def off_home(self) -> float | None:
+        """Return how far the arm's joints are off their home, radians or metres; None where that is not known."""
+        return None

@@ -1,0 +1,75 @@
+"""Which arguments of a skill name objects, and which objects each can be given, as its contract says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Protocol
+
+from robosandbox.types import ObservedScene
+from robosandbox.world.contracts import Contract, contract_of, find, lookup
+from robosandbox.world.predicate import View
+
+# Stands for a number of which only the type matters, within the bounds of all skills here.
+_NUMBER = 0.05
+
+
+class Described(Protocol):
+    """What is asked of a skill here."""
+
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of its arguments."""
+        ...
+
+
+def object_arguments(skill: Described) -> tuple[str, ...]:
+    """Return the arguments that are ids of objects; none for a skill without a contract."""
+    return tuple(name for name, probe in _probes(skill).items() if probe in _objects(skill, {}))
+
+
+def fitting(skill: Described, argument: str, scene: ObservedScene) -> list[str]:
+    """Return the ids that an argument can be given at all: of a kind for which the skill is made.
+
+    Args:
+        skill: With a contract.
+        argument: One of its `object_arguments`.
+        scene: What is seen.
+    """
+    view = View.of(scene)
+
+    def fits(name: str) -> bool:
+        contract = _contract(skill, {argument: name})
+        known = (need for need in (contract.needs if contract else ()) if lookup(need).is_fixed)
+        about = (need for need in known if lookup(need).objects(need.arguments) == [name])
+        return not any(find(need, view).is_refuted for need in about)
+
+    return [item.id for item in scene.objects if fits(item.id)]
+
+
+def _objects(skill: Described, given: Mapping[str, Any]) -> tuple[str, ...]:
+    contract = _contract(skill, given)
+    return () if contract is None else contract.objects
+
+
+def _contract(skill: Described, given: Mapping[str, Any]) -> Contract | None:
+    properties = skill.schema.get("properties", {})
+    probes = _probes(skill)
+    values = {name: given.get(name, probes.get(name, _sample(field))) for name, field in properties.items()}
+    return contract_of(skill, values)
+
+
+def _probes(skill: Described) -> dict[str, str]:
+    """Return for each argument that may be an id a name that no object has."""
+    fields = skill.schema.get("properties", {}).items()
+    return {name: f"*{name}" for name, field in fields if _may_be_id(field)}
+
+
+def _may_be_id(field: Mapping[str, Any]) -> bool:
+    options = [field, *field.get("anyOf", ())]
+    return any(one.get("type") == "string" and "enum" not in one for one in options)
+
+
+def _sample(field: Mapping[str, Any]) -> Any:
+    if "enum" in field:
+        return field["enum"][0]
+    return field.get("default", _NUMBER)

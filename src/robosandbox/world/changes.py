@@ -1,0 +1,193 @@
+"""What steps do that leaves no state to look at later: pushed, turned, tapped, poured, gone home."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene
+from robosandbox.world import imagine, relations
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
+from robosandbox.world.relations import centre, inside, on_table
+from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
+
+# How near to the heading asked for a turned object has to be, radians: what is let go between two fingers stays within it.
+TURN_TOLERANCE = math.radians(10.0)
+# How near to home the arm's joints have to be, radians or metres.
+_HOME_TOLERANCE = 0.02
+# Push: of the distance asked for, or at least so many metres, what may be missing.
+PUSH_TOLERANCE = 0.012
+PUSH_RELATIVE_TOLERANCE = 0.1
+
+
+def _pushed(scene: ObservedScene, a: str, direction: Direction, distance: float) -> ObservedScene:
+    return imagine.shifted(scene, a, distance * np.array([*DIRECTION_AXES[direction], 0.0]))
+
+
+def _turned(scene: ObservedScene, a: str, angle: float) -> ObservedScene:
+    return imagine.turned(scene, a, about_z(angle))
+
+
+def _aligned(scene: ObservedScene, a: str, b: str) -> ObservedScene:
+    item, other = scene.find(a), scene.find(b)
+    if item is None or other is None:
+        return scene
+    return _turned(scene, a, yaw_to_align(item.pose, other.pose))
+
+
+def turn_between(before: DetectedObject, after: DetectedObject) -> float:
+    """Return the angle about the vertical by which an object was turned, radians in -pi..pi."""
+    relative = after.pose.rotation @ before.pose.rotation.T
+    return math.atan2(relative[1, 0] - relative[0, 1], relative[0, 0] + relative[1, 1])
+
+
+@predicate("object", "word", "number", imagine=_pushed)
+def displaced(view: View, a: str, direction: Direction, distance: float) -> Finding:
+    """The step has slid an object so far in a direction."""
+    item, before = view.get(a), view.before.find(a)
+    if before is None:
+        return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
+    allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
+    found = relations.displacement(before, item, direction, distance - allowance)
+    return Finding(
+        holds=found.holds,
+        margin=found.detail["along_mm"] / 1e3 - distance + allowance,
+        tolerance=allowance,
+        is_sure=is_clearly_seen(item),
+        cause=f"{a} went {found.detail['along_mm']:.0f} mm {direction}",
+        help="push the rest",
+    )
+
+
+@predicate("object", "number", imagine=_turned)
+def turned(view: View, a: str, angle: float) -> Finding:
+    """The step has turned an object about the vertical by an angle, radians."""
+    item, before = view.get(a), view.before.find(a)
+    if before is None:
+        return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
+    off = abs(math.remainder(turn_between(before, item) - angle, math.tau))
+    return Finding(
+        holds=off < TURN_TOLERANCE,
+        margin=TURN_TOLERANCE - off,
+        tolerance=TURN_TOLERANCE,
+        is_sure=is_clearly_seen(item),
+        cause=f"{a} is {math.degrees(off):.0f} degrees off the heading asked for",
+        help="turn it anew",
+    )
+
+
+@predicate("object", "object", imagine=_aligned, lasts=True)
+def aligned(view: View, a: str, b: str) -> Finding:
+    """The sides of one object are parallel to those of another."""
+    item, other = view.get(a), view.get(b)
+    off = abs(yaw_to_align(item.pose, other.pose))
+    return Finding(
+        holds=off < TURN_TOLERANCE,
+        margin=TURN_TOLERANCE - off,
+        tolerance=TURN_TOLERANCE,
+        is_sure=is_clearly_seen(item, other),
+        cause=f"{a} is {math.degrees(off):.0f} degrees off {b}",
+        help=f"turn {a}",
+    )
+
+
+@predicate("object", fixed=True)
+def has_heading(view: View, a: str) -> Finding:
+    """An object is no ball: one can see how it is turned."""
+    item = view.get(a)
+    half = item.shape.hull(item.size).half_extents
+    round_all_over = item.shape.rolls and float(np.ptp(half)) < 1e-6
+    return Finding(
+        holds=not round_all_over,
+        cause=f"{a} is {item.shape.name}, which looks the same however it is turned",
+        help="leave it as it is",
+    )
+
+
+@predicate("object")
+def tapped(view: View, a: str) -> Finding:
+    """The step has touched an object; nobody sees that afterwards."""
+    view.get(a)
+    return Finding(holds=True, is_sure=False)
+
+
+@predicate("object", "object", imagine=imagine.poured_into)
+def poured(view: View, a: str, c: str) -> Finding:
+    """The step has brought what a container held into another."""
+    source, target = view.get(a), view.get(c)
+    before = view.before.find(a)
+    if before is None or not source.shape.holds_things or not target.shape.holds_things:
+        return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
+    cargo = relations.contents([item for item in view.before.objects if item.id != a], before)
+    found = relations.poured(cargo, view.scene.objects, source, target, min_fraction=0.9, max_spilled=0.02)
+    return Finding(
+        holds=found.holds,
+        margin=found.detail["fraction"] - 0.9,
+        is_sure=is_clearly_seen(source, target),
+        cause=f"{found.detail['fraction']:.0%} of what was in {a} is in {c}",
+        help="look again",
+    )
+
+
+@predicate(lasts=False)
+def at_home(view: View) -> Finding:
+    """The arm is at its neutral configuration."""
+    off = view.robot.off_home()
+    return Finding(
+        holds=off is None or off < _HOME_TOLERANCE,
+        margin=None if off is None else _HOME_TOLERANCE - off,
+        tolerance=_HOME_TOLERANCE,
+        is_sure=off is not None,
+        cause="the arm is not at home",
+        help="go home",
+    )
+
+
+@predicate("object", fixed=True)
+def touchable(view: View, a: str) -> Finding:
+    """An object is one thing, with a top to touch."""
+    item = view.get(a)
+    return Finding(
+        holds=not item.shape.is_granular,
+        cause=f"{a} are {item.shape.name} and have no top to touch",
+        help="touch what they are in",
+    )
+
+
+@predicate("object", fixed=True)
+def slides(view: View, a: str) -> Finding:
+    """An object is one thing that can be pushed along, not many and not a piece of furniture."""
+    item = view.get(a)
+    verb = "are" if item.shape.is_plural else "is"
+    return Finding(
+        holds=not item.shape.is_granular and not item.shape.opens,
+        cause=f"{a} {verb} {item.shape.name} and cannot be pushed along",
+        help="choose something that slides",
+    )
+
+
+@predicate("object")
+def on_the_open(view: View, a: str) -> Finding:
+    """An object is in no container, whose wall a push would meet."""
+    item = view.get(a)
+    vessels = tuple(v.id for v in view.others(a) if v.shape.holds_things and inside(item, v))
+    return Finding(
+        holds=not vessels or on_table(item, view.scene.table_height).holds,
+        cause=f"{a} lies in {', '.join(vessels)}, where it cannot be pushed along",
+        help="take it out first",
+        blocking=vessels,
+    )
+
+
+@predicate("object", "word", "number")
+def way_on_table(view: View, a: str, direction: Direction, distance: float) -> Finding:
+    """An object that is pushed so far is still on the table."""
+    end: Array = centre(view.get(a))[:2] + distance * np.array(DIRECTION_AXES[direction])
+    margin = TABLE_HALF_EXTENT - float(np.abs(end).max())
+    return Finding(
+        holds=margin > 0.0,
+        margin=margin,
+        cause=f"{distance:.2f} m {direction} {a} would fall off the table",
+        help=f"push it by less than {max(distance + margin, 0.0):.2f} m",
+    )

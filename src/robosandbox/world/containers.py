@@ -1,0 +1,232 @@
+"""What lies in containers, what fits into them, and what can be poured."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from robosandbox.errors import Phase, PlacementError, PourError, SkillError
+from robosandbox.evidence import PlacementEvidence, PourEvidence
+from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.world import drawers, relations
+from robosandbox.world.imagine import put
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
+from robosandbox.world.relations import CLOSED_WITHIN, bounds, contents, loose, mouth_of
+from robosandbox.world.spots import about_z, levelled, resting_pose, spots_in
+
+# Share of many small things that has to be in a container for all of them to count as in it: what a pour brings over.
+_MOST = 0.9
+# Room between an object and the edges of a drawer's opening, metres.
+_ROOM = 0.004
+# Share of a container that randomly packed balls fill (Scott 1960 measured 0.60 for loose, 0.64 for dense packing).
+_PACKED = 0.6
+
+
+def _unsuitable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    return PlacementError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=PlacementEvidence(object=view.scene.held or "", target=str(arguments[0]), reason="unsuitable"),
+    )
+
+
+def _no_room(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view
+    return PlacementError(
+        sentence(finding),
+        phase=Phase.PLAN,
+        evidence=PlacementEvidence(
+            object=str(arguments[0]), target=str(arguments[1]), reason="occupied", blocking=finding.blocking
+        ),
+    )
+
+
+def _shut(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view
+    return PlacementError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=PlacementEvidence(object=str(arguments[0]), target=str(arguments[1]), reason="closed"),
+    )
+
+
+def _nothing_to_pour(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view
+    evidence = PourEvidence(object=str(arguments[0]), target="", count=0, poured=0, spilled=0)
+    return PourError(sentence(finding), phase=Phase.CHECK, evidence=evidence)
+
+
+def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
+    item, vessel = scene.find(a), scene.find(c)
+    if item is None or vessel is None or not vessel.shape.holds_things:
+        return scene
+    spot = next(spots_in(vessel, item, _solids_in(scene, vessel, a)), None)
+    if spot is not None:
+        rotation = about_z(spot.yaws[0]) @ levelled(item.pose.rotation)
+        return put(scene, a, resting_pose(item, spot, rotation))
+    room = mouth_of(vessel)
+    point = vessel.pose.position + vessel.pose.rotation @ np.array([*room.middle, room.floor])
+    return put(scene, a, Pose.from_matrix(point, levelled(item.pose.rotation)))
+
+
+def _solids_in(scene: ObservedScene, vessel: DetectedObject, but: str) -> list[DetectedObject]:
+    """Return what lies in a container and takes room of its own there."""
+    within = {name for name, _ in contents(scene.objects, vessel)} - {but, scene.held}
+    return [item for item in scene.objects if item.id in within and not item.shape.is_granular]
+
+
+def cargo_of(view: View, c: str) -> list[tuple[str, int]]:
+    """Return what lies in a container: ids, each with the number of its grain, 0 where it is one thing."""
+    vessel = view.get(c)
+    return contents(view.others(c), vessel) if vessel.shape.holds_things else []
+
+
+@predicate("object", "object", imagine=_put_in, lasts=True)
+def inside(view: View, a: str, c: str) -> Finding:
+    """An object, or nearly all of many, lies in a container."""
+    item, vessel = view.get(a), view.get(c)
+    if not vessel.shape.holds_things or a == view.scene.held:
+        return Finding(holds=False, cause=f"{a} is not in {c}", help=f"put {a} into {c}")
+    found = [relations.inside(part, vessel) for part in loose(item)]
+    share = sum(map(bool, found)) / max(len(found), 1)
+    return Finding(
+        holds=share >= _MOST,
+        margin=share - _MOST if item.shape.is_granular else min(r.detail["margin_mm"] / 1e3 for r in found),
+        is_sure=is_clearly_seen(item, vessel) and (not vessel.shape.opens or vessel.opening is not None),
+        cause=f"{a} is not in {c}",
+        help=f"put {a} into {c}",
+    )
+
+
+@predicate("object", lasts=True)
+def empty(view: View, c: str) -> Finding:
+    """Nothing is seen in a container."""
+    names = tuple(dict.fromkeys(name for name, _ in cargo_of(view, c)))
+    vessel = view.get(c)
+    return Finding(
+        holds=not names,
+        is_sure=is_clearly_seen(vessel) and (not vessel.shape.opens or vessel.opening is not None),
+        cause=f"{', '.join(names)} is in {c}",
+        help="take it out first",
+        blocking=names,
+    )
+
+
+@predicate("object", fixed=True, blame=_unsuitable)
+def holds_things(view: View, c: str) -> Finding:
+    """Things can be put into objects of this kind."""
+    item = view.get(c)
+    return Finding(
+        holds=item.shape.holds_things,
+        cause=f"{c} is {item.shape.name}, no open container, and holds nothing",
+        help="use place_on",
+    )
+
+
+@predicate("object", "object", blame=_shut)
+def lets_in(view: View, a: str, c: str) -> Finding:
+    """A container is open, and far enough for an object."""
+    vessel = view.get(c)
+    if not vessel.shape.opens:
+        return Finding(holds=True)
+    item = view.get(a)
+    low, high = bounds(item)
+    # Of what is poured the container stays outside.
+    width = float((high - low)[:2].min())
+    free = 2.0 * float(mouth_of(vessel).half[0])
+    opening = vessel.opening or 0.0
+    far = f"only {1e3 * opening:.0f} mm open" if opening > CLOSED_WITHIN else "closed"
+    return Finding(
+        holds=free >= width + 2.0 * _ROOM,
+        margin=free - width,
+        tolerance=2.0 * _ROOM,
+        is_sure=vessel.opening is not None and is_clearly_seen(item, vessel),
+        cause=f"{c} is {far}, and {a} needs {1e3 * (width + 2.0 * _ROOM):.0f} mm",
+        help="open it first",
+    )
+
+
+@predicate("object")
+def opened(view: View, c: str) -> Finding:
+    """A container is open to what falls into it: a drawer at least half."""
+    vessel = view.get(c)
+    return drawers.open_(view, c) if vessel.shape.opens else Finding(holds=True)
+
+
+@predicate("object", "object", blame=_no_room)
+def fits(view: View, a: str, c: str) -> Finding:
+    """There is room for an object in a container, beside or on what lies there."""
+    item, vessel = view.get(a), view.get(c)
+    there = _solids_in(view.scene, vessel, a)
+    names = tuple(other.id for other in there)
+    why = f"with {', '.join(names)} there it is too full" if names else "it is too small"
+    return Finding(
+        holds=next(spots_in(vessel, item, there), None) is not None,
+        is_sure=is_clearly_seen(item, vessel),
+        cause=f"no room for {a} in {c}: {why}",
+        help="clear it or choose another place",
+        blocking=names,
+    )
+
+
+@predicate("object", fixed=True)
+def pours(view: View, a: str) -> Finding:
+    """What an object holds can be poured out of it."""
+    item = view.get(a)
+    return Finding(
+        holds=item.shape.pours,
+        cause=f"{a} is {item.shape.name}: one pours from a bin, bowl or cup",
+        help="pick a container that holds something",
+    )
+
+
+@predicate("object", fixed=True)
+def takes_pouring(view: View, c: str) -> Finding:
+    """Things can be poured into objects of this kind."""
+    item = view.get(c)
+    return Finding(
+        holds=item.shape.holds_things,
+        cause=f"{c} is {item.shape.name}: one pours into a bin, bowl or cup",
+        help="choose a container",
+    )
+
+
+@predicate("object", blame=_nothing_to_pour)
+def filled(view: View, a: str) -> Finding:
+    """Something is seen in a container."""
+    vessel = view.get(a)
+    cargo = contents([item for item in view.scene.objects if item.id != a], vessel) if vessel.shape.holds_things else []
+    return Finding(
+        holds=bool(cargo),
+        is_sure=is_clearly_seen(vessel),
+        cause=f"nothing is seen in {a}: there is nothing to pour",
+        help="fill it first",
+    )
+
+
+@predicate("object", "object")
+def holds_load(view: View, a: str, c: str) -> Finding:
+    """A container takes all that another holds."""
+    vessel, target = view.get(a), view.get(c)
+    loads = [contents([item for item in view.scene.objects if item.id != c], vessel), cargo_of(view, c)]
+    volume = sum(_volume(view.get(name)) for load in loads for name, _ in load) / _PACKED
+    room = relations.room_of(target)
+    area = math.pi * float(room.half[0]) ** 2 if room.is_round else 4.0 * float(room.half[0] * room.half[1])
+    margin = area * (room.rim - room.floor) - volume
+    return Finding(
+        holds=margin >= 0.0,
+        margin=margin,
+        is_sure=is_clearly_seen(vessel, target),
+        cause=f"{c} is too small for all that is in {a}",
+        help="choose a larger container",
+    )
+
+
+def _volume(item: DetectedObject) -> float:
+    """Return the volume of one thing, or of one grain, as a ball of its size or its hull's box, cubic metres."""
+    if item.shape.is_granular:
+        return 4.0 / 3.0 * math.pi * item.size[0] ** 3
+    return 8.0 * float(np.prod(item.shape.hull(item.size).half_extents))

@@ -1,0 +1,93 @@
+"""Drawers: how far they are open, and what keeps them from closing."""
+
+from __future__ import annotations
+
+from robosandbox.shapes.drawer import DrawerParts
+from robosandbox.types import ObservedScene
+from robosandbox.world.imagine import slid
+from robosandbox.world.predicate import Finding, View, predicate
+from robosandbox.world.relations import CLOSED_WITHIN, contents, top
+
+# Share of its way from which on a drawer counts as open: what is pulled open stops at three quarters or more.
+_OPEN_SHARE = 0.5
+# Share of its way by which an opened drawer is thought to be open: what the skill asks of itself first.
+_PULLED_SHARE = 0.9
+
+
+def _opened(scene: ObservedScene, name: str) -> ObservedScene:
+    drawer = scene.find(name)
+    return scene if drawer is None else slid(scene, name, _PULLED_SHARE * drawer.shape.max_open(drawer.size))
+
+
+def _shut(scene: ObservedScene, name: str) -> ObservedScene:
+    return slid(scene, name, 0.0)
+
+
+@predicate("object", imagine=_opened, lasts=True)
+def open_(view: View, d: str) -> Finding:
+    """A drawer is open."""
+    drawer = view.get(d)
+    margin = (drawer.opening or 0.0) - _OPEN_SHARE * drawer.shape.max_open(drawer.size)
+    return Finding(
+        holds=drawer.shape.opens and margin > 0.0,
+        margin=margin,
+        is_sure=not drawer.shape.opens or drawer.opening is not None,
+        cause=f"{d} is {1e3 * (drawer.opening or 0.0):.0f} mm open",
+        help=f"open {d} first",
+    )
+
+
+@predicate("object", imagine=_shut, lasts=True)
+def closed(view: View, d: str) -> Finding:
+    """A drawer is shut."""
+    drawer = view.get(d)
+    margin = CLOSED_WITHIN + view.slack - (drawer.opening or 0.0)
+    return Finding(
+        holds=drawer.shape.opens and margin >= 0.0,
+        margin=margin,
+        tolerance=CLOSED_WITHIN,
+        is_sure=not drawer.shape.opens or drawer.opening is not None,
+        cause=f"{d} is {1e3 * (drawer.opening or 0.0):.0f} mm open",
+        help=f"close {d} first",
+    )
+
+
+@predicate("object", fixed=True)
+def opens(view: View, d: str) -> Finding:
+    """An object is a drawer."""
+    item = view.get(d)
+    drawers = [other.id for other in view.scene.objects if other.shape.opens]
+    return Finding(
+        holds=item.shape.opens,
+        cause=f"{d} is {item.shape.name} and no drawer",
+        help=f"there is {', '.join(drawers) or 'none'}",
+    )
+
+
+@predicate("object", fixed=True)
+def grip_fits(view: View, d: str) -> Finding:
+    """The gripper takes a drawer's grip between its fingers."""
+    least, most = view.robot.apertures
+    width = 2.0 * float(DrawerParts.of(view.get(d).size).grip[1])
+    return Finding(
+        holds=least < width < most,
+        margin=min(width - least, most - width),
+        cause=f"the fingers open {1e3 * least:.0f}..{1e3 * most:.0f} mm and the grip of {d} is {1e3 * width:.0f} mm wide",
+        help="open it by hand",
+    )
+
+
+@predicate("object")
+def shuts(view: View, d: str) -> Finding:
+    """Nothing in a drawer stands out over its rim."""
+    drawer = view.get(d)
+    rim = drawer.pose.xyz[2] + DrawerParts.of(drawer.size).rim
+    within = dict.fromkeys(name for name, _ in contents(view.others(d), drawer))
+    high = [item for name in within if not (item := view.get(name)).shape.is_granular and top(item) > rim]
+    return Finding(
+        holds=not high,
+        margin=rim - max((top(item) for item in high), default=rim),
+        cause=f"{', '.join(item.id for item in high)} in it is higher than {d}, which does not close over it",
+        help="take that out first",
+        blocking=tuple(item.id for item in high),
+    )

@@ -1,0 +1,161 @@
+"""What the gripper holds and can take hold of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robosandbox.errors import (
+    AlreadyHoldingError,
+    NotHoldingError,
+    ObjectNotFoundError,
+    Phase,
+    SkillError,
+    UnsupportedError,
+)
+from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence
+from robosandbox.suggestions import did_you_mean
+from robosandbox.types import ObservedScene
+from robosandbox.world.facts import HELD
+from robosandbox.world.imagine import taken
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
+from robosandbox.world.relations import mouth_of, room_of
+
+# How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres: fingers reach in by as much.
+_UNDER = 0.01
+
+
+def _not_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del arguments
+    return NotHoldingError(
+        sentence(finding), phase=Phase.CHECK, evidence=HoldingEvidence(held=view.scene.held, aperture=0.0)
+    )
+
+
+def _already_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del arguments
+    return AlreadyHoldingError(
+        sentence(finding), phase=Phase.CHECK, evidence=HoldingEvidence(held=view.scene.held, aperture=0.0)
+    )
+
+
+def _unsupported(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view, arguments
+    return UnsupportedError(sentence(finding), phase=Phase.CHECK)
+
+
+def not_seen(scene: ObservedScene, name: str) -> Finding:
+    """Return the finding for an object that is not seen."""
+    seen = [item.id for item in scene.objects]
+    if name == HELD:
+        return Finding(holds=False, cause="the gripper is empty", help="pick something first")
+    return Finding(
+        holds=False,
+        cause=f"no object {name[:60]!r} is seen",
+        help=f"there is {', '.join(seen) or 'nothing'}{did_you_mean(name, seen)}",
+    )
+
+
+def not_seen_error(scene: ObservedScene, name: str) -> SkillError:
+    """Return the error of a skill that is asked for an object which is not seen."""
+    finding = not_seen(scene, name)
+    if name == HELD:
+        return _not_holding(View.of(scene), (), finding)
+    return ObjectNotFoundError(
+        sentence(finding),
+        phase=Phase.PERCEIVE,
+        evidence=ObjectNotFoundEvidence(query=name, seen=tuple(item.id for item in scene.objects)),
+    )
+
+
+@predicate("object")
+def seen(view: View, a: str) -> Finding:
+    """An object is seen; without that nothing else is asked of it."""
+    return Finding(holds=True, is_sure=view.scene.find(a) is not None)
+
+
+@predicate("object", imagine=taken, lasts=True, blame=_not_holding)
+def holding(view: View, a: str) -> Finding:
+    """The gripper holds an object."""
+    held = view.scene.held
+    now = "the gripper is empty" if held is None else f"the gripper holds {held}"
+    return Finding(holds=held == a, cause=now, help=f"pick {a} first")
+
+
+@predicate(blame=_already_holding)
+def hand_empty(view: View) -> Finding:
+    """The gripper holds nothing."""
+    held = view.scene.held
+    return Finding(holds=held is None, cause=f"the gripper holds {held}", help="place it first")
+
+
+@predicate("object", blame=_already_holding)
+def hand_ready(view: View, a: str) -> Finding:
+    """The gripper is empty, or holds the object already."""
+    held = view.scene.held
+    return Finding(holds=held in (None, a), cause=f"the gripper holds {held}", help="place it first")
+
+
+@predicate(fixed=True, blame=_unsupported)
+def has_gripper(view: View) -> Finding:
+    """The robot has a gripper."""
+    return Finding(
+        holds=view.robot.gripper,
+        cause="the robot has no gripper in its sidecar, so it cannot hold things",
+        help="it can push, tap and go home",
+    )
+
+
+@predicate("object", fixed=True)
+def liftable(view: View, a: str) -> Finding:
+    """An object is one thing that can be carried off, not many and not a piece of furniture."""
+    item = view.get(a)
+    if item.shape.is_granular:
+        return Finding(
+            holds=False,
+            cause=f"{a} are {item.shape.name}: too many and too small for the gripper",
+            help="pick what they are in, and pour",
+        )
+    return Finding(
+        holds=not item.shape.opens,
+        cause=f"{a} is {item.shape.name}, which stays where it is",
+        help="choose something that can be lifted",
+    )
+
+
+@predicate("object", "object", fixed=True)
+def distinct(view: View, a: str, b: str) -> Finding:
+    """Two arguments are not the same object."""
+    del view
+    return Finding(holds=a != b, cause=f"{b} cannot be its own target", help="choose another target")
+
+
+@predicate("object")
+def graspable(view: View, a: str) -> Finding:
+    """The gripper can take hold of an object as it lies."""
+    why = view.robot.ungraspable(view.get(a), view.scene)
+    return Finding(holds=why is None, cause=why or "", help="take something narrower, or push it")
+
+
+@predicate("object")
+def accessible(view: View, a: str) -> Finding:
+    """No drawer's cabinet is over an object."""
+    item = view.get(a)
+    for drawer in view.others(a):
+        if not drawer.shape.opens or item.shape.is_granular:
+            continue
+        local = drawer.pose.rotation.T @ (item.shape.centre(item) - drawer.pose.position)
+        room = room_of(drawer)
+        if room.margin(local) <= 0.0 or not 0.0 < float(local[2]) < drawer.size[2]:
+            continue
+        margin = mouth_of(drawer).margin(local) + _UNDER
+        return Finding(
+            holds=margin > 0.0,
+            margin=margin,
+            tolerance=_UNDER,
+            is_sure=drawer.opening is not None and is_clearly_seen(item, drawer),
+            cause=f"{a} is inside {drawer.id}, which is not open far enough",
+            help=f"open {drawer.id} first",
+            blocking=(drawer.id,),
+        )
+    return Finding(holds=True)

@@ -1,0 +1,169 @@
+"""What a relation is: how it is told from a scene, what a scene looks like once it holds, and what fails without it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from robosandbox.errors import InvalidArgumentError, Phase, SkillError
+from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.world.abilities import Abilities
+
+# Below this confidence what is told of an object is not sure; perceptions say 1 where they know.
+_SURE = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class View:
+    """What relations are told from.
+
+    Attributes:
+        scene: What is where now.
+        before: The same when the step began, for relations of change.
+        robot: What the robot can do.
+        slack: What placements are allowed to be off beside each relation's own tolerance, metres.
+    """
+
+    scene: ObservedScene
+    before: ObservedScene
+    robot: Abilities
+    slack: float = 0.0
+
+    @classmethod
+    def of(cls, scene: ObservedScene, robot: Abilities | None = None) -> View:
+        """Return the view of a scene in which no step has begun."""
+        return cls(scene=scene, before=scene, robot=robot or Abilities())
+
+    def get(self, name: object) -> DetectedObject:
+        """Return an object that is known to be seen.
+
+        Raises:
+            KeyError: It is not.
+        """
+        found = self.scene.find(str(name))
+        if found is None:
+            raise KeyError(name)
+        return found
+
+    def others(self, *names: object) -> list[DetectedObject]:
+        """Return what is seen besides these and what is held."""
+        return [item for item in self.scene.objects if item.id not in (*names, self.scene.held)]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """Whether a relation holds, by how much, and why not.
+
+    Attributes:
+        holds: The answer.
+        margin: By how much it holds, negative where it does not; None where there is nothing to measure.
+        tolerance: What of that is allowed, in the same unit.
+        is_sure: Whether what was seen settles it.
+        cause: Why it does not hold, in a clause.
+        help: What would make it hold, in a clause.
+        blocking: Ids of what stands against it.
+    """
+
+    holds: bool
+    margin: float | None = None
+    tolerance: float | None = None
+    is_sure: bool = True
+    cause: str = ""
+    help: str = ""
+    blocking: tuple[str, ...] = ()
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether it surely does not hold."""
+        return self.is_sure and not self.holds
+
+
+Test = Callable[..., Finding]
+Imagine = Callable[..., ObservedScene]
+Blame = Callable[[View, Sequence[Any], Finding], SkillError]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Predicate:
+    """A relation by name.
+
+    Attributes:
+        name: As facts call it.
+        parameters: What its arguments are: object, place (an object or "table"), number, word; those with a "?" may be left out.
+        test: Tells it from a view and the arguments.
+        imagine: Returns the scene in which it was brought about; None for what no skill brings about.
+        is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
+        lasts: Whether it is a state that can be looked at later, not a change.
+        blame: Returns the error of a skill that needs it and does not have it.
+    """
+
+    name: str
+    parameters: tuple[str, ...]
+    test: Test
+    imagine: Imagine | None = None
+    is_fixed: bool = False
+    lasts: bool = False
+    blame: Blame | None = None
+
+    def objects(self, arguments: Sequence[Any]) -> list[str]:
+        """Return the arguments that are ids of objects."""
+        pairs = zip(self.parameters, arguments, strict=False)
+        return [
+            str(value)
+            for kind, value in pairs
+            if kind.rstrip("?") == "object" or (kind.rstrip("?") == "place" and value != "table")
+        ]
+
+    def error(self, view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+        """Return the error of a skill that needs this."""
+        if self.blame is not None:
+            return self.blame(view, arguments, finding)
+        return InvalidArgumentError(sentence(finding), phase=Phase.CHECK)
+
+
+@dataclass(slots=True)
+class _Vocabulary:
+    """All relations by name; filled when their modules are imported."""
+
+    known: dict[str, Predicate] = field(default_factory=dict)
+
+
+_VOCABULARY = _Vocabulary()
+
+
+def predicate(
+    *parameters: str,
+    imagine: Imagine | None = None,
+    fixed: bool = False,
+    lasts: bool = False,
+    blame: Blame | None = None,
+) -> Callable[[Test], Test]:
+    """Register a function as the test of the relation that is called like it."""
+
+    def register(test: Test) -> Test:
+        name = test.__name__.rstrip("_")
+        _VOCABULARY.known[name] = Predicate(
+            name=name, parameters=parameters, test=test, imagine=imagine, is_fixed=fixed, lasts=lasts, blame=blame
+        )
+        return test
+
+    return register
+
+
+def predicates() -> dict[str, Predicate]:
+    """Return all relations by name."""
+    # Each module registers what it tells; they need this one.
+    from robosandbox.world import changes, containers, drawers, hand, reach, standing  # noqa: F401
+
+    return _VOCABULARY.known
+
+
+def sentence(finding: Finding) -> str:
+    """Return why a relation does not hold and what would help, in a sentence."""
+    return f"{finding.cause}; {finding.help}" if finding.help else finding.cause
+
+
+def is_clearly_seen(*items: DetectedObject) -> bool:
+    """Tell whether perception is sure enough of these."""
+    return all(item.confidence >= _SURE for item in items)

@@ -1,0 +1,105 @@
+"""What the hand can get to, and how hard it may press."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from robosandbox.errors import LimitError, Phase, SkillError, UnreachableError
+from robosandbox.evidence import LimitEvidence
+from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, Direction, Side
+from robosandbox.world.predicate import Finding, View, predicate, sentence
+from robosandbox.world.relations import bottom, centre, top
+from robosandbox.world.spots import spots_beside, table_spots
+
+
+def _unreachable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view, arguments
+    return UnreachableError(sentence(finding), phase=Phase.CHECK)
+
+
+def _limited(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    value, most = float(arguments[0]), view.robot.max_force
+    return LimitError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=LimitEvidence(quantity="the force of the hand", value=value, low=0.0, high=most),
+    )
+
+
+def _at(view: View, point: Array, what: str) -> Finding:
+    """Return whether the hand can work at a point (3,), within reach and inside its workspace."""
+    for workspace in view.robot.workspaces:
+        for axis, value in zip("xy", point, strict=False):
+            bounds = getattr(workspace, axis)
+            if bounds is not None and not bounds[0] <= value <= bounds[1]:
+                low, high = bounds
+                return Finding(
+                    holds=False,
+                    margin=float(min(value - low, high - value)),
+                    cause=f"{what} is at {axis} = {value:.3f} m, outside the workspace's {low:g}..{high:g}",
+                    help="choose something inside, or widen limits.workspace in the task",
+                )
+    why = view.robot.out_of_reach(tuple(map(float, point)), view.scene)
+    return Finding(
+        holds=why is None,
+        cause=f"{what} is out of reach: {why}",
+        help="choose something nearer, or bring it into reach first",
+    )
+
+
+@predicate("object", blame=_unreachable)
+def reachable(view: View, a: str) -> Finding:
+    """The hand gets to an object."""
+    return _at(view, centre(view.get(a)), a)
+
+
+@predicate("object", "object", blame=_unreachable)
+def reachable_over(view: View, a: str, b: str) -> Finding:
+    """The hand gets to where an object stands that is put on or into another."""
+    item, base = view.get(a), view.get(b)
+    point = centre(base)
+    half = (top(item) - bottom(item)) / 2.0
+    height = point[2] if base.shape.holds_things else top(base) + half
+    return _at(view, np.array([point[0], point[1], height]), f"the top of {b}")
+
+
+@predicate("object", "number", "number", blame=_unreachable)
+def reachable_at(view: View, a: str, x: float, y: float) -> Finding:
+    """The hand gets to where an object stands that is put down at a point of the table, metres."""
+    item = view.get(a)
+    height = view.scene.table_height + (top(item) - bottom(item)) / 2.0
+    return _at(view, np.array([x, y, height]), f"({x:.3f}, {y:.3f})")
+
+
+@predicate("object", "object", "word", blame=_unreachable)
+def reachable_beside(view: View, a: str, b: str, side: Side) -> Finding:
+    """The hand gets to some free place on one side of an object."""
+    item, other = view.get(a), view.get(b)
+    if side not in SIDE_AXES:
+        return Finding(holds=True)
+    free, _ = table_spots(view.scene, item, spots_beside(item, other, side))
+    height = view.scene.table_height + (top(item) - bottom(item)) / 2.0
+    found = [_at(view, np.array([*spot.xy, height]), f"the {side} of {b}") for spot in free]
+    return next((one for one in found if one.holds), found[0] if found else Finding(holds=True))
+
+
+@predicate("object", "word", "number", blame=_unreachable)
+def reachable_after(view: View, a: str, direction: Direction, distance: float) -> Finding:
+    """The hand gets to where an object ends that is pushed so far."""
+    axis = np.array([*DIRECTION_AXES[direction], 0.0])
+    return _at(view, centre(view.get(a)) + distance * axis, f"where {a} would be pushed")
+
+
+@predicate("number", fixed=True, blame=_limited)
+def may_press(view: View, force: float) -> Finding:
+    """The robot may press with a force, N."""
+    most = view.robot.max_force
+    return Finding(
+        holds=force <= most,
+        margin=most - force,
+        cause=f"it takes {force:g} N, and the robot may press with {most:g} N at most",
+        help="raise limits.max_force in the task",
+    )

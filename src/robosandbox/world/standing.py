@@ -1,0 +1,298 @@
+"""What stands where: on what, beside what, upright or not, and where there is room to stand."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError
+from robosandbox.evidence import CollisionEvidence, PlacementEvidence
+from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
+from robosandbox.world import relations
+from robosandbox.world.facts import TABLE
+from robosandbox.world.imagine import put
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
+from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, centre, rest_height, support
+from robosandbox.world.spots import (
+    TABLE_HALF_EXTENT,
+    Spot,
+    about_z,
+    levelled,
+    resting_pose,
+    spots_beside,
+    table_spots,
+    yaw_to_align,
+)
+
+# How far from its mark the centre of an object counts as there, metres: what place_at asks of itself.
+AT_TOLERANCE = 0.015
+# Heading within which an object counts as turned that way, radians: what fingers that close squarely leave open.
+_TURN_TOLERANCE = math.radians(10.0)
+# Beyond this angle between its axis and the vertical what stands by itself has tipped over, radians.
+TIPPED = math.radians(30.0)
+# By how much an up direction is tilted to feel how wide the face on top is, radians.
+_FEELER = math.radians(4.0)
+# Least half-width of a face on which something stays that is put there to within a few millimetres, metres.
+_LEAST_FACE = 0.004
+_COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
+
+
+def tilt(item: DetectedObject) -> float:
+    """Return the angle between an object's own z and the vertical, radians; either end up is upright but for containers."""
+    upward = float(item.pose.rotation[2, 2])
+    return math.acos(min(1.0, upward if item.shape.holds_things else abs(upward)))
+
+
+def _occupied(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    target = ", ".join(str(value) for value in arguments[1:])
+    return PlacementError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=PlacementEvidence(
+            object=str(arguments[0]), target=target, reason="occupied", blocking=finding.blocking
+        ),
+    )
+
+
+def _unsuitable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    return PlacementError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=PlacementEvidence(object=view.scene.held or "", target=str(arguments[0]), reason="unsuitable"),
+    )
+
+
+def _covered(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    del view
+    return CollisionError(
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=CollisionEvidence(
+            body=str(arguments[0]), other=finding.blocking[0], depth=0.0, waypoint=0, waypoints=1
+        ),
+    )
+
+
+def _put_on(scene: ObservedScene, a: str, b: str) -> ObservedScene:
+    item, base = scene.find(a), scene.find(b)
+    if item is None:
+        return scene
+    if base is None:
+        point, height = centre(item), scene.table_height
+        heading = 0.0
+    else:
+        point, height = centre(base), rest_height(item, base)
+        heading = yaw_to_align(item.pose, base.pose)
+    return _stood(scene, item, (float(point[0]), float(point[1])), height, heading)
+
+
+def _stood(
+    scene: ObservedScene, item: DetectedObject, xy: tuple[float, float], height: float, heading: float
+) -> ObservedScene:
+    rotation = about_z(heading) @ levelled(item.pose.rotation)
+    return put(scene, item.id, resting_pose(item, Spot(xy, height, ()), rotation))
+
+
+def _put_beside(scene: ObservedScene, a: str, b: str, side: Side) -> ObservedScene:
+    item, other = scene.find(a), scene.find(b)
+    if item is None or other is None:
+        return scene
+    points = spots_beside(item, other, side)
+    spots, _ = table_spots(scene, item, points)
+    xy = spots[0].xy if spots else (float(points[0][0]), float(points[0][1]))
+    return _stood(scene, item, xy, scene.table_height, 0.0)
+
+
+def _put_at(scene: ObservedScene, a: str, x: float, y: float, yaw: float | None = None) -> ObservedScene:
+    item = scene.find(a)
+    if item is None:
+        return scene
+    return _stood(scene, item, (x, y), scene.table_height, 0.0 if yaw is None else yaw - item.pose.yaw)
+
+
+def _righted(scene: ObservedScene, a: str) -> ObservedScene:
+    item = scene.find(a)
+    if item is None:
+        return scene
+    upright = about_z(math.atan2(item.pose.rotation[1, 0], item.pose.rotation[0, 0]))
+    there = Pose.from_matrix(item.pose.position, upright)
+    up = bottom(item) - bottom(replace(item, pose=there))
+    return put(scene, a, Pose.from_matrix(there.position + [0.0, 0.0, up], upright))
+
+
+def standing_on(view: View, b: str) -> list[DetectedObject]:
+    """Return what stands on an object."""
+    base = view.get(b)
+    return [item for item in view.others(b) if not item.shape.is_granular and relations.on_top(item, base).holds]
+
+
+def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
+    """Return how far the flat face on top of an object reaches from its middle in the narrowest direction, metres.
+
+    Felt with its support function: where `up` is tilted by a little, h grows with the width of a flat face, and hardly where
+    the top is round. Not above zero where the top is no level face.
+
+    Args:
+        item: The object.
+        up: 1 for its top, -1 for its bottom.
+    """
+    middle = centre(item)
+    sines, cosines = math.sin(_FEELER), math.cos(_FEELER)
+    around = np.column_stack([np.cos(_COMPASS) * sines, np.sin(_COMPASS) * sines, np.full(len(_COMPASS), up * cosines)])
+    straight = np.array([[0.0, 0.0, up]])
+    height = float((support(item, straight) - straight @ middle)[0])
+    reach = support(item, around) - around @ middle
+    return float(((reach - cosines * height) / sines).min())
+
+
+@predicate("object", "place", imagine=_put_on, lasts=True)
+def on(view: View, a: str, b: str) -> Finding:
+    """An object stands on another, or on the table."""
+    item = view.get(a)
+    if a == view.scene.held:
+        return Finding(holds=False, cause=f"{a} is in the gripper", help=f"place it on {b}")
+    if b == TABLE:
+        found, base = relations.on_table(item, view.scene.table_height), item
+    else:
+        base = view.get(b)
+        found = relations.on_top(item, base)
+    off = abs(found.detail["clearance_mm"]) / 1e3
+    return Finding(
+        holds=found.holds,
+        margin=min(REST_TOLERANCE - off, found.detail.get("margin_mm", math.inf) / 1e3),
+        tolerance=REST_TOLERANCE,
+        is_sure=is_clearly_seen(item, base),
+        cause=f"{a} does not stand on {b}",
+        help=f"place {a} on {b}",
+    )
+
+
+@predicate("object", "object", "word", imagine=_put_beside, lasts=True)
+def beside(view: View, a: str, b: str, side: Side) -> Finding:
+    """An object stands next to another on one side: left, right, front or back."""
+    if side not in SIDE_AXES:
+        return Finding(holds=False, cause=f"{side!r} is no side", help=f"there is {', '.join(SIDE_AXES)}")
+    item, other = view.get(a), view.get(b)
+    found = relations.beside(item, other, side)
+    return Finding(
+        holds=found.holds and a != view.scene.held,
+        margin=BESIDE_GAP - found.detail["gap_mm"] / 1e3,
+        tolerance=BESIDE_GAP,
+        is_sure=is_clearly_seen(item, other),
+        cause=f"{a} does not stand {side} of {b}",
+        help=f"place {a} there",
+    )
+
+
+@predicate("object", "number", "number", "number?", imagine=_put_at, lasts=True)
+def at(view: View, a: str, x: float, y: float, yaw: float | None = None) -> Finding:
+    """An object stands at a point of the table, metres, turned by an angle, radians."""
+    item = view.get(a)
+    off = math.dist(centre(item)[:2], (x, y))
+    tolerance = AT_TOLERANCE + view.slack
+    turned_off = 0.0 if yaw is None else abs(math.remainder(item.pose.yaw - yaw, math.tau))
+    return Finding(
+        holds=off < tolerance and turned_off < _TURN_TOLERANCE and a != view.scene.held,
+        margin=tolerance - off,
+        tolerance=tolerance,
+        is_sure=is_clearly_seen(item),
+        cause=f"{a} is {1e3 * off:.0f} mm from ({x:.3f}, {y:.3f})",
+        help=f"place {a} there",
+    )
+
+
+@predicate("object", imagine=_righted, lasts=True)
+def upright(view: View, a: str) -> Finding:
+    """An object's own axis is about vertical."""
+    item = view.get(a)
+    angle = tilt(item)
+    return Finding(
+        holds=angle < TIPPED,
+        margin=TIPPED - angle,
+        tolerance=TIPPED,
+        is_sure=is_clearly_seen(item),
+        cause=f"{a} has tipped over",
+        help="set it upright first",
+    )
+
+
+@predicate("object", blame=_covered)
+def clear(view: View, a: str) -> Finding:
+    """Nothing stands on an object."""
+    names = tuple(item.id for item in standing_on(view, a))
+    verb = "stands" if len(names) == 1 else "stand"
+    return Finding(
+        holds=not names,
+        is_sure=is_clearly_seen(view.get(a)),
+        cause=f"{', '.join(names)} {verb} on {a} and would fall when that is moved",
+        help=f"put {names[0]} aside first" if names else "",
+        blocking=names,
+    )
+
+
+@predicate("object", "object", blame=_occupied)
+def room_on(view: View, a: str, b: str) -> Finding:
+    """Nothing but an object itself stands on another that it is to stand on."""
+    names = tuple(item.id for item in standing_on(view, b) if item.id != a)
+    return Finding(
+        holds=not names,
+        is_sure=is_clearly_seen(view.get(b)),
+        cause=f"no room for {a} at {b}: occupied by {', '.join(names)}",
+        help="clear it or choose another place",
+        blocking=names,
+    )
+
+
+@predicate("object", fixed=True, blame=_unsuitable)
+def has_top(view: View, b: str) -> Finding:
+    """Things can be stood on objects of this kind."""
+    base = view.get(b)
+    remedy = "use place_in" if base.shape.holds_things else "choose something with a flat top"
+    return Finding(
+        holds=base.shape.flat_top, cause=f"{b} is {base.shape.name}: nothing stays on top of it", help=remedy
+    )
+
+
+@predicate("object", blame=_unsuitable)
+def supports(view: View, b: str) -> Finding:
+    """An object has a level face on top, as it lies or stands, wide enough for things to stay."""
+    base = view.get(b)
+    margin = face_half_width(base) - _LEAST_FACE
+    return Finding(
+        holds=margin > 0.0,
+        margin=margin,
+        tolerance=_LEAST_FACE,
+        is_sure=is_clearly_seen(base),
+        cause=f"{b} has no level face on top as it lies: nothing stays there",
+        help="choose something with a flat top, or turn it over first",
+    )
+
+
+def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where: str) -> Finding:
+    spots, blocking = table_spots(view.scene, item, points)
+    off = all(float(np.abs(point).max()) > TABLE_HALF_EXTENT for point in points)
+    why = f"occupied by {', '.join(blocking)}" if blocking else "off the table or too small"
+    return Finding(
+        holds=bool(spots),
+        is_sure=is_clearly_seen(item),
+        cause=f"no room for {item.id} at {where}: {why}",
+        help="choose a place on the table" if off else "clear it or choose another place",
+        blocking=blocking,
+    )
+
+
+@predicate("object", "number", "number", blame=_occupied)
+def room_at(view: View, a: str, x: float, y: float) -> Finding:
+    """An object has room to stand at a point of the table, metres."""
+    return _table_room(view, view.get(a), [np.array([x, y])], f"({x:.3f}, {y:.3f})")
+
+
+@predicate("object", "object", "word", blame=_occupied)
+def room_beside(view: View, a: str, b: str, side: Side) -> Finding:
+    """An object has room on one side of another."""
+    item = view.get(a)
+    return _table_room(view, item, spots_beside(item, view.get(b), side), f"{side} of {b}")

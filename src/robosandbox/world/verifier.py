@@ -1,0 +1,223 @@
+"""Whether a plan can be right, before anything moves: contracts run over the scene, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from robosandbox.errors import InvalidArgumentError
+from robosandbox.suggestions import did_you_mean
+from robosandbox.types import ObservedScene, Plan, SkillCall
+from robosandbox.world.abilities import Abilities
+from robosandbox.world.contracts import contract_of, find, first_refuted, imagined, lookup
+from robosandbox.world.facts import HELD, Fact, fact
+from robosandbox.world.predicate import View
+
+# More calls than this nobody asks for in one sentence; a model that plans more has run away.
+MAX_STEPS = 40
+# Longest call that is shown whole, characters.
+_SHOWN = 120
+
+
+class Checkable(Protocol):
+    """What the verifier asks of a skill; one with a `contract` method beside this is checked by it."""
+
+    @property
+    def name(self) -> str:
+        """As calls name it."""
+        ...
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Constraints:
+    """What a person asks of a plan beside its goal.
+
+    Attributes:
+        never: Ids of what must not be moved or touched.
+        only: Ids of what alone may be moved; None allows everything.
+        exactly: How many things are to be moved; None is any number.
+        order: Pairs of ids: the first is to be moved before the second.
+        end: What has to hold in the end.
+    """
+
+    never: frozenset[str] = frozenset()
+    only: frozenset[str] | None = None
+    exactly: int | None = None
+    order: tuple[tuple[str, str], ...] = ()
+    end: tuple[Fact, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """Something that keeps a plan from being carried out.
+
+    Attributes:
+        step: Number of the step, from 1; 0 for the plan as a whole.
+        call: That step; None for the plan as a whole.
+        relation: What would have to hold.
+        cause: Why it does not.
+        help: What would make it hold.
+        is_final: Whether nothing that is done first can make it hold.
+    """
+
+    step: int
+    call: SkillCall | None
+    relation: Fact
+    cause: str
+    help: str = ""
+    is_final: bool = False
+
+    def record(self) -> dict[str, Any]:
+        """Return the problem as JSON data."""
+        return {
+            "step": self.step,
+            "call": None if self.call is None else str(self.call),
+            "relation": str(self.relation),
+            "cause": self.cause,
+            "help": self.help,
+        }
+
+    def __str__(self) -> str:
+        said = f"{self.cause}; {self.help}" if self.help else self.cause
+        return f"step {self.step} {_short(self.call)}: {said}" if self.call else said
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Verdict:
+    """What the verifier found.
+
+    Attributes:
+        problems: What is wrong, in the order of the steps; empty where the plan can be right.
+        end: The scene as the plan would leave it, or as it is before the first step with a problem.
+    """
+
+    problems: tuple[Problem, ...]
+    end: ObservedScene
+
+
+def verify(
+    plan: Plan,
+    scene: ObservedScene,
+    skills: Sequence[Checkable],
+    *,
+    constraints: Constraints | None = None,
+    robot: Abilities | None = None,
+) -> Verdict:
+    """Run a plan over a scene by its skills' contracts.
+
+    Wrong calls are told of every step. What a step needs is told up to the first step that lacks something, since all that
+    follows would happen in another scene; steps behind a skill without a contract are not followed.
+
+    Args:
+        plan: Whose it may be.
+        scene: What is seen now.
+        skills: What the plan may call.
+        constraints: What was asked besides.
+        robot: What the robot can do; None denies nothing but what is far out of reach.
+    """
+    if len(plan.steps) > MAX_STEPS:
+        cause = f"the plan has {len(plan.steps)} steps; at most {MAX_STEPS} are carried out"
+        relation = fact("at_most", float(MAX_STEPS))
+        return Verdict(problems=(Problem(step=0, call=None, relation=relation, cause=cause),), end=scene)
+    by_name = {skill.name: skill for skill in skills}
+    checked = [_checked(number, call, by_name, scene) for number, call in enumerate(plan.steps, start=1)]
+    wrong = tuple(found for found in checked if isinstance(found, Problem))
+    if wrong:
+        return Verdict(problems=wrong, end=scene)
+    return _Run(scene, constraints or Constraints(), robot or Abilities()).follow(plan.steps, checked, by_name)
+
+
+class _Run:
+    """The scene and what was moved, step by step."""
+
+    def __init__(self, scene: ObservedScene, constraints: Constraints, robot: Abilities) -> None:
+        self._scene = scene
+        self._asked = constraints
+        self._robot = robot
+        self._moved: dict[str, None] = {}
+
+    def follow(self, calls: Sequence[SkillCall], checked: Sequence[Any], skills: Mapping[str, Checkable]) -> Verdict:
+        for number, (call, arguments) in enumerate(zip(calls, checked, strict=True), start=1):
+            contract = contract_of(skills[call.skill], arguments)
+            if contract is None:
+                return Verdict(problems=(), end=self._scene)
+            contract = contract.resolved(self._scene)
+            view = View.of(self._scene, self._robot)
+            lacking = first_refuted(contract.needs, view)
+            if lacking is not None:
+                need, finding = lacking
+                final = lookup(need).is_fixed
+                problem = Problem(
+                    step=number, call=call, relation=need, cause=finding.cause, help=finding.help, is_final=final
+                )
+                return Verdict(problems=(problem,), end=self._scene)
+            forbidden = self._forbidden(number, call, contract.moves)
+            if forbidden is not None:
+                return Verdict(problems=(forbidden,), end=self._scene)
+            self._moved.update(dict.fromkeys(contract.moves))
+            self._scene = imagined(contract, self._scene)
+        return Verdict(problems=tuple(self._unkept()), end=self._scene)
+
+    def _forbidden(self, number: int, call: SkillCall, moves: Iterable[str]) -> Problem | None:
+        asked = self._asked
+        for name in moves:
+            if name in asked.never or (asked.only is not None and name not in asked.only):
+                cause = f"{name} is not to be touched"
+                return Problem(step=number, call=call, relation=fact("untouched", name), cause=cause, is_final=True)
+            for first, second in asked.order:
+                if name == second and first not in self._moved:
+                    cause = f"{first} is to be moved before {second}"
+                    return Problem(step=number, call=call, relation=fact("before", first, second), cause=cause)
+        return None
+
+    def _unkept(self) -> Iterable[Problem]:
+        asked, view = self._asked, View.of(self._scene, self._robot)
+        if asked.exactly is not None and len(self._moved) != asked.exactly:
+            cause = f"the plan moves {len(self._moved)} things; {asked.exactly} were asked for"
+            yield Problem(step=0, call=None, relation=fact("exactly", float(asked.exactly)), cause=cause)
+        for goal in asked.end:
+            finding = find(goal, view)
+            if finding.is_refuted:
+                yield Problem(step=0, call=None, relation=goal, cause=f"in the end {finding.cause}", help=finding.help)
+
+
+def _checked(
+    number: int, call: SkillCall, skills: Mapping[str, Checkable], scene: ObservedScene
+) -> Mapping[str, Any] | Problem:
+    """Return a call's arguments converted to their types, or what is wrong with the call itself."""
+    skill = skills.get(call.skill)
+    if skill is None:
+        return Problem(
+            step=number,
+            call=call,
+            relation=fact("skill", call.skill),
+            cause=f"there is no skill {call.skill[:60]!r}",
+            help=f"there is {', '.join(skills)}{did_you_mean(call.skill, skills)}",
+            is_final=True,
+        )
+    try:
+        arguments = skill.check(call.arguments)
+    except InvalidArgumentError as error:
+        return Problem(
+            step=number, call=call, relation=fact("arguments", call.skill), cause=error.message, is_final=True
+        )
+    contract = contract_of(skill, arguments)
+    lacking = None if contract is None else first_refuted(_seen(contract.objects), View.of(scene))
+    if lacking is None:
+        return arguments
+    need, finding = lacking
+    return Problem(step=number, call=call, relation=need, cause=finding.cause, help=finding.help)
+
+
+def _seen(names: Iterable[str]) -> list[Fact]:
+    return [fact("seen", name) for name in names if name != HELD]
+
+
+def _short(call: SkillCall | None) -> str:
+    text = " ".join(str(call).split())
+    return text if len(text) <= _SHOWN else text[: _SHOWN - 3] + "..."
