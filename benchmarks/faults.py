@@ -25,11 +25,11 @@ from typing import Any
 
 import zenoh
 
-from robosandbox.agent.client import connect
 from robosandbox.errors import BusyError, GoalTimeoutError, SkillError, UnknownGoalError
 from robosandbox.evidence import PlacementEvidence
+from robosandbox.service.client import connect
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.remote import RemoteSession
 from robosandbox.testing.processes import SimProcess
 
 TASKS = ("pick_cube_franka", "put_in_bin", "place_on_block", "stack_two", "push_left", "place_beside")

@@ -23,9 +23,9 @@ from pathlib import Path
 
 import zenoh
 
+from robosandbox.service.transport import open_connector
 from robosandbox.testing.kits import KITS, OPEN, Kit, running_kit
 from robosandbox.testing.processes import free_port
-from robosandbox.transport import open_connector
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples" / "zenoh"

@@ -16,10 +16,10 @@ from typing import Any
 
 import zenoh
 
-from robosandbox.agent.client import connect
 from robosandbox.errors import ErrorCode, InvalidMessageError
+from robosandbox.service.client import connect
+from robosandbox.service.messages import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
 from robosandbox.testing.processes import SimProcess
-from robosandbox.wire import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
 
 CODES = frozenset(code.value for code in ErrorCode)
 QUERYABLES: dict[str, type[Message]] = {

@@ -23,13 +23,13 @@ from typing import Any
 import numpy as np
 import zenoh
 
-from robosandbox.agent.client import RemoteRobot, connect
 from robosandbox.errors import ServiceError, UnsupportedError
-from robosandbox.sim.service.server import SimServer
-from robosandbox.tasks.service_loader import TaskLoader
+from robosandbox.service.client import RemoteRobot, connect
+from robosandbox.service.messages import SendGoal
+from robosandbox.service.server.loader import TaskLoader
+from robosandbox.service.server.server import SimServer
+from robosandbox.service.transport import open_connector, open_listener
 from robosandbox.testing.processes import SimProcess, free_port
-from robosandbox.transport import open_connector, open_listener
-from robosandbox.wire import SendGoal
 
 _BARE = """
 import json

@@ -1,4 +1,4 @@
-"""Write protocol.md from the models in wire.py, errors.py and evidence.py: `python docs/make_protocol.py`."""
+"""Write protocol.md from the models in service/messages.py, errors.py and evidence.py: `python docs/make_protocol.py`."""
 
 from __future__ import annotations
 
@@ -11,8 +11,9 @@ from typing import Any
 from pydantic import BaseModel
 from pydantic.json_schema import models_json_schema
 
-from robosandbox import errors, wire
-from robosandbox.tasks.service_loader import MOST_BODIES, MOST_GEOMS
+from robosandbox import errors
+from robosandbox.service import messages as wire
+from robosandbox.service.server.loader import MOST_BODIES, MOST_GEOMS
 
 PAGE = Path(__file__).with_name("protocol.md")
 PROSE = Path(__file__).with_name("protocol.in.md")

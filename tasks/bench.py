@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from itertools import islice
 
 from robosandbox.errors import InputError, ServiceUnavailableError
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.engines import Engine, InProcess, ProcessPool
 from robosandbox.tasks.episodes import Chunk, try_world
-from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.results import BenchSettings, Rate, Row, Tally
 from robosandbox.tasks.results_file import ResultsFile
 from robosandbox.tasks.task import Task

@@ -11,8 +11,8 @@ from itertools import islice
 from typing import Protocol
 
 from robosandbox.errors import ServiceUnavailableError
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.episodes import Chunk, EpisodeRunner, run_chunk
-from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.results import Row
 
 _log = logging.getLogger(__name__)

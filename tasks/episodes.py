@@ -16,8 +16,8 @@ from robosandbox.errors import (
     ServiceUnavailableError,
 )
 from robosandbox.recording.settings import open_recorder
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.contact_monitor import ContactMonitor
-from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.results import BenchSettings, Row
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task

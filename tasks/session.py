@@ -19,10 +19,10 @@ from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
 from robosandbox.protocols import GraspPlanner, MotionPlanner, Skill
+from robosandbox.service.server.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.sensors import find_sensor
-from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.loader import find_task, load_task
@@ -146,7 +146,7 @@ class Session:
             InputError: No such camera.
             RenderingError: No OpenGL on this machine.
         """
-        from robosandbox.sim.cameras import encode
+        from robosandbox.service.server.studio import encode
 
         return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
 

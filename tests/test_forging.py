@@ -12,12 +12,12 @@ from types import ModuleType
 import pytest
 import zenoh
 
-from robosandbox.agent.client import RemoteRobot, connect
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.tasks.remote import RemoteSession
+from robosandbox.service.client import RemoteRobot, connect
+from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.messages import Objects, State, decode
+from robosandbox.service.transport import open_connector
 from robosandbox.testing.kits import KITS, OPEN, Kit, running_kit
-from robosandbox.transport import open_connector
-from robosandbox.wire import Objects, State, decode
 
 ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = ROOT / "examples" / "zenoh"

@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.client import connect
-from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import CancelledError, InputError
-from robosandbox.tasks.service_loader import MOST_BODIES
+from robosandbox.service.client import connect
+from robosandbox.service.client.robot import RemoteRobot
+from robosandbox.service.server.loader import MOST_BODIES
 from robosandbox.testing.processes import SimProcess
 
 # Wall time within which a process ends at SIGTERM on an idle machine is below a second; others may run beside.

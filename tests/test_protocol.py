@@ -10,10 +10,10 @@ from types import ModuleType
 import pytest
 import zenoh
 
-from robosandbox.agent.client import connect
 from robosandbox.errors import ErrorRecord
+from robosandbox.service.client import connect
+from robosandbox.service.messages import Feedback, Goal, SendGoal, decode
 from robosandbox.testing.processes import SimProcess
-from robosandbox.wire import Feedback, Goal, SendGoal, decode
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -79,7 +79,7 @@ def test_every_query_in_the_table_is_answered_by_a_sim(generator: ModuleType, se
 
 
 def test_every_queryable_of_a_sim_is_in_the_table(generator: ModuleType) -> None:
-    server = (DOCS.parent / "sim" / "service" / "server.py").read_text()
+    server = (DOCS.parent / "src" / "robosandbox" / "service" / "server" / "server.py").read_text()
     declared = set(re.findall(r'^            "([a-z_/*]+)": self\._on_', server, flags=re.MULTILINE))
     assert len(declared) > 10
     listed = {key.replace("<name>", "*") for key, kind, *_ in generator.KEYS if "query" in kind and "camera" not in key}

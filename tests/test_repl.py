@@ -16,7 +16,6 @@ import pexpect
 import pyte
 import pytest
 
-from robosandbox.agent.client import connect
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.commands.shell.completion import endings, verbs_for
@@ -25,7 +24,8 @@ from robosandbox.commands.shell.link import Link
 from robosandbox.commands.shell.shell import Shell
 from robosandbox.commands.shell.showing import object_names, scene_table
 from robosandbox.errors import CancelledError, RenderingError
-from robosandbox.tasks.remote import RemoteSession
+from robosandbox.service.client import connect
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan
 from robosandbox.types import DetectedObject, ObservedScene, Pose

@@ -19,13 +19,13 @@ from pathlib import Path
 import pytest
 import zenoh
 
-from robosandbox import access
-from robosandbox.agent.client import Client, RemoteRobot, connect
 from robosandbox.commands.console import EXIT_UNAVAILABLE, EXIT_USAGE
 from robosandbox.errors import ForbiddenError, InputError, InvalidArgumentError, ServiceUnavailableError, SkillError
+from robosandbox.service import access
+from robosandbox.service.client import Client, RemoteRobot, connect
+from robosandbox.service.messages import DEFAULT_ENDPOINT
+from robosandbox.service.transport import open_connector, open_listener
 from robosandbox.testing.kits import Kit, copy_kit, make_certificates, running_kit
-from robosandbox.transport import open_connector, open_listener
-from robosandbox.wire import DEFAULT_ENDPOINT
 
 EXAMPLES = Path(__file__).resolve().parents[1] / "examples" / "zenoh"
 COMMAND = Path(sys.executable).with_name("robo-sandbox")

@@ -11,7 +11,6 @@ from typing import Any
 import pytest
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.client import Client, RemoteRobot, connect
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.errors import (
     BusyError,
@@ -27,15 +26,16 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.protocols import SkillContext
-from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
-from robosandbox.sim.service.server import SimServer
+from robosandbox.service.client import Client, RemoteRobot, connect
+from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.server.checkpoint import SavedWorld, StateFile
+from robosandbox.service.server.loader import TaskLoader
+from robosandbox.service.server.server import SimServer
+from robosandbox.service.transport import open_listener
 from robosandbox.skills.base import Skill
 from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.remote import RemoteSession
-from robosandbox.tasks.service_loader import TaskLoader
 from robosandbox.testing.processes import SimProcess, free_port
-from robosandbox.transport import open_listener
 from robosandbox.types import SkillResult
 
 ROOT = Path(__file__).resolve().parents[1]

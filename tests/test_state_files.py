@@ -17,8 +17,8 @@ import pytest
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
-from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
-from robosandbox.tasks.service_loader import TaskLoader
+from robosandbox.service.server.checkpoint import SavedWorld, StateFile
+from robosandbox.service.server.loader import TaskLoader
 from robosandbox.testing.processes import free_port
 
 Data = dict[str, Any]

@@ -21,13 +21,13 @@ pytest.importorskip("playwright", reason="needs playwright to drive a browser")
 from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, sync_playwright
 
-from robosandbox.agent.client import connect
 from robosandbox.agent.episode import Intended
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
-from robosandbox.tasks.remote import RemoteSession
+from robosandbox.service.client import connect
+from robosandbox.service.client.workcell import RemoteSession
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
 from robosandbox.testing.processes import SimProcess

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import zenoh
 
-from robosandbox.agent.client import RemoteRobot, connect
+from robosandbox.service.client import RemoteRobot, connect
 
 
 def main() -> int:

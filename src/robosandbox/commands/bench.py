@@ -21,8 +21,8 @@ from robosandbox.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from robosandbox.service.client.workcell import RemoteSession
     from robosandbox.tasks.bench import BrokenTask
-    from robosandbox.tasks.remote import RemoteSession
     from robosandbox.tasks.task import Task
 
 app: typer.Typer = plain_app()

@@ -17,8 +17,8 @@ from robosandbox.commands.world import WorldOptions, takes_world
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.sim.service.checkpoint import SavedWorld
-    from robosandbox.tasks.service_loader import TaskLoader
+    from robosandbox.service.server.checkpoint import SavedWorld
+    from robosandbox.service.server.loader import TaskLoader
     from robosandbox.tasks.session import Session
 
 _WAKE_SECONDS = 0.2
@@ -77,11 +77,11 @@ def sim(
         signal.signal(number, lambda *_: stopped.set())
 
     from robosandbox.plugins import load_plugin
+    from robosandbox.service.server.checkpoint import StateFile
+    from robosandbox.service.server.loader import TaskLoader
+    from robosandbox.service.server.server import SimServer
+    from robosandbox.service.transport import open_listener
     from robosandbox.sim.sensors import find_sensor
-    from robosandbox.sim.service.checkpoint import StateFile
-    from robosandbox.sim.service.server import SimServer
-    from robosandbox.tasks.service_loader import TaskLoader
-    from robosandbox.transport import open_listener
 
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)

@@ -32,8 +32,8 @@ from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.agent.client import Client
-    from robosandbox.tasks.remote import RemoteSession
+    from robosandbox.service.client import Client
+    from robosandbox.service.client.workcell import RemoteSession
     from robosandbox.tasks.session import Session
     from robosandbox.tasks.task import Task
 
@@ -180,7 +180,7 @@ class Connection:
             InputError: An endpoint or file is wrong.
             ServiceUnavailableError: No sim is there.
         """
-        from robosandbox.agent.client import connect
+        from robosandbox.service.client import connect
 
         with connect(*(self.connect or ()), zenoh_config=self.zenoh_config, **options) as client:
             yield client
@@ -198,7 +198,7 @@ class Connection:
 
     def before(self, client: Client, world: WorldOptions, *, dialogue: bool = False) -> RemoteSession:
         """Return an agent before the robot of a client that is connected."""
-        from robosandbox.tasks.remote import RemoteSession
+        from robosandbox.service.client.workcell import RemoteSession
 
         return RemoteSession(
             client.robot(self.robot_id),

@@ -33,7 +33,7 @@ from robosandbox.export.pictures import pictures
 from robosandbox.recording.drawing import contact_force
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.settings import rows_per_frame
-from robosandbox.sim.cameras import encode
+from robosandbox.service.server.studio import encode
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.sensors import perfect_intrinsics
 from robosandbox.tasks.replay import open_replay

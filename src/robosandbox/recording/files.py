@@ -11,7 +11,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from robosandbox.errors import InputError
-from robosandbox.sim.service.checkpoint import Checkpoint
+from robosandbox.service.server.checkpoint import Checkpoint
 from robosandbox.types import Positive, StrictModel
 
 META, STEPS, STREAM, EVENTS, RESULT = "meta.json", "steps.parquet", "steps.arrows", "events.jsonl", "result.json"

@@ -30,8 +30,8 @@ from robosandbox.recording.files import (
 from robosandbox.recording.settings import VideoSettings
 from robosandbox.recording.video import VideoWriter
 from robosandbox.recording.writer import StepWriter
+from robosandbox.service.server.served_task import ServedTask
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.sim.service.served_task import ServedTask
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.types import Array
 from robosandbox.versions import versions

@@ -11,7 +11,7 @@ from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
-    from robosandbox.sim.service.served_task import ServedTask
+    from robosandbox.service.server.served_task import ServedTask
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -15,14 +15,14 @@ import zenoh
 
 from robosandbox.errors import ForbiddenError, InputError, RoboSandboxError, SkillError
 from robosandbox.robots.loader import load_robot
+from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.messages import State, decode
 from robosandbox.sim.world import build_world
-from robosandbox.tasks.remote import RemoteSession
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, DetectedObject, ObjectTruth, Observation, Scene, frozen_array
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
-from robosandbox.wire import State, decode
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 1.0

@@ -9,8 +9,8 @@ from collections.abc import Callable
 
 from robosandbox.agent.pace import Pace
 from robosandbox.errors import RoboSandboxError, SkillError
-from robosandbox.sim.cameras import Studio, View
-from robosandbox.sim.service.worker import Worker
+from robosandbox.service.server.studio import Studio, View
+from robosandbox.service.server.worker import Worker
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene

@@ -10,10 +10,10 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.robot import Robot
+from robosandbox.service.messages import Picture
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell
 from robosandbox.types import Array, Observation, ObservedScene, Pose, Scene
-from robosandbox.wire import Picture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

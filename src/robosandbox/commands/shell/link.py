@@ -5,8 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 
-from robosandbox.agent.client import Client, RemoteRobot
-from robosandbox.wire import Goal, GoalRef
+from robosandbox.service.client import Client, RemoteRobot
+from robosandbox.service.messages import Goal, GoalRef
 
 
 class Link:

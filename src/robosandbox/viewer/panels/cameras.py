@@ -12,12 +12,12 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
+from robosandbox.service.messages import Picture
 from robosandbox.types import Array, DetectedObject, ObservedScene
 from robosandbox.viewer import html, operator
 from robosandbox.viewer.handles import assign
 from robosandbox.viewer.operator import News
 from robosandbox.viewer.source import Frame, WorldSource
-from robosandbox.wire import Picture
 
 _SECONDS = 0.35
 _INK, _PAPER = (40, 220, 90), (20, 40, 25)

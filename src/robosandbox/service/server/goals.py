@@ -17,9 +17,9 @@ from robosandbox.errors import (
     UnknownGoalError,
 )
 from robosandbox.evidence import BusyEvidence, ConnectionEvidence, MessageEvidence
-from robosandbox.sim.service.journal import Acceptance, KeptGoal
+from robosandbox.service.messages import KEPT_RESULTS, Goal, GoalStatus, SendGoal
+from robosandbox.service.server.journal import Acceptance, KeptGoal
 from robosandbox.types import SkillResult
-from robosandbox.wire import KEPT_RESULTS, Goal, GoalStatus, SendGoal
 
 MAX_WAITING = 16
 

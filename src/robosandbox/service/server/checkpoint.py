@@ -10,10 +10,10 @@ from pydantic import Field
 from pydantic_core import from_json
 
 from robosandbox.errors import InputError
-from robosandbox.sim.service.journal import KeptGoal, flush_folder, read_file, read_journal
+from robosandbox.service.messages import Count
+from robosandbox.service.server.journal import KeptGoal, flush_folder, read_file, read_journal
 from robosandbox.types import Scene, StrictModel
 from robosandbox.validation import validate
-from robosandbox.wire import Count
 
 _VERSION: Final = 3
 # A crowded scene has some ten thousand numbers, and the goals are those of the ledger, each with its arguments, bytes.

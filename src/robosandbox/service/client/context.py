@@ -12,12 +12,12 @@ from robosandbox.agent.goal import one_goal
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.protocols import Skill
+from robosandbox.service.messages import SkillInfo
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import Intent, ObservedScene, SkillResult
-from robosandbox.wire import SkillInfo
 
 if TYPE_CHECKING:
-    from robosandbox.agent.remote_robot import RemoteRobot
+    from robosandbox.service.client.robot import RemoteRobot
 
 
 class RemoteContext:

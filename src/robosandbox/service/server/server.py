@@ -25,20 +25,7 @@ from robosandbox.errors import (
 )
 from robosandbox.evidence import ConnectionEvidence, MessageEvidence
 from robosandbox.protocols import Skill
-from robosandbox.sim.cameras import Studio
-from robosandbox.sim.service.autosave import Autosave
-from robosandbox.sim.service.changes import WorldChanges
-from robosandbox.sim.service.checkpoint import Checkpoint, SavedWorld, StateFile
-from robosandbox.sim.service.execution import Executor
-from robosandbox.sim.service.goals import Ledger
-from robosandbox.sim.service.liveliness import ConnectedClients
-from robosandbox.sim.service.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
-from robosandbox.sim.service.requests import Request, serve
-from robosandbox.sim.service.served_task import OpenTask, ServedTask
-from robosandbox.sim.service.snapshots import info_of, state_of, true_state_of
-from robosandbox.sim.service.worker import Pace, Worker
-from robosandbox.validation import did_you_mean
-from robosandbox.wire import (
+from robosandbox.service.messages import (
     KEPT_CHECKPOINTS,
     Ask,
     Clock,
@@ -54,6 +41,19 @@ from robosandbox.wire import (
     TrueState,
     key,
 )
+from robosandbox.service.server.autosave import Autosave
+from robosandbox.service.server.changes import WorldChanges
+from robosandbox.service.server.checkpoint import Checkpoint, SavedWorld, StateFile
+from robosandbox.service.server.execution import Executor
+from robosandbox.service.server.goals import Ledger
+from robosandbox.service.server.liveliness import ConnectedClients
+from robosandbox.service.server.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
+from robosandbox.service.server.requests import Request, serve
+from robosandbox.service.server.served_task import OpenTask, ServedTask
+from robosandbox.service.server.snapshots import info_of, state_of, true_state_of
+from robosandbox.service.server.studio import Studio
+from robosandbox.service.server.worker import Pace, Worker
+from robosandbox.validation import did_you_mean
 
 _log = logging.getLogger(__name__)
 # A planning skill hears of its cancellation between two samples or solutions.

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final, Literal
 
-from robosandbox.wire import key
+from robosandbox.service.messages import key
 
 Rule = Mapping[str, Any]
 Flow = Literal["ingress", "egress"]

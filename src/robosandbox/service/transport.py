@@ -10,9 +10,9 @@ from typing import Any
 
 import zenoh
 
-from robosandbox.access import rules_for_anyone
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.wire import DEFAULT_ENDPOINT
+from robosandbox.service.access import rules_for_anyone
+from robosandbox.service.messages import DEFAULT_ENDPOINT
 
 _RETRY = {"period_init_ms": 50, "period_max_ms": 250, "period_increase_factor": 1.5}
 _LOCAL_PROTOCOLS = ("unixsock-stream", "unixpipe")

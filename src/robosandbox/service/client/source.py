@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import zenoh
 
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.wire import key
+from robosandbox.service.messages import key
 
 _log = logging.getLogger(__name__)
 # Between two warnings of what is not believed.

@@ -9,12 +9,12 @@ import zenoh
 from pydantic import ValidationError
 from pydantic_core import from_json
 
-from robosandbox.agent.source import TIMED_OUT, Source
 from robosandbox.errors import ServiceUnavailableError
+from robosandbox.service.client.source import TIMED_OUT, Source
 from robosandbox.skill_errors import ErrorRecord, ForbiddenError
 
 if TYPE_CHECKING:
-    from robosandbox.agent.client import Client
+    from robosandbox.service.client.client import Client
 
 ANSWER_SECONDS = 10.0
 _POLL_SECONDS = 0.02

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
-from robosandbox.agent.remote import RemoteContext
-from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import InputError
+from robosandbox.service.client.context import RemoteContext
+from robosandbox.service.client.robot import RemoteRobot
 from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene, Truth

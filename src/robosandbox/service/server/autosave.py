@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from robosandbox.errors import InputError
-from robosandbox.sim.cameras import Read
-from robosandbox.sim.service.checkpoint import SavedWorld, StateFile
-from robosandbox.sim.service.journal import Acceptance, Journal
-from robosandbox.wire import Goal
+from robosandbox.service.messages import Goal
+from robosandbox.service.server.checkpoint import SavedWorld, StateFile
+from robosandbox.service.server.journal import Acceptance, Journal
+from robosandbox.service.server.studio import Read
 
 _log = logging.getLogger(__name__)
 _PERIOD_SECONDS = 2.0

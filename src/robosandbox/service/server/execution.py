@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping
 from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.protocols import Skill
-from robosandbox.sim.service.goals import Ledger, LiveGoal
-from robosandbox.sim.service.publishing import GoalNews
-from robosandbox.sim.service.served_task import ServedTask
-from robosandbox.sim.service.snapshots import thinned
+from robosandbox.service.messages import Feedback, Goal, Intended
+from robosandbox.service.server.goals import Ledger, LiveGoal
+from robosandbox.service.server.publishing import GoalNews
+from robosandbox.service.server.served_task import ServedTask
+from robosandbox.service.server.snapshots import thinned
 from robosandbox.types import Intent, SkillCall, SkillResult
-from robosandbox.wire import Feedback, Goal, Intended
 
 _log = logging.getLogger(__name__)
 _REST_TRIALS = 5

@@ -16,10 +16,10 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
+from robosandbox.service.messages import Picture
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.types import Array, Intrinsics, Pose
-from robosandbox.wire import Picture
 
 _log = logging.getLogger(__name__)
 _MOST_HZ = 30.0

@@ -16,12 +16,12 @@ from typing import Self
 
 import zenoh
 
-from robosandbox.agent.remote_goal import RemoteGoal
-from robosandbox.agent.remote_robot import RemoteRobot
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.transport import open_connector
+from robosandbox.service.client.goal import RemoteGoal
+from robosandbox.service.client.robot import RemoteRobot
+from robosandbox.service.messages import DEFAULT_ENDPOINT, key, robot_of
+from robosandbox.service.transport import open_connector
 from robosandbox.validation import did_you_mean
-from robosandbox.wire import DEFAULT_ENDPOINT, key, robot_of
 
 __all__ = ["Client", "RemoteGoal", "RemoteRobot", "connect"]
 

@@ -8,14 +8,14 @@ from pathlib import Path
 from robosandbox.errors import InputError
 from robosandbox.recording.settings import RecordSettings, open_recorder
 from robosandbox.recording.skill import RecordedSkill
+from robosandbox.service.messages import Load
+from robosandbox.service.server.checkpoint import SavedWorld
 from robosandbox.sim.objects import count_bodies, count_geoms
-from robosandbox.sim.service.checkpoint import SavedWorld
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene
 from robosandbox.validation import validate
-from robosandbox.wire import Load
 
 _PICTURE_SIZE = (480, 640)
 # What a task over the wire may make: 300 loose boxes or 200 beads in two bins take 11 to 15 ms of CPU for a control tick of

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import zenoh
 
-from robosandbox.wire import key
+from robosandbox.service.messages import key
 
 _GRACE_SECONDS = 1.0
 

@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
+from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
+from robosandbox.service.server.goals import LiveGoal
+from robosandbox.service.server.served_task import ServedTask
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.sim.service.goals import LiveGoal
-from robosandbox.sim.service.served_task import ServedTask
 from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
-from robosandbox.wire import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
 
 _MOST_SHOWN = 64
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 from robosandbox.errors import ConnectionLostError, UnknownGoalError
 from robosandbox.evidence import ConnectionEvidence
+from robosandbox.service.messages import Feedback, Goal, Intended
 from robosandbox.types import Intent, SkillResult
-from robosandbox.wire import Feedback, Goal, Intended
 
 if TYPE_CHECKING:
-    from robosandbox.agent.remote_robot import RemoteRobot
+    from robosandbox.service.client.robot import RemoteRobot
 
 _CHECK_SECONDS = 2.0
 _SLICE_SECONDS = 0.02

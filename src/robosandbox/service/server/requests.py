@@ -9,7 +9,7 @@ import zenoh
 
 from robosandbox.errors import InputError, InternalError, InvalidArgumentError, InvalidMessageError, SkillError
 from robosandbox.evidence import MessageEvidence
-from robosandbox.wire import JSON, Ask, Message, MessageT, decode
+from robosandbox.service.messages import JSON, Ask, Message, MessageT, decode
 
 _log = logging.getLogger(__name__)
 

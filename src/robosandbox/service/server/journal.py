@@ -21,8 +21,8 @@ from typing import IO, Any
 from pydantic import Field, ValidationError
 
 from robosandbox.errors import InputError
+from robosandbox.service.messages import KEPT_RESULTS, MAX_REQUEST_BYTES, Count, Goal
 from robosandbox.types import StrictModel
-from robosandbox.wire import KEPT_RESULTS, MAX_REQUEST_BYTES, Count, Goal
 
 _log = logging.getLogger(__name__)
 

@@ -7,9 +7,9 @@ from collections.abc import Callable
 
 from robosandbox.errors import BusyError, CancelledError
 from robosandbox.evidence import BusyEvidence
-from robosandbox.sim.service.goals import Ledger
-from robosandbox.sim.service.requests import Request
-from robosandbox.wire import Message
+from robosandbox.service.messages import Message
+from robosandbox.service.server.goals import Ledger
+from robosandbox.service.server.requests import Request
 
 
 class WorldChanges:

@@ -14,10 +14,10 @@ from zenoh import ext
 
 from robosandbox.errors import InvalidMessageError
 from robosandbox.evidence import MessageEvidence
-from robosandbox.sim.cameras import ENCODINGS, Format, Kind, Read, Studio, View
-from robosandbox.sim.service.requests import Request
+from robosandbox.service.messages import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
+from robosandbox.service.server.requests import Request
+from robosandbox.service.server.studio import ENCODINGS, Format, Kind, Read, Studio, View
 from robosandbox.validation import did_you_mean
-from robosandbox.wire import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
 
 _log = logging.getLogger(__name__)
 _OBJECTS_HZ = 5.0

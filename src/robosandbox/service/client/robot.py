@@ -11,18 +11,16 @@ from typing import TYPE_CHECKING, Any
 import zenoh
 from pydantic import ValidationError
 
-from robosandbox.agent.asking import ANSWER_SECONDS, Asker
-from robosandbox.agent.remote import RemoteContext, RemoteSkill
-from robosandbox.agent.remote_goal import RemoteGoal
 from robosandbox.errors import (
     InputError,
     InvalidArgumentError,
     InvalidMessageError,
     ServiceUnavailableError,
 )
-from robosandbox.types import IDENTIFIER, ObservedScene, Truth
-from robosandbox.validation import explain
-from robosandbox.wire import (
+from robosandbox.service.client.asking import ANSWER_SECONDS, Asker
+from robosandbox.service.client.context import RemoteContext, RemoteSkill
+from robosandbox.service.client.goal import RemoteGoal
+from robosandbox.service.messages import (
     Ask,
     Clock,
     Feedback,
@@ -44,9 +42,11 @@ from robosandbox.wire import (
     decode,
     key,
 )
+from robosandbox.types import IDENTIFIER, ObservedScene, Truth
+from robosandbox.validation import explain
 
 if TYPE_CHECKING:
-    from robosandbox.agent.client import Client
+    from robosandbox.service.client.client import Client
 
 _log = logging.getLogger(__name__)
 _LOAD_SECONDS = 120.0

@@ -9,10 +9,10 @@ from typing import Protocol
 from pydantic import BaseModel
 
 from robosandbox.protocols import Skill, SkillContext
+from robosandbox.service.messages import Load
+from robosandbox.service.server.checkpoint import Checkpoint
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.sim.service.checkpoint import Checkpoint
 from robosandbox.types import SkillCall
-from robosandbox.wire import Load
 
 
 class GoalContext(SkillContext, Protocol):
