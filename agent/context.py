@@ -15,7 +15,8 @@ from robosandbox.drivers import require
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
 from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception, Simulated
+from robosandbox.perception.ground_truth import GroundTruthPerception
+from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
 
 _log = logging.getLogger(__name__)
@@ -41,7 +42,7 @@ class AgentContext:
         perception: What is where in it.
         grasp: Ways to hold things.
         motion: Configurations and paths.
-        what_if: Whether skills may try repairs on copies of the world.
+        what_if: Whether skills may try repairs on the twin, a simulation of what is believed.
         what_if_seconds: How many simulated seconds all trials after one failure may take together.
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
@@ -96,17 +97,11 @@ class AgentContext:
             if limits.workspace is not None:
                 check_call(call, self.look(), limits.workspace)
 
-    def fork(self) -> AgentContext:
-        """Return a context in a copy of the world, for trying things out; nothing there touches this one.
-
-        Raises:
-            TypeError: This world cannot be copied.
-        """
-        if not isinstance(self.sim, Simulated):
-            raise TypeError(f"{type(self.sim).__name__} cannot be copied; use what_if=False")
+    def twin(self) -> AgentContext:
+        """Return a context in a simulation of what is believed now, for trying things out; nothing there touches this one."""
         copy = AgentContext(
-            sim=self.sim.fork(),
-            perception=self.perception,
+            sim=self.planning(self.look()).twin(self.sim.state()),
+            perception=GroundTruthPerception(),
             grasp=self.grasp,
             motion=self.motion,
             what_if=False,
@@ -118,8 +113,8 @@ class AgentContext:
         return copy
 
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
-        """Return what would do in place of a failed call, tried on copies of the world; nothing with `what_if` off."""
-        if not self.what_if or not isinstance(self.sim, Simulated):
+        """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off."""
+        if not self.what_if:
             return ()
         # Repairs call skills, which are called with this context.
         from robosandbox.agent.repairs import find_repairs

@@ -1,4 +1,4 @@
-"""Repairs: what else would do, tried on a copy of the world before it is offered."""
+"""Repairs: what else would do, tried on the twin, a simulation of what is believed, before it is offered."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class _Budget:
 
 
 def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
-    """Return skill calls that reach the failed call's post-condition on a copy of the world.
+    """Return skill calls that reach the failed call's post-condition on the twin.
 
     What moves the fewest other things comes first, then what takes the least time.
 
@@ -75,14 +75,15 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
     if error.code not in _CURABLE:
         return ()
     skills = {skill.name: skill for skill in load_skills()}
-    budget = _Budget(ctx.what_if_seconds, ctx.sim.control_timestep)
+    budget: _Budget | None = None
     found: list[Repair] = []
     tried: list[Calls] = []
     for calls, why in Candidates(ctx.look(), call, error).all():
         if calls in tried or any(item.skill not in skills for item in calls):
             continue
         tried.append(calls)
-        copy = ctx.fork()
+        copy = ctx.twin()
+        budget = budget or _Budget(ctx.what_if_seconds, copy.sim.control_timestep)
         copy.sim.tick_hooks.append(budget)
         begin = copy.sim.time
         try:
@@ -96,7 +97,8 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
         except SkillError as failure:
             _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), failure)
         else:
-            found.append(Repair(calls=calls, why=why, cost=round(copy.sim.time - begin, 3)))
+            cost, believed = round(copy.sim.time - begin, 3), not ctx.sim.capabilities.truth
+            found.append(Repair(calls=calls, why=why, cost=cost, believed=believed))
         if len(found) >= _ENOUGH:
             break
     return tuple(sorted(found, key=lambda repair: (len(_handled(repair.calls) - _handled((call,))), repair.cost)))

@@ -1,12 +1,15 @@
 """What becomes of perturbed episodes: recovered, rightly refused, or neither.
 
-    python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--cases nudged slipped ...] [--jobs 2] [--json]
+    python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--compare] [--cases nudged slipped ...] [--jobs 2] [--json]
 
 A fault strikes at a random moment of a bundled task: robosandbox.testing.perturbations draws it, the moment and the layout from
 the seed. Where the task can still be done, the share of episodes that end with it done, judged on the simulated state, is
 the recovery rate. Where it cannot, a correct refusal ends the episode after the first failed skill call, with an error
 whose evidence names the cause. A false claim is an agent's "done" that the simulated state contradicts. The largest force
 of the arm on the table, on itself and on what no call named is kept over all control ticks.
+
+With `--compare` each failure's repairs are looked for twice: on the twin, which is made of what is believed, and on an exact
+copy of the simulated world, hidden faults included. The twin's are used.
 """
 
 from __future__ import annotations
@@ -22,13 +25,18 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import SkillStarted
+from robosandbox.agent.repairs import find_repairs
+from robosandbox.errors import Repair, SkillError
+from robosandbox.protocols import Simulated
 from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.testing.causes import out_of_reach
 from robosandbox.testing.faults import ContactMeter, FaultInjector
 from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
 from robosandbox.testing.sampling import Perturbation
+from robosandbox.types import SkillCall
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,6 +59,7 @@ class Row:
         sim_secs: Simulated seconds.
         cpu_secs: Processor seconds, roll-outs included.
         contacts: The largest force on what was not to be touched, by kind: N and the two bodies.
+        compared: With `--compare`, the repairs of each failure on the twin and on an exact copy.
     """
 
     case: str
@@ -68,6 +77,7 @@ class Row:
     sim_secs: float
     cpu_secs: float
     contacts: dict[str, tuple[float, str, str]]
+    compared: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
 
     @property
     def refused_rightly(self) -> bool:
@@ -75,13 +85,48 @@ class Row:
         return not self.claimed and self.attempts <= 1 and self.named
 
 
-def run(name: str, seed: int, what_if: bool) -> Row:
+class Comparison(AgentContext):
+    """A context that looks for repairs on an exact copy of the world, too.
+
+    Attributes:
+        found: Of each failure what was found on the twin and on the copy.
+    """
+
+    found: list[tuple[tuple[str, ...], tuple[str, ...]]]
+    exact: bool
+
+    def twin(self) -> AgentContext:
+        """Return a context in the twin, or in a copy while that is asked for."""
+        if not self.exact:
+            return super().twin()
+        assert isinstance(self.sim, Simulated)
+        parts = {"perception": self.perception, "grasp": self.grasp, "motion": self.motion, "limits": self.limits}
+        return AgentContext(sim=self.sim.fork(), what_if=False, advise=False, **parts)
+
+    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+        """Return what the twin says, and keep what the copy says."""
+        used = super().repairs_for(call, error)
+        self.exact = True
+        other = find_repairs(self, call, error)
+        self.exact = False
+        self.found.append((_calls(used), _calls(other)))
+        return used
+
+
+def _calls(repairs: Sequence[Repair]) -> tuple[str, ...]:
+    return tuple("; ".join(map(str, repair.calls)) for repair in repairs)
+
+
+def run(name: str, seed: int, what_if: bool, compare: bool = False) -> Row:
     """Run one episode."""
     case = CASES[name]
     task, perturbation, subject = draw_perturbation(case, seed)
     with open_session(task, what_if=what_if) as session:
         if perturbation.perception is not None:
             session.ctx.perception = perturbation.perception
+        if compare:
+            session.ctx.__class__ = Comparison
+            session.ctx.found, session.ctx.exact = [], False
         meter = ContactMeter(session.sim)
         session.sim.tick_hooks.append(meter)
         session.agent.listeners.append(lambda event: _expect(meter, event))
@@ -111,6 +156,7 @@ def run(name: str, seed: int, what_if: bool) -> Row:
         sim_secs=round(secs, 2),
         cpu_secs=round(cpu, 2),
         contacts={kind: (round(force, 1), a, b) for kind, (force, a, b) in meter.worst.items()},
+        compared=tuple(getattr(session.ctx, "found", ())),
     )
 
 
@@ -137,6 +183,7 @@ def _arm(session: Session, perturbation: Perturbation) -> None:
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of some episodes."""
+    pairs = [pair for row in rows for pair in row.compared]
     hopeful = [row for row in rows if not row.hopeless]
     hopeless = [row for row in rows if row.hopeless]
     worst: dict[str, tuple[float, str, str]] = {}
@@ -153,6 +200,8 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "cpu_s_median": statistics.median(row.cpu_secs for row in rows),
         "cpu_s_max": max(row.cpu_secs for row in rows),
         "worst_contact_n": worst,
+        "same_repairs": _rate(sum(twin == copy for twin, copy in pairs), len(pairs)),
+        "same_first_repair": _rate(sum(twin[:1] == copy[:1] for twin, copy in pairs), len(pairs)),
     }
 
 
@@ -182,13 +231,14 @@ def main() -> None:
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--no-what-if", action="store_true")
     parser.add_argument("--cases", nargs="+", choices=list(CASES), default=list(CASES))
+    parser.add_argument("--compare", action="store_true", help="look for repairs on an exact copy, too")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--misses", action="store_true", help="also print every episode that went wrong")
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
     logging.disable(logging.WARNING)
     seeds = range(arguments.first_seed, arguments.first_seed + arguments.seeds)
-    episodes = [(name, seed, not arguments.no_what_if) for name in arguments.cases for seed in seeds]
+    episodes = [(name, seed, not arguments.no_what_if, arguments.compare) for name in arguments.cases for seed in seeds]
     if arguments.jobs > 1:
         context = multiprocessing.get_context("spawn")
         with ProcessPoolExecutor(arguments.jobs, mp_context=context) as pool:
@@ -206,6 +256,8 @@ def main() -> None:
     )
     for name, figures in table.items():
         print(_line(name, figures))
+    if arguments.compare:
+        print(f"same repairs: {table['all']['same_repairs']}; same first repair: {table['all']['same_first_repair']}")
     if arguments.misses:
         for row in rows:
             if not (row.refused_rightly if row.hopeless else row.done and row.claimed):

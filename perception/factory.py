@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+from robosandbox.motion.beliefs import Known
 from robosandbox.perception.naming import Declared
 from robosandbox.plugins import make_plugin
 from robosandbox.protocols import Perception
@@ -19,16 +20,22 @@ class Setup:
     Attributes:
         scene: Robot and table; its objects are left out.
         declared: The task's objects.
+        known: What the task says of them that no camera shows, by id.
     """
 
     scene: Scene = field(default_factory=Scene)
     declared: tuple[Declared, ...] = field(default_factory=tuple)
+    known: Mapping[str, Known] = field(default_factory=dict)
 
     @classmethod
     def of(cls, scene: Scene) -> Setup:
         """Return what a task says of its scene, places left out."""
         bare = scene.model_copy(update={"objects": ()})
-        return cls(scene=bare, declared=tuple(Declared.of(item) for item in scene.objects))
+        return cls(
+            scene=bare,
+            declared=tuple(Declared.of(item) for item in scene.objects),
+            known={item.id: Known.of(item) for item in scene.objects},
+        )
 
 
 def make_perception(name: str, setup: Setup, options: Mapping[str, Any] | None = None) -> Perception:

@@ -5,14 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from robosandbox.drivers import require
-from robosandbox.motion.planning_scene import PlanningScene
+from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.colour import colour_name
 from robosandbox.protocols import Driver, Simulated
-from robosandbox.types import ObservedScene
+from robosandbox.sim.world import World
+from robosandbox.types import ObservedScene, Scene
 
 
 class GroundTruthPerception:
     """Reports every object where it is."""
+
+    def __init__(self) -> None:
+        self._told: Scene | None = None
+        self._scenes: PlanningScenes | None = None
 
     def view(self, sim: Driver) -> Driver:
         """Return the sim as it is."""
@@ -20,7 +25,14 @@ class GroundTruthPerception:
 
     def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen, in the model that is simulated: what is seen exactly is the same there."""
-        return PlanningScene(_simulated(sim).world, seen)
+        world = _simulated(sim).world
+        return PlanningScene(world, seen, believed=lambda seen: self._believed(world.scene, seen))
+
+    def _believed(self, told: Scene, seen: ObservedScene) -> World:
+        """Return a model of what is seen; of what is simulated, the objects' masses and meshes go into it."""
+        if self._scenes is None or told != self._told:
+            self._told, self._scenes = told, PlanningScenes.exact(told)
+        return self._scenes.world_of(seen)
 
     def perceive(self, sim: Driver) -> ObservedScene:
         """Return all objects of the simulated state."""

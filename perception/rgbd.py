@@ -203,7 +203,7 @@ class RgbdPerception:
 
     def _planning_scenes(self) -> PlanningScenes:
         if self._scenes is None:
-            self._scenes = PlanningScenes(self._setup.scene)
+            self._scenes = PlanningScenes(self._setup.scene, self._setup.known)
         return self._scenes
 
     def _robot(self) -> RobotMask:

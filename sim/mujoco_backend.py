@@ -466,14 +466,18 @@ class MuJoCoBackend:
     def fork(self) -> MuJoCoBackend:
         """Return a copy of the world that shares the model and nothing else: for trying things out."""
         other = MuJoCoBackend(self.render_size, self.control_timestep, sensor=self.sensor)
-        other._world = self._world
-        other._data = mujoco.MjData(self.model)
-        other._servo_lag = self._servo_lag
+        other._take(self._loaded)
         other._trim = self._trim.copy()
-        other._substeps = self._substeps
-        other._mesh_sizes = self._mesh_sizes
         other.restore(self.snapshot())
         return other
+
+    @classmethod
+    def over(cls, world: World, state: Array) -> MuJoCoBackend:
+        """Return a backend over a world that is compiled already, in a state as `snapshot` returns it."""
+        sim = cls()
+        sim._take(world)
+        sim.restore(state)
+        return sim
 
     # Inside.
 
@@ -497,13 +501,17 @@ class MuJoCoBackend:
     def _compile(self, scene: Scene) -> None:
         self.ask_wait_hooks()
         config = Path(scene.robot_config) if scene.robot_config else None
-        self._world = world = build_world(
-            scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height), board=self._board
-        )
-        self._data = mujoco.MjData(world.model)
+        robot = load_robot(scene.robot_urdf, config, table_height=scene.table_height)
+        self._take(build_world(scene, robot, board=self._board))
         self.compilations += 1
+
+    def _take(self, world: World) -> None:
+        """Simulate a compiled world, everything where the model has it."""
+        self._world = world
+        self._data = mujoco.MjData(world.model)
+        self._trim = np.zeros(world.robot.n)
         self._mesh_sizes = {}
-        for item in scene.objects:
+        for item in world.scene.objects:
             if item.mesh is not None:
                 low, high = mesh_bounds(item.mesh, item.scale, of=item.id)
                 self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)

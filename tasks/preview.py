@@ -1,4 +1,4 @@
-"""What a plan would do: its calls carried out on a copy of the world."""
+"""What a plan would do: its calls carried out on the twin, a simulation of what is believed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from robosandbox.types import Plan, SkillCall, SkillResult
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Preview:
-    """What came of a plan on a copy of the world.
+    """What came of a plan on the twin.
 
     Attributes:
         steps: The calls that reached their post-conditions, with the results.
@@ -54,8 +54,8 @@ class Preview:
 
 
 def preview(session: Session, plan: Plan) -> Preview:
-    """Carry out a plan on a copy of the session's world; the world itself is left alone."""
-    ctx = session.ctx.fork()
+    """Carry out a plan on the twin of the session's world; the world itself is left alone."""
+    ctx = session.ctx.twin()
     copy = ctx.sim
     agent = Agent(ctx=ctx, skills=session.skills, planner=session.agent.planner)
     agent.permits.append(ctx.permit)

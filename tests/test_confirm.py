@@ -1,4 +1,4 @@
-"""Previews on a copy of the world, asking first, and the workspace that no planner can pass."""
+"""Previews on the twin, asking first, and the workspace that no planner can pass."""
 
 import io
 import json

@@ -120,7 +120,7 @@ def test_the_stub_planner_opens_a_drawer_first_unless_it_is_open() -> None:
 def test_a_drawer_comes_back_with_its_checkpoint_and_copies_slide_alone() -> None:
     with session_of(drawer(open=0.05)) as session:
         kept = session.checkpoint()
-        copy = session.ctx.fork()
+        copy = session.ctx.twin()
         OpenDrawer()(copy, {"drawer": "drawer"})
         assert opening(copy) > OPEN
         assert opening(session.ctx) == pytest.approx(0.05, abs=1e-4)

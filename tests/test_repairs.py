@@ -1,4 +1,4 @@
-"""Repairs are tried on a copy of the world, offered with the error, and used by the planner."""
+"""Repairs are tried on the twin, offered with the error, and used by the planner."""
 
 import numpy as np
 import pytest

@@ -235,7 +235,7 @@ class SkillContext(AgentWorld, Protocol):
         ...
 
     def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
-        """Return what would do in place of a failed call, tried on copies of the world."""
+        """Return what would do in place of a failed call, tried on a simulation of what is believed."""
         ...
 
     def advice_for(self, error: SkillError) -> str:

@@ -87,17 +87,19 @@ class Phase(StrEnum):
 
 
 class Repair(StrictModel):
-    """Skill calls that reached the post-condition on a copy of the world.
+    """Skill calls that reached the post-condition on the twin: a simulation of what perception believed.
 
     Attributes:
         calls: What to run in place of the failed call.
         why: One sentence for the person.
         cost: Simulated seconds it took there.
+        believed: Whether that twin was made of what cameras show; of the simulated state where not.
     """
 
     calls: tuple[SkillCall, ...]
     why: str
     cost: float
+    believed: bool = True
 
 
 class SkillError(RoboSandboxError):
@@ -108,7 +110,7 @@ class SkillError(RoboSandboxError):
         phase: What the skill was doing.
         message: What, which value, which limit, what to do.
         evidence: Measurements, typed per code.
-        repairs: Calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
+        repairs: Calls that were tried on the twin, the one that moves the fewest other things first, then the cheapest.
     """
 
     code: ClassVar[ErrorCode] = ErrorCode.INTERNAL
@@ -158,7 +160,7 @@ class ErrorRecord(StrictModel):
         phase: What the skill was doing.
         message: What, which value, which limit, what to do.
         evidence: Measurements, of the kind that the code has.
-        repairs: Skill calls that were tried on a copy of the world, the one that moves the fewest other things first, then the cheapest.
+        repairs: Skill calls that were tried on the twin, the one that moves the fewest other things first, then the cheapest.
     """
 
     code: ErrorCode

@@ -14,12 +14,11 @@ if TYPE_CHECKING:
 
 
 def dry_run(session: Session, prompt: str, json: bool) -> int:
-    """Print a plan and what came of it on a copy of the world; the world itself does not move."""
+    """Print a plan and what came of it on the twin; the world itself does not move."""
     from robosandbox.agent.usage import metered
     from robosandbox.tasks.preview import preview
     from robosandbox.types import Refusal
 
-    _check_copies(session, "--dry-run")
     with metered() as usage:
         answer = session.agent.plan(prompt)
     tried = None if isinstance(answer, Refusal) else preview(session, answer)
@@ -55,8 +54,6 @@ def ask_before(session: Session, prompt: str | None) -> None:
             "--confirm: the prompt is read from stdin, and so would be your answer; give the prompt itself"
         )
 
-    _check_copies(session, "--confirm")
-
     def ask(plan: Plan) -> bool:
         for line in preview(session, plan).lines():
             print(f"    plan  {line}", file=sys.stderr)
@@ -64,10 +61,3 @@ def ask_before(session: Session, prompt: str | None) -> None:
         return sys.stdin.readline().strip().lower() in ("y", "yes")
 
     session.agent.approve = ask
-
-
-def _check_copies(session: Session, option: str) -> None:
-    from robosandbox.protocols import Simulated
-
-    if not isinstance(session.ctx.sim, Simulated):
-        raise InputError(f"{option}: what cameras see cannot be copied to try things out; leave --perception out")

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from functools import cached_property
 
 import mujoco
 import numpy as np
 
+from robosandbox.motion.beliefs import Known, believed_scene
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.dls import DlsSolver
 from robosandbox.motion.robot_shapes import RobotShapes
+from robosandbox.motion.twin import closing_stiffness, make_twin
+from robosandbox.protocols import Simulated
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.world import World, build_world
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene, SceneObject
+from robosandbox.types import Array, DetectedObject, Observation, ObservedScene, Scene
 
 # Two sightings of an object whose sizes differ by less than this share a compiled model, metres: the accuracy that
 # benchmarks/perception.py measures for the sizes of objects in depth pictures.
 _SAME_SIZE = 0.0015
-# The smallest half size that a body is compiled with, metres; what is badly seen may look like less.
-_LEAST_SIZE = 0.001
-# Mass of a believed object, kg; a planning model is never stepped, so that any positive mass will do.
-_BELIEVED_MASS = 0.05
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
 
 
@@ -34,14 +34,27 @@ class PlanningScene:
     Args:
         world: The compiled model of robot, table and objects.
         seen: Where the objects are believed to be.
+        believed: Compiles what is believed; None where `world` is that already.
 
     Attributes:
         seen: Where the objects are believed to be.
     """
 
-    def __init__(self, world: World, seen: ObservedScene) -> None:
+    def __init__(
+        self, world: World, seen: ObservedScene, *, believed: Callable[[ObservedScene], World] | None = None
+    ) -> None:
         self._world = world
+        self._believed = believed
         self.seen: ObservedScene = seen
+
+    def twin(self, state: Observation) -> Simulated:
+        """Return a simulated world that is what is believed and nothing else, to try things out in.
+
+        Args:
+            state: How the robot stands now.
+        """
+        world = self._world if self._believed is None else self._believed(self.seen)
+        return make_twin(world, self.seen, state)
 
     @property
     def robot(self) -> Robot:
@@ -95,14 +108,7 @@ class PlanningScene:
 
         In the actuator's unit (N or N m); 0 where an actuator is no servo, or the gripper cannot close further.
         """
-        gripper, model = self.robot.gripper, self._world.model
-        if gripper is None or closed >= 1.0:
-            return 0.0
-        ids = gripper.actuator_ids
-        if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
-            return 0.0
-        travel = np.abs(gripper.geometry.control(1.0) - gripper.geometry.control(closed)) / (1.0 - closed)
-        return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())
+        return closing_stiffness(self._world, closed)
 
     @cached_property
     def _gripper_names(self) -> frozenset[str]:
@@ -115,13 +121,20 @@ class PlanningScenes:
 
     Args:
         scene: Names the robot and the table; its objects are not read.
+        known: What is known of objects that no camera shows, by id.
     """
 
-    def __init__(self, scene: Scene) -> None:
+    def __init__(self, scene: Scene, known: Mapping[str, Known] | None = None) -> None:
         self._frame = scene.model_copy(update={"objects": ()})
+        self._known = dict(known or {})
         self._robot_model = load_robot(scene.robot_urdf, scene.robot_config, table_height=scene.table_height)
         self._believed: dict[str, DetectedObject] = {}
         self._world: World = build_world(self._frame, self._robot_model)
+
+    @classmethod
+    def exact(cls, scene: Scene) -> PlanningScenes:
+        """Return those of a scene whose objects are known exactly, but for where they are and how large."""
+        return cls(scene, {item.id: Known.of(item, exactly=True) for item in scene.objects})
 
     def robot_shapes(self) -> RobotShapes:
         """Return the robot's drawn shapes, to be placed by its joints."""
@@ -129,26 +142,24 @@ class PlanningScenes:
 
     def of(self, seen: ObservedScene) -> PlanningScene:
         """Return the robot among these objects."""
+        return PlanningScene(self.world_of(seen), seen)
+
+    def world_of(self, seen: ObservedScene) -> World:
+        """Return the compiled model of the robot among these objects, wherever they are."""
         believed = {item.id: item for item in seen.objects}
         known = self._believed
         if believed.keys() != known.keys() or not all(_alike(known[name], believed[name]) for name in believed):
-            objects = tuple(_as_object(item) for item in believed.values())
-            self._world = build_world(self._frame.model_copy(update={"objects": objects}), self._robot_model)
+            scene = believed_scene(self._frame, believed.values(), self._known)
+            self._world = build_world(scene, self._robot_model)
             self._believed = believed
-        return PlanningScene(self._world, seen)
+        return self._world
 
 
 def _alike(a: DetectedObject, b: DetectedObject) -> bool:
-    return a.kind == b.kind and all(abs(x - y) < _SAME_SIZE for x, y in zip(a.size, b.size, strict=True))
-
-
-def _as_object(item: DetectedObject) -> SceneObject:
-    # Where a mesh was only seen, no file of it is known.
-    kind = item.kind if item.shape.size_fields else "box"
-    size = tuple(max(measure, _LEAST_SIZE) for measure in item.size)
-    pose = Pose(xyz=item.pose.xyz, quat_xyzw=item.pose.quat_xyzw)
-    return SceneObject(
-        id=item.id, kind=kind, size=size, pose=pose, mass=_BELIEVED_MASS, open=min(item.opening or 0.0, size[-1])
+    return (
+        a.kind == b.kind
+        and len(a.grains) == len(b.grains)
+        and all(abs(x - y) < _SAME_SIZE for x, y in zip(a.size, b.size, strict=True))
     )
 
 

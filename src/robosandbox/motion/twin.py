@@ -1,0 +1,87 @@
+"""A simulated driver made from beliefs: robot and objects as they are believed to be, to try things out in."""
+
+from __future__ import annotations
+
+import mujoco
+import numpy as np
+
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.world import World
+from robosandbox.types import GripperState, Observation, ObservedScene, Pose
+
+# Seconds that a twin is given before anything is tried: ten time constants of MuJoCo's default contact (0.02 s), in which
+# things that are believed to overlap by a little have been pushed apart.
+_SETTLE_SECONDS = 0.2
+
+
+def make_twin(world: World, seen: ObservedScene, state: Observation) -> MuJoCoBackend:
+    """Return a simulation of what is believed: objects at rest where they are seen, what the hand holds in the hand.
+
+    Args:
+        world: The compiled model of what is believed.
+        seen: Where the objects are; one that the model does not have, as beads without a container, is left out.
+        state: How the robot stands.
+    """
+    data = mujoco.MjData(world.model)
+    data.time = state.time
+    _put_robot(world, data, state)
+    for item in seen.objects:
+        if item.id not in world.parts:
+            continue
+        bodies = world.parts[item.id]
+        if item.grains:
+            for body, place in zip(bodies, item.grains, strict=True):
+                _put(world.model, data, int(body), Pose(xyz=place))
+            continue
+        _put(world.model, data, int(bodies[0]), item.pose)
+        if item.opening is not None:
+            joint = int(world.model.body_jntadr[bodies[1]])
+            data.qpos[world.model.jnt_qposadr[joint]] = np.clip(item.opening, *world.model.jnt_range[joint])
+    vector = np.empty(mujoco.mj_stateSize(world.model, mujoco.mjtState.mjSTATE_INTEGRATION))
+    mujoco.mj_getState(world.model, data, vector, mujoco.mjtState.mjSTATE_INTEGRATION)
+    twin = MuJoCoBackend.over(world, vector)
+    twin.wait(_SETTLE_SECONDS)
+    return twin
+
+
+def closing_stiffness(world: World, closed: float) -> float:
+    """Return how much more force the gripper's servos give per closed fraction commanded beyond `closed`.
+
+    In the actuator's unit (N or N m); 0 where an actuator is no servo, or the gripper cannot close further.
+    """
+    gripper, model = world.robot.gripper, world.model
+    if gripper is None or closed >= 1.0:
+        return 0.0
+    ids = gripper.actuator_ids
+    if (model.actuator_biastype[ids] != mujoco.mjtBias.mjBIAS_AFFINE.value).any():
+        return 0.0
+    travel = np.abs(gripper.geometry.control(1.0) - gripper.geometry.control(closed)) / (1.0 - closed)
+    return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())
+
+
+def _put_robot(world: World, data: mujoco.MjData, state: Observation) -> None:
+    """Put the robot where its encoders say that it stands, its servos told to stay there and to grip as they do."""
+    robot = world.robot
+    data.qpos[robot.qpos_indices] = state.q
+    data.ctrl[robot.actuator_ids] = robot.control(np.clip(state.q, robot.lower, robot.upper))
+    if robot.gripper is not None and state.gripper is not None:
+        data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(state.gripper.joint)
+        data.ctrl[robot.gripper.actuator_ids] = robot.gripper.geometry.control(_commanded(world, state.gripper))
+
+
+def _commanded(world: World, gripper: GripperState) -> float:
+    """Return what the gripper was last sent to, 0 open to 1 closed: as it tells, or as its force tells."""
+    closed = float(np.clip(gripper.closed, 0.0, 1.0))
+    stiffness = closing_stiffness(world, closed)
+    if gripper.commanded is not None:
+        closed = gripper.commanded
+    elif gripper.force is not None and stiffness > 0.0:
+        closed += gripper.force / stiffness
+    return float(np.clip(closed, 0.0, 1.0))
+
+
+def _put(model: mujoco.MjModel, data: mujoco.MjData, body: int, pose: Pose) -> None:
+    """Put a free body at a pose."""
+    address = int(model.jnt_qposadr[model.body_jntadr[body]])
+    x, y, z, w = pose.quat_xyzw
+    data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
