@@ -1,0 +1,290 @@
+"""The Panda of `pybullet_data` as a driver: encoders, servos, a gripper without a sense of force, and three cameras."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Final
+
+import numpy as np
+import pybullet
+
+from robosandbox.drivers import Capabilities, require
+from robosandbox.errors import InputError
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.robot import Robot
+from robosandbox.types import (
+    Array,
+    GripperState,
+    Observation,
+    ObservedScene,
+    Pose,
+    RgbdFrame,
+    Scene,
+    Trajectory,
+    Truth,
+    frozen_array,
+)
+from robosandbox_pybullet.cameras import cameras, draw
+from robosandbox_pybullet.referee import measured
+from robosandbox_pybullet.world import PHYSICS_TIMESTEP, ROBOT_MODEL, ROBOT_SIDECAR, BulletWorld
+
+_STEPS_PER_TICK = 5
+# Share of a joint's error that its servo takes up in a physics step: a time constant of 10 ms.
+_SERVO_GAIN = 0.2
+# Peak torques of the joints, N m: Franka Emika's data sheet of the Panda.
+_TORQUES = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
+# Speed of a finger, m/s: the Franka Hand's 50 mm/s for each of the two, as its data sheet says.
+_FINGER_SPEED = 0.05
+# Force of each finger, N: half of the 70 N with which the hand holds continuously.
+_FINGER_FORCE = 35.0
+# Integral action: share of the error taken up a tick, and the most of it, rad.
+_TRIM_SHARE = 0.08
+_LARGEST_TRIM = 0.3
+# Objects come to rest before anybody looks, seconds.
+_SETTLE_SECONDS = 1.0
+# Robots of a scene that this driver may stand in for: the bundled one, and its own.
+_STANDS_FOR = (None, "franka_panda", str(ROBOT_MODEL))
+
+
+class PyBulletDriver:
+    """A Panda at a table in Bullet.
+
+    Args:
+        scene: Table and objects. Its robot is Bullet's Panda, whichever Panda it names.
+        start_q: Where the arm stands at the beginning, shape (n,); at home when left out.
+
+    Attributes:
+        scene: The scene, with the robot that is really there.
+        control_timestep: Seconds between commands.
+        tick_hooks: Called after every control tick; a hook that raises stops the motion with the arm holding.
+        episode: Always 0: nothing starts over by itself.
+
+    Raises:
+        InputError: The scene names another robot, or an object that cannot be built.
+    """
+
+    episode: Final = 0
+
+    def __init__(self, scene: Scene, *, start_q: Array | None = None) -> None:
+        if (str(scene.robot_urdf) if scene.robot_urdf else None) not in _STANDS_FOR:
+            raise InputError(f"robot_urdf: the driver 'pybullet' has a Panda, not {scene.robot_urdf}; leave it out")
+        self.scene = scene.model_copy(update={"robot_urdf": ROBOT_MODEL, "robot_config": ROBOT_SIDECAR})
+        nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
+        planning = PlanningScenes(self.scene).of(nothing)
+        self._robot = planning.robot
+        self._kinematics = planning.kinematics()
+        self._world = BulletWorld(self.scene, self._robot)
+        self._cameras = cameras(scene.table_height)
+        self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
+        self.tick_hooks: list[Callable[[], None]] = []
+        self._ticks = 0
+        self._trim = np.zeros(self._robot.n)
+        self._closed = 0.0
+        self._place(self._robot.home_q if start_q is None else start_q)
+        self.wait(_SETTLE_SECONDS)
+        self._ticks = 0
+
+    @property
+    def robot(self) -> Robot:
+        """The robot."""
+        return self._robot
+
+    @property
+    def capabilities(self) -> Capabilities:
+        """What a Panda tells of itself, less the wrench that it estimates."""
+        return Capabilities(joint_torque=True, cameras=tuple(self._cameras), clock="simulated")
+
+    @property
+    def time(self) -> float:
+        """Seconds since it was switched on."""
+        return self._ticks * self.control_timestep
+
+    def referee(self) -> Truth:
+        """Return the state to judge on, read from the engine; skills and perceptions do not get at it."""
+        return measured(self._world, time=self.time, home_q=self._robot.home_q)
+
+    def close(self) -> None:
+        """Switch it off."""
+        self._world.close()
+
+    # Acting.
+
+    def follow(self, trajectory: Trajectory) -> None:
+        """Follow a trajectory, commands interpolated to the control ticks."""
+        ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
+        times = np.minimum(np.arange(ticks + 1) * self.control_timestep, trajectory.duration)
+        rows = np.arange(len(trajectory.q)) * trajectory.dt
+        q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
+        velocity = np.diff(q, axis=0) / self.control_timestep
+        try:
+            for row, rate in zip(q[1:], velocity, strict=True):
+                self._command(row + self._trim, rate)
+                self._tick()
+            self._command(q[-1] + self._trim)
+        except BaseException:
+            self.stop()
+            raise
+
+    def trim(self, goal: Array) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
+        off = goal - self.state().q
+        self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._command(goal + self._trim)
+        self._tick()
+
+    def wait(self, seconds: float) -> None:
+        """Let time pass with the last commands held."""
+        for _ in range(max(1, round(seconds / self.control_timestep))):
+            self._tick()
+
+    def stop(self) -> None:
+        """Command the arm to stay where it is."""
+        self._command(np.clip(self.state().q, self._robot.lower, self._robot.upper))
+
+    def set_gripper(self, closed: float) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
+
+        Raises:
+            ValueError: `closed` is outside 0..1.
+        """
+        if not 0.0 <= closed <= 1.0:
+            raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
+        self._closed = closed
+        assert self._robot.gripper is not None
+        geometry = self._robot.gripper.geometry
+        goal = geometry.open_joint + closed * (geometry.closed_joint - geometry.open_joint)
+        for finger in self._world.fingers:
+            self._world.call(
+                "setJointMotorControl2",
+                self._world.robot,
+                finger,
+                pybullet.POSITION_CONTROL,
+                targetPosition=goal,
+                force=_FINGER_FORCE,
+                maxVelocity=_FINGER_SPEED,
+            )
+
+    # Sensing.
+
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return what the encoders read, and pictures."""
+        arm = self._world.joint_states(self._world.arm)
+        q = frozen_array(arm[:, 0])
+        return Observation(
+            time=self.time,
+            q=q,
+            qd=frozen_array(arm[:, 1]),
+            tcp_pose=Pose.from_matrix(*self._kinematics.forward(q)),
+            gripper=self._gripper_state(),
+            images={name: self.capture(name).rgb for name in cameras},
+        )
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return a camera's frame.
+
+        Raises:
+            InputError: No such camera.
+        """
+        if camera not in self._cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(self._cameras)}")
+        taken, seen = self._cameras[camera], self.state()
+        pose = seen.tcp_pose @ taken.pose if taken.on_hand else taken.pose
+        rgb, depth = draw(self._world, taken, pose)
+        return RgbdFrame(
+            camera=camera,
+            time=self.time,
+            rgb=rgb,
+            depth=depth,
+            intrinsics=taken.intrinsics,
+            pose_camera_in_world=pose,
+            q=seen.q,
+            gripper_q=frozen_array(self._world.joint_states(self._world.fingers)[:, 0]),
+        )
+
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what an arm joint's servo gives now and the most that it can, N m."""
+        return abs(float(self._world.joint_states(self._world.arm)[joint, 2])), _TORQUES[joint]
+
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        require(self, "contact", "a contact was asked for")
+        raise AssertionError("a robot without contact declared it")
+
+    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        require(self, "contact", "contacts were asked for")
+        raise AssertionError("a robot without contact declared it")
+
+    def force_on(self, object_id: str | None) -> Array:
+        """Refuse: nothing at the wrist measures force.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del object_id
+        require(self, "wrist_wrench", "a force was asked for")
+        raise AssertionError("a robot without a wrist sensor declared it")
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Refuse: the hand tells how far apart its fingers are, not how hard they press.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        del object_id
+        require(self, "gripper_force", "a grip was asked for")
+        raise AssertionError("a gripper without a sense of force declared it")
+
+    # Inside.
+
+    def _place(self, q: Array) -> None:
+        """Put the arm at a configuration, shape (n,), with the fingers open."""
+        world, gripper = self._world, self._robot.gripper
+        assert gripper is not None
+        for joint, value in zip(world.arm, q, strict=True):
+            world.call("resetJointState", world.robot, joint, float(value))
+        for finger in world.fingers:
+            world.call("resetJointState", world.robot, finger, gripper.geometry.open_joint)
+        self._command(np.asarray(q, dtype=float))
+        self.set_gripper(0.0)
+
+    def _gripper_state(self) -> GripperState:
+        assert self._robot.gripper is not None
+        geometry = self._robot.gripper.geometry
+        joint = float(self._world.joint_states(self._world.fingers)[:, 0].mean())
+        return GripperState(
+            joint=joint,
+            width=max(0.0, geometry.aperture(joint)),
+            closed=geometry.closed_fraction(joint),
+            force=None,
+            commanded=self._closed,
+        )
+
+    def _command(self, q: Array, velocity: Array | None = None) -> None:
+        """Send the servos to `q` (n,), on the way at `velocity` (n,)."""
+        self._world.call(
+            "setJointMotorControlArray",
+            self._world.robot,
+            self._world.arm,
+            pybullet.POSITION_CONTROL,
+            targetPositions=q.tolist(),
+            targetVelocities=(np.zeros(len(q)) if velocity is None else velocity).tolist(),
+            forces=list(_TORQUES),
+            positionGains=[_SERVO_GAIN] * len(q),
+            velocityGains=[1.0] * len(q),
+        )
+
+    def _tick(self) -> None:
+        for _ in range(_STEPS_PER_TICK):
+            self._world.call("stepSimulation")
+        self._ticks += 1
+        for hook in self.tick_hooks:
+            hook()

@@ -1,0 +1,139 @@
+"""Another engine under the skills: the package in examples/drivers/pybullet, from its own bodies to a judged episode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+
+from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.drivers import load_driver
+from robosandbox.errors import InputError, UnsupportedError
+from robosandbox.grasp.analytic import AnalyticTopDown
+from robosandbox.motion.ik import DLSMotionPlanner
+from robosandbox.perception.factory import Setup
+from robosandbox.perception.rgbd import RgbdPerception
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.evaluate import evaluate
+from robosandbox.tasks.loader import find_task
+from robosandbox.testing import check_driver
+from robosandbox.types import Pose, Scene, SceneObject
+
+pytest.importorskip("robosandbox_pybullet", reason="the group `engines` is not installed")
+
+from robosandbox_pybullet.driver import PyBulletDriver
+
+# What a millimetre's worth of 42 degrees over 480 pixels at 1.3 m allows for, metres.
+_PIXEL = 0.003
+
+
+def opened(scene: Scene) -> PyBulletDriver:
+    driver = load_driver("pybullet", {"scene": scene})
+    assert isinstance(driver, PyBulletDriver)
+    return driver
+
+
+@pytest.fixture
+def driver() -> Iterator[PyBulletDriver]:
+    made = opened(find_task("put_in_bin").scene)
+    yield made
+    made.close()
+
+
+def test_the_driver_passes_the_check(driver: PyBulletDriver) -> None:
+    check_driver(driver)
+
+
+def test_the_engine_and_the_planner_agree_where_the_hand_is(driver: PyBulletDriver) -> None:
+    world, robot = driver._world, driver.robot
+    rng = np.random.default_rng(0)
+    for _ in range(5):
+        for joint, value in zip(world.arm, robot.home_q + rng.uniform(-0.5, 0.5, robot.n), strict=True):
+            world.call("resetJointState", world.robot, joint, float(value))
+        told = driver.state().tcp_pose
+        # The sidecar's TCP in the frame of the link that carries it.
+        true = world.hand_pose() @ Pose(xyz=(0.0, 0.0, 0.105), quat_xyzw=(0.0, 0.0, 1.0, 0.0))
+        assert np.abs(told.position - true.position).max() < 1e-6
+        assert np.abs(told.rotation - true.rotation).max() < 1e-6
+
+
+@pytest.mark.parametrize("camera", ["scene", "top", "wrist"])
+def test_depth_and_colour_show_things_where_the_engine_has_them(driver: PyBulletDriver, camera: str) -> None:
+    frame = driver.capture(camera)
+    lens, pose = frame.intrinsics, frame.pose_camera_in_world
+    red = (frame.rgb[..., 0] > 150) & (frame.rgb[..., 1] < 80)
+    v, u = np.nonzero(red)
+    depth = frame.depth[red]
+    points = np.column_stack([(u - lens.cx) / lens.fx * depth, (v - lens.cy) / lens.fy * depth, depth])
+    seen = points @ pose.rotation.T + pose.position
+    cube = driver.referee().objects["red_cube"]
+    assert len(seen) > 50
+    # Nothing of the cube is seen outside of it, and its top is where it is.
+    assert np.abs(seen - cube.pose.position).max() < 0.015 + _PIXEL
+    assert seen[:, 2].max() == pytest.approx(cube.pose.position[2] + 0.015, abs=_PIXEL)
+
+
+def test_what_a_franka_hand_does_not_feel_is_refused(driver: PyBulletDriver) -> None:
+    for ask in (lambda: driver.grip_on(None), lambda: driver.force_on(None), driver.strongest_contact):
+        with pytest.raises(UnsupportedError):
+            ask()
+
+
+def test_another_robot_is_refused() -> None:
+    with pytest.raises(InputError, match=r"robot_urdf: the driver 'pybullet' has a Panda, not ur5e"):
+        opened(Scene.model_validate({"robot_urdf": "ur5e"}))
+
+
+def test_every_shape_comes_to_rest_on_the_table() -> None:
+    sizes = {
+        "box": (0.02, 0.02, 0.02),
+        "sphere": (0.02,),
+        "cylinder": (0.02, 0.03),
+        "capsule": (0.02, 0.02),
+        "bin": (0.05, 0.05, 0.04),
+        "bowl": (0.05, 0.04),
+        "cup": (0.035, 0.08),
+        "drawer": (0.2, 0.15, 0.12, 0.1),
+        "plate": (0.06, 0.02),
+        "tray": (0.08, 0.06, 0.03),
+        "block_l": (0.03, 0.03, 0.02, 0.015),
+    }
+    objects = tuple(
+        SceneObject(
+            id=f"a_{kind}",
+            kind=kind,
+            size=size,
+            pose=Pose(xyz=(-0.1 + 0.25 * (k % 3), -0.35 + 0.22 * (k // 3), 0.12)),
+        )
+        for k, (kind, size) in enumerate(sizes.items())
+    )
+    driver = opened(Scene(objects=objects))
+    try:
+        for name, item in driver.referee().objects.items():
+            lowest = -float(item.detected().shape.support(item.detected(), np.array([[0.0, 0.0, -1.0]]))[0])
+            assert lowest == pytest.approx(0.04, abs=0.001), name
+    finally:
+        driver.close()
+
+
+@pytest.mark.parametrize("name", ["put_in_bin", "push_left"])
+def test_a_task_is_done_from_pixels_and_judged_by_the_engine(name: str) -> None:
+    task = find_task(name)
+    driver = opened(task.scene)
+    skills = load_skills()
+    ctx = AgentContext(
+        sim=driver,
+        perception=RgbdPerception(setup=Setup.of(driver.scene)),
+        grasp=AnalyticTopDown(),
+        motion=DLSMotionPlanner(),
+    )
+    try:
+        start = driver.referee()
+        episode = Agent(ctx=ctx, skills=skills, planner=StubPlanner(skills)).run(task.prompt)
+        assert episode.success, episode
+        assert evaluate(task.success, start, driver.referee, driver.wait).success
+    finally:
+        driver.close()
