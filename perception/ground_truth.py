@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from robosandbox.drivers import require
+from robosandbox.drivers import simulated
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.colour import colour_name
 from robosandbox.protocols import Driver, Simulated
+from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.world import World
 from robosandbox.types import ObservedScene, Scene
 
@@ -20,13 +21,19 @@ class GroundTruthPerception:
         self._scenes: PlanningScenes | None = None
 
     def view(self, sim: Driver) -> Driver:
-        """Return the sim as it is."""
-        return sim
+        """Return the sim as it is.
+
+        Raises:
+            UnsupportedError: It does not know the true state.
+        """
+        return _simulated(sim)
 
     def planning(self, sim: Driver, seen: ObservedScene) -> PlanningScene:
         """Return the robot among what was seen, in the model that is simulated: what is seen exactly is the same there."""
-        world = _simulated(sim).world
-        return PlanningScene(world, seen, believed=lambda seen: self._believed(world.scene, seen))
+        told = _simulated(sim).scene
+        if isinstance(sim, Modelled):
+            return PlanningScene(sim.world, seen, believed=lambda seen: self._believed(told, seen))
+        return PlanningScene(self._believed(told, seen), seen, believed=lambda seen: self._believed(told, seen))
 
     def _believed(self, told: Scene, seen: ObservedScene) -> World:
         """Return a model of what is seen; of what is simulated, the objects' masses and meshes go into it."""
@@ -48,6 +55,4 @@ class GroundTruthPerception:
 
 
 def _simulated(sim: Driver) -> Simulated:
-    require(sim, "truth", "ground-truth perception reads it (--perception rgbd looks through cameras)")
-    assert isinstance(sim, Simulated)
-    return sim
+    return simulated(sim, "ground-truth perception reads it (--perception rgbd looks through cameras)")

@@ -16,9 +16,6 @@ from robosandbox.types import (
     Trajectory,
 )
 
-_SAME_SIZE = 0.0015
-_LEAST_SIZE = 0.001
-
 
 class SensedSim:
     """A sim without its truth: joints, cameras and commands are the sim's; no contact is told by what it is with.
@@ -118,3 +115,7 @@ class SensedSim:
     def set_gripper(self, closed: float) -> None:
         """Command the gripper."""
         self._sim.set_gripper(closed)
+
+    def close(self) -> None:
+        """Close the sim."""
+        self._sim.close()

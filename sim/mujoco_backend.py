@@ -23,7 +23,7 @@ from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.objects import can_rewrite, place, rewrite
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.sim.rendering import OffscreenRenderer
-from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, perfect_intrinsics
+from robosandbox.sim.sensors import FRAME_SIZE, SENSORS, Sensor, find_sensor, perfect_intrinsics
 from robosandbox.sim.state_check import check_state
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
@@ -34,7 +34,6 @@ _SETTLE_SECONDS = 3.0
 _SETTLE_CHUNK_SECONDS = 0.02
 _CALM_CHUNKS = 5
 _REST_SPEED = 0.005
-_STILL_SPEED = 0.01
 _TRIM_SHARE = 0.08
 _LARGEST_TRIM = 0.3
 # MuJoCo's cameras look along -z with y up.
@@ -281,14 +280,6 @@ class MuJoCoBackend:
         robot = self.robot
         q = self._live.qpos[robot.qpos_indices]
         self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
-
-    def rest(self, seconds: float = 0.5) -> None:
-        """Hold the arm and let time pass until it is still, `seconds` at most."""
-        self.stop()
-        for _ in range(round(seconds / self.control_timestep)):
-            if np.abs(self._live.qvel[self.robot.dof_indices]).max() < _STILL_SPEED:
-                return
-            self._tick()
 
     def set_gripper(self, closed: float) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
@@ -607,6 +598,40 @@ class MuJoCoBackend:
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_camlight(self.model, data)
         return data
+
+
+def open_mujoco(
+    scene: Scene,
+    *,
+    control_timestep: float = 0.01,
+    sensor: str = "ideal",
+    render_size: tuple[int, int] = (240, 320),
+    felt: Iterable[str] = (),
+    wait_hook: Callable[[], None] | None = None,
+) -> MuJoCoBackend:
+    """Return a scene as a world in MuJoCo: the entry point `mujoco` of `robosandbox.drivers`.
+
+    Args:
+        scene: Robot, table and objects.
+        control_timestep: Seconds between commands to the servos.
+        sensor: What its cameras are like: ideal, realsense or rough.
+        render_size: (height, width) of camera pictures, pixels.
+        felt: Objects of which the truth is to tell how hard they were pressed.
+        wait_hook: Called again and again while the world settles; what it raises ends that.
+
+    Raises:
+        InputError: A file, name or number of the robot or scene is wrong.
+    """
+    sim = MuJoCoBackend(render_size, control_timestep, sensor=find_sensor(sensor))
+    if wait_hook is not None:
+        sim.wait_hooks.append(wait_hook)
+    sim.feel(felt)
+    try:
+        sim.load(scene)
+    except BaseException:
+        sim.close()
+        raise
+    return sim
 
 
 def _rewritable(old: Scene, new: Scene) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.types import SkillCall
 from robosandbox.world.relations import contents
 
@@ -24,7 +24,7 @@ class ContactMonitor:
         worst_force: The largest normal force between such a pair, N.
     """
 
-    def __init__(self, sim: MuJoCoBackend) -> None:
+    def __init__(self, sim: Modelled) -> None:
         self._sim = sim
         self.touched: set[str] = set()
         self.worst_force: float = 0.0

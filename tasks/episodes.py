@@ -9,7 +9,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.errors import (
-    InputError,
     RenderingError,
     RoboSandboxError,
     ServiceError,
@@ -17,11 +16,12 @@ from robosandbox.errors import (
 )
 from robosandbox.recording.settings import open_recorder
 from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.sim.modelled import Modelled
 from robosandbox.tasks.contact_monitor import ContactMonitor
 from robosandbox.tasks.results import BenchSettings, Row
-from robosandbox.tasks.session import open_session
+from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
-from robosandbox.tasks.workcell import Workcell
+from robosandbox.tasks.workcell import Workcell, verdict_of
 from robosandbox.versions import versions
 
 if TYPE_CHECKING:
@@ -60,6 +60,8 @@ class EpisodeRunner:
         self._recorder: Recorder | None = None
         self._key: tuple[Task, BenchSettings] | None = None
         self._monitor: ContactMonitor | None = None
+        # Whether an episode was run since the world was opened.
+        self._used = False
 
     def rows(self, chunk: Chunk) -> Iterator[Row]:
         """Yield a row per episode as it ends; the row of one that cannot be run or not be judged says so.
@@ -100,10 +102,10 @@ class EpisodeRunner:
         if self._session is not None:
             self._session.close()
         self._session = self._recorder = self._key = self._monitor = None
+        self._used = False
 
     def _episode(self, task: Task, seed: int, settings: BenchSettings) -> Row:
-        session = self.open(task, settings)
-        session.reset(seed)
+        session = self._begun(task, seed, settings)
         if self._monitor is not None:
             self._monitor.reset()
         begin = time.perf_counter()
@@ -124,9 +126,7 @@ class EpisodeRunner:
         secs = time.perf_counter() - begin
         sim_secs, physics_steps = session.elapsed()
         monitor = self._monitor
-        verdict = session.judge()
-        if verdict is None:
-            raise InputError("the sim keeps its truth to itself, so nothing can be judged there")
+        verdict = verdict_of(session)
         if self._recorder is not None and settings.recording is not None:
             keep = verdict.success or not settings.recording.only_success
             self._recorder.finish(judged=(verdict.success, verdict.detail), keep=keep)
@@ -152,12 +152,26 @@ class EpisodeRunner:
             model_usage=usage,
         )
 
-    def _build(self, task: Task, settings: BenchSettings) -> Workcell:
+    def _begun(self, task: Task, seed: int, settings: BenchSettings) -> Workcell:
+        """Return the task's world as it begins; a driver that does not start over is opened anew."""
+        session = self.open(task, settings)
+        if isinstance(session, Session) and not session.sim.capabilities.reset:
+            if session.seed != seed or self._used:
+                self.close()
+                self._session, self._key = self._build(task, settings, seed), (task, settings)
+            self._used = True
+            return self._session or session
+        session.reset(seed)
+        return session
+
+    def _build(self, task: Task, settings: BenchSettings, seed: int = 0) -> Workcell:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
         session = open_session(
             task,
+            driver=settings.driver,
+            seed=seed,
             planner=settings.planner,
             planner_options=settings.planner_options,
             perception=settings.perception,
@@ -172,8 +186,9 @@ class EpisodeRunner:
         if settings.recording is not None:
             self._recorder = open_recorder(settings.recording, session)
             self._recorder.follow(session.agent)
-        self._monitor = ContactMonitor(session.sim)
-        session.agent.permits.append(self._monitor.begin)
+        if isinstance(session.sim, Modelled):
+            self._monitor = ContactMonitor(session.sim)
+            session.agent.permits.append(self._monitor.begin)
         return session
 
 

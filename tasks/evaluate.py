@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from robosandbox.drivers import simulated
+from robosandbox.protocols import Driver, Refereed
 from robosandbox.tasks.success import AllOf, Check, merged
 from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
@@ -60,3 +62,10 @@ def _still_holds(check: Check, start: Truth, now: Truth, elapsed: float) -> Rela
         found = [_still_holds(child, start, now, elapsed) for child in check.checks]
         return Relation(all(found), merged(check.checks, found))
     return check.evaluate(start, now)
+
+
+def true_state(driver: Driver) -> Callable[[], Truth] | None:
+    """Return how to ask for the state to judge on: a simulated world's truth, a referee's measurements; None without both."""
+    if driver.capabilities.truth:
+        return simulated(driver, "a verdict is made of it").truth
+    return driver.referee if isinstance(driver, Refereed) else None

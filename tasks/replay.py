@@ -8,6 +8,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.evaluate import Verdict, evaluate
 from robosandbox.tasks.session import Session, open_session
@@ -54,11 +55,15 @@ class Replay:
     Args:
         episode: What was recorded.
         session: A world of the episode's robot and task; see `open_replay`.
+
+    Attributes:
+        sim: The world.
     """
 
     def __init__(self, episode: RecordedEpisode, session: Session) -> None:
         self.episode = episode
         self.session = session
+        self.sim: Modelled = modelled(session.sim, "recorded actions go to its actuators")
         self.row: int = 0
         self._actions = episode["action"]
         self._pushes: Ragged = episode.ragged("push")
@@ -68,16 +73,16 @@ class Replay:
 
     def step(self) -> None:
         """Let the next recorded tick pass; after the last one the last commands are held."""
-        sim = self.session.sim
+        sim = self.sim
         if self.row + 1 >= len(self._actions):
-            sim.wait()
+            sim.wait(sim.control_timestep)
             return
         self.row += 1
         sim.replay(self._actions[self.row], self._push(self.row))
 
     def run(self) -> Replayed:
         """Run all that is left, and judge where the recording was judged."""
-        episode, sim = self.episode, self.session.sim
+        episode, sim = self.episode, self.sim
         result = episode.result
         verdict = None
         if result is not None and result.judged is not None:
@@ -104,7 +109,7 @@ class Replay:
         )
 
     def _wait(self, seconds: float) -> None:
-        for _ in range(max(1, round(seconds / self.session.sim.control_timestep))):
+        for _ in range(max(1, round(seconds / self.sim.control_timestep))):
             self.step()
 
     def _push(self, row: int) -> Array | None:
@@ -112,7 +117,7 @@ class Replay:
         return None if begin == end else np.asarray(self._pushes.values[begin:end], dtype=float).reshape(-1, 6)
 
     def _check(self) -> None:
-        meta, sim = self.episode.meta, self.session.sim
+        meta, sim = self.episode.meta, self.sim
         found = tuple(sim.model.actuator(index).name for index in range(sim.model.nu))
         if found != meta.robot.actuators or tuple(sim.object_bodies) != meta.objects:
             raise InputError(

@@ -19,6 +19,7 @@ class BenchSettings:
     """What all episodes of a bench share.
 
     Attributes:
+        driver: An installed driver, with its options behind its name.
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills.
         perception: Name of an installed perception.
@@ -30,6 +31,7 @@ class BenchSettings:
         recording: Where and how to record the episodes; not at all when left out. No outcome depends on it.
     """
 
+    driver: str = "mujoco"
     planner: str = "stub"
     planner_options: Mapping[str, Any] = field(default_factory=dict)
     perception: str = "ground_truth"
@@ -58,7 +60,7 @@ class Row:
         replans: New plans after failures.
         secs: Wall time of the episode, loading excluded.
         sim_secs: Simulated time of it.
-        physics_steps: Physics steps of it.
+        physics_steps: Physics steps of it; None where the driver simulates none.
         reason: Why the agent ended; "fault" where the code failed in the episode, "error" where there was none to judge.
         detail: What success was judged on; and the agent's last sentence where it did not succeed. Under "error" why the
             episode could not be run or not be judged.
@@ -78,7 +80,7 @@ class Row:
     replans: int
     secs: float
     sim_secs: float
-    physics_steps: int
+    physics_steps: int | None
     reason: str
     detail: dict[str, float | str]
     settings: dict[str, Any]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -13,31 +14,25 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
-from robosandbox.errors import InputError, UnreachableError
-from robosandbox.motion.ik import DLSMotionPlanner
-from robosandbox.motion.planning_scene import PlanningScene
+from robosandbox.drivers import driver_factory, simulated
+from robosandbox.errors import InputError
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
-from robosandbox.protocols import GraspPlanner, MotionPlanner, Skill
+from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Simulated, Skill
 from robosandbox.service.server.checkpoint import Checkpoint
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.objects.weight import weighed
-from robosandbox.sim.sensors import find_sensor
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.evaluate import Verdict, evaluate
+from robosandbox.tasks.evaluate import Verdict, evaluate, true_state
+from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
-from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Scene, Truth
-from robosandbox.world.relations import centre
+from robosandbox.tasks.workcell import nobody_judges
+from robosandbox.types import Array, ObservedScene, Scene, Truth
 
 DEFAULT_TASK = "pick_from_three"
-_REACH_YAWS = (0.0, np.pi / 2.0)
-_REACH_ABOVE = (0.0, 0.12)
-_DOWN = np.array([0.0, 0.0, -1.0])
-_BASE_RADIUS = 0.15
-_START_DRAWS = 20
+# How far from a task's start configuration a driver may begin, rad or m: what an encoder's noise stays far below.
+_BEGUN = 0.05
 
 
 @dataclass(slots=True, kw_only=True)
@@ -51,18 +46,17 @@ class Session:
         skills: What the robot can do.
         agent: Carries out prompts.
         seed: The last reset's.
-        start: The state after it, which success is judged against.
     """
 
     task: Task
-    sim: MuJoCoBackend
+    sim: Driver
     ctx: AgentContext
     skills: list[Skill]
     agent: Agent[AgentContext]
     seed: int
-    start: Truth
-    _extents: dict[str, tuple[float, ...]]
-    _start_state: Array
+    _layouts: Layouts
+    _start: Truth | None = None
+    _start_state: Array | None = None
 
     def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
         """Carry out a prompt, or the task's own.
@@ -79,39 +73,32 @@ class Session:
 
         Raises:
             InputError: The seed is negative or has no layout.
+            UnsupportedError: The driver does not start over.
         """
-        robot = self.sim.robot
-        for attempt in range(_START_DRAWS):
-            layout = draw_layout(
-                self.task,
-                seed,
-                joints=len(robot.home_q),
-                extents=self._extents,
-                accept=_ReachCheck(self.sim, self.task.scene),
-                attempt=attempt,
-            )
-            q = np.array(self.task.start_q or robot.home_q) + layout.q_offset
-            try:
-                self.sim.reset(layout.scene, q=np.clip(q, robot.lower, robot.upper))
-                break
-            except InputError as error:
-                # Seed 0 is the scene as written, so there is nothing to draw again.
-                if seed == 0 or attempt == _START_DRAWS - 1:
-                    raise InputError(f"{self.task.name}: seed {seed}: {error}") from None
+        sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
+        self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
         self._begin(seed)
 
     def _begin(self, seed: int) -> None:
-        self.start, self._start_state = self.sim.truth(), self.sim.snapshot()
+        look = true_state(self.sim)
+        self._start = None if look is None else look()
+        self._start_state = self.sim.snapshot() if isinstance(self.sim, Simulated) else None
         self.seed = seed
 
     def checkpoint(self) -> Checkpoint:
-        """Return the world as it is, for `restore`."""
+        """Return the world as it is, for `restore`.
+
+        Raises:
+            UnsupportedError: The driver's world cannot be taken down.
+        """
+        sim = simulated(self.sim, "a checkpoint is taken of it")
+        assert self._start_state is not None
         return Checkpoint(
             seed=self.seed,
-            scene=self.sim.scene,
+            scene=sim.scene,
             start=tuple(self._start_state.tolist()),
-            state=tuple(self.sim.snapshot().tolist()),
-            physics_steps=self.sim.physics_steps,
+            state=tuple(sim.snapshot().tolist()),
+            physics_steps=sim.physics_steps,
         )
 
     def restore(self, checkpoint: Checkpoint) -> None:
@@ -119,11 +106,24 @@ class Session:
 
         Raises:
             InputError: The checkpoint is of another task.
+            UnsupportedError: The driver's world cannot be put back.
         """
-        self.sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
+        sim = simulated(self.sim, "a checkpoint is put back into it")
+        sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
         self._begin(checkpoint.seed)
-        self.sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
-        self.sim.stop()
+        sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
+        sim.stop()
+
+    @property
+    def start(self) -> Truth:
+        """The state after the last reset, which success is judged against.
+
+        Raises:
+            UnsupportedError: Nobody can judge.
+        """
+        if self._start is None:
+            raise nobody_judges()
+        return self._start
 
     @property
     def robot_name(self) -> str:
@@ -133,11 +133,11 @@ class Session:
     @property
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
-        return self.sim.cameras
+        return self.sim.capabilities.cameras
 
-    def elapsed(self) -> tuple[float, int]:
-        """Return simulated seconds and physics steps since the last reset."""
-        return self.sim.time, self.sim.physics_steps
+    def elapsed(self) -> tuple[float, int | None]:
+        """Return the driver's seconds since the last reset, and physics steps, where it simulates."""
+        return self.sim.time, self.sim.physics_steps if isinstance(self.sim, Simulated) else None
 
     def picture(self, camera: str, format: str = "png") -> bytes:
         """Return a camera's picture as a PNG or JPEG file's bytes.
@@ -155,8 +155,15 @@ class Session:
         return self.ctx.look()
 
     def judge(self) -> Verdict:
-        """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold."""
-        return evaluate(self.task.success, self.start, self.sim.truth, self.sim.wait)
+        """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold.
+
+        Raises:
+            UnsupportedError: The driver knows no truth and has no referee.
+        """
+        look = true_state(self.sim)
+        if look is None:
+            raise nobody_judges()
+        return evaluate(self.task.success, self.start, look, self.sim.wait)
 
     def close(self) -> None:
         """Free the world."""
@@ -173,6 +180,8 @@ def open_session(
     task: Task | Scene | Path | str | None = None,
     *,
     robot: Path | str | None = None,
+    driver: str = "mujoco",
+    driver_options: Mapping[str, Any] | None = None,
     planner: str = "stub",
     planner_options: Mapping[str, Any] | None = None,
     camera: str | None = None,
@@ -196,6 +205,9 @@ def open_session(
         task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
             three cubes when left out.
         robot: A model file or a bundled robot's name, in place of the task's robot.
+        driver: Name of an installed driver, with options behind it: "hardware:latency=0.02". One that does not start over
+            is opened on the seed's layout.
+        driver_options: More of what it takes; None counts as not given.
         planner: Name of an installed planner.
         planner_options: What it takes besides the skills, such as `model`; None counts as not given.
         camera: The camera whose picture the planner is to see.
@@ -223,63 +235,45 @@ def open_session(
     # Before masses are varied by seed.
     chosen = chosen.model_copy(update={"scene": weighed(chosen.scene)})
     skills = load_skills()
-    sim = MuJoCoBackend(render_size=render_size, sensor=find_sensor(sensor))
-    if wait_hook is not None:
-        sim.wait_hooks.append(wait_hook)
+    sim: Driver
     options = dict(planner_options or {})
     if camera is not None:
         options["picture"] = lambda: sim.state([camera]).images[camera]
     mind = make_planner(planner, skills, options, dialogue=dialogue)
     grasps: GraspPlanner = make_plugin("grasp_planners", grasp, options=grasp_options)
     paths: MotionPlanner = make_plugin("motion_planners", motion, options=motion_options)
+    eyes = make_perception(perception, Setup.of(chosen.scene), perception_options)
+
+    connect = partial(
+        driver_factory(driver, {**(driver_options or {}), "sensor": None if sensor == "ideal" else sensor}),
+        render_size=render_size,
+        felt=chosen.felt,
+        wait_hook=wait_hook,
+    )
+    layouts = Layouts(chosen, wait_hook)
+    # With a robot of the caller's own the task is not to blame.
+    sim = _opened(connect, chosen, layouts, seed, blamed=chosen.name if robot is None else "")
     try:
-        sim.feel(chosen.felt)
-        _load(sim, chosen.scene)
-        _check_start_q(chosen, sim)
-        if camera is not None and camera not in sim.cameras:
-            raise InputError(f"camera {camera!r} is not one of {', '.join(sim.cameras)}")
-    except InputError as error:
-        sim.close()
-        # With a robot of the caller's own the task is not to blame.
-        raise error if robot is not None else InputError(f"{chosen.name}: {error}") from None
-    try:
-        eyes = make_perception(perception, Setup.of(chosen.scene), perception_options)
-    except InputError:
+        if camera is not None and camera not in sim.capabilities.cameras:
+            cameras = ", ".join(sim.capabilities.cameras)
+            raise InputError(f"{chosen.name}: camera {camera!r} is not one of {cameras}")
+        ctx = AgentContext(
+            sim=eyes.view(sim),
+            perception=eyes,
+            grasp=grasps,
+            motion=paths,
+            what_if=what_if,
+            limits=chosen.limits,
+        )
+        agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
+        agent.permits.append(ctx.permit)
+        session = Session(task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=seed, _layouts=layouts)
+        session._begin(seed)
+        if sim.capabilities.reset and (seed != 0 or chosen.start_q is not None):
+            session.reset(seed)
+    except BaseException:
         sim.close()
         raise
-    ctx = AgentContext(
-        sim=eyes.view(sim),
-        perception=eyes,
-        grasp=grasps,
-        motion=paths,
-        what_if=what_if,
-        limits=chosen.limits,
-    )
-    agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
-    agent.permits.append(ctx.permit)
-    start = sim.truth()
-    extents = {
-        item.id: tuple(half / item.scale for half in start.objects[item.id].size)
-        for item in chosen.scene.objects
-        if item.mesh is not None
-    }
-    session = Session(
-        task=chosen,
-        sim=sim,
-        ctx=ctx,
-        skills=skills,
-        agent=agent,
-        seed=0,
-        start=start,
-        _extents=extents,
-        _start_state=sim.snapshot(),
-    )
-    if seed != 0 or chosen.start_q is not None:
-        try:
-            session.reset(seed)
-        except InputError:
-            session.close()
-            raise
     return session
 
 
@@ -302,69 +296,28 @@ def resolve_task(task: Task | Scene | Path | str | None) -> Task:
             return load_task(task) if task.endswith((".yaml", ".yml")) else find_task(task)
 
 
-def _load(sim: MuJoCoBackend, scene: Scene) -> None:
-    """Load a scene; where that fails on a robot with a sidecar of its own, say what is wrong with the sidecar."""
+def _opened(connect: Callable[..., Driver], task: Task, layouts: Layouts, seed: int, *, blamed: str) -> Driver:
+    """Return the driver, opened on the task's scene: as written where it can start over, on the seed's layout where not."""
     try:
-        sim.load(scene)
+        sim = connect(task.scene)
     except InputError as error:
-        # The checks infer a robot from its model, which most worlds never need.
+        # A failure on a robot with a sidecar of its own is often the sidecar's. The checks infer a robot from its model,
+        # which most worlds never need.
         from robosandbox.robots.check.diagnosis import advice, own_files
 
-        files = own_files(scene.robot_urdf, scene.robot_config)
-        raise InputError(f"{error}{advice(files, str(error)) if files else ''}") from None
+        files = own_files(task.scene.robot_urdf, task.scene.robot_config)
+        text = f"{error}{advice(files, str(error)) if files else ''}"
+        raise InputError(f"{blamed}: {text}" if blamed else text) from None
+    if sim.capabilities.reset or (seed == 0 and layouts.begin_as_written):
+        return sim
+    sim.close()
+    return layouts.lay_out(seed, lambda scene, q: _begun_at(connect(scene, start_q=q), q, task))
 
 
-def _check_start_q(task: Task, sim: MuJoCoBackend) -> None:
-    if task.start_q is None:
-        return
-    robot = sim.robot
-    if len(task.start_q) != len(robot.joints):
-        raise InputError(f"start_q: has {len(task.start_q)} values; {robot.name} has {len(robot.joints)} arm joints")
-    for name, value, low, high in zip(robot.joints, task.start_q, robot.lower, robot.upper, strict=True):
-        if not low <= value <= high:
-            raise InputError(f"start_q: {value:g} is outside the limits of {name!r}, {low:.4g}..{high:.4g}")
-
-
-class _ReachCheck:
-    """Says whether the gripper can be over an object and at it, pointing down.
-
-    An arm that cannot do so even where the task puts the object works in another way; its draws are not checked.
-    """
-
-    def __init__(self, sim: MuJoCoBackend, scene: Scene) -> None:
-        self._sim = sim
-        # The same seed gives the same layout whichever motion planner works in it.
-        self._motion = DLSMotionPlanner()
-        self._exempt: dict[str, bool] = {}
-        self._scene = scene
-        self._ready = False
-
-    def __call__(self, obj: DetectedObject) -> bool:
-        if not self._ready:
-            # Reach is a matter of the arm alone.
-            nothing = ObservedScene(time=0.0, objects=(), table_height=self._scene.table_height, base_xy=(0.0, 0.0))
-            self._motion.use(PlanningScene(self._sim.world, nothing), self._sim.state())
-            self._ready = True
-        if obj.id not in self._exempt:
-            written = next(item for item in self._scene.objects if item.id == obj.id)
-            self._exempt[obj.id] = not self._reaches(replace(obj, pose=written.pose))
-        return self._exempt[obj.id] or self._reaches(obj)
-
-    def _reaches(self, obj: DetectedObject) -> bool:
-        self._sim.ask_wait_hooks()
-        middle = centre(obj)
-        base = self._sim.robot.base_position
-        if float(np.hypot(*(middle - base)[:2])) < _BASE_RADIUS:
-            return False
-        return any(self._reaches_with(middle, yaw) for yaw in _REACH_YAWS)
-
-    def _reaches_with(self, middle: Array, yaw: float) -> bool:
-        closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
-        rotation = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
-        seed: Array | None = None
-        for above in _REACH_ABOVE:
-            try:
-                seed = self._motion.ik(Pose.from_matrix(middle + [0.0, 0.0, above], rotation), seed)
-            except UnreachableError:
-                return False
-        return True
+def _begun_at(sim: Driver, q: Array, task: Task) -> Driver:
+    """Return a driver that stands where the task wants the arm to begin."""
+    off = float(np.abs(sim.state().q - q).max())
+    if task.start_q is not None and off > _BEGUN:
+        sim.close()
+        raise InputError(f"start_q: the driver begins {off:.3f} rad or m from there; use one that takes start_q")
+    return sim

@@ -8,6 +8,7 @@ from typing import Any, Protocol
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import Episode
+from robosandbox.errors import UnsupportedError
 from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import ObservedScene
@@ -86,10 +87,30 @@ class Workcell(Protocol):
         """Tell whether the task has succeeded since the last reset; None where that is not known."""
         ...
 
-    def elapsed(self) -> tuple[float, int]:
-        """Return simulated seconds and physics steps since the last reset."""
+    def elapsed(self) -> tuple[float, int | None]:
+        """Return seconds since the last reset, and physics steps, where they are simulated."""
         ...
 
     def close(self) -> None:
         """Free what it holds."""
         ...
+
+
+def verdict_of(workcell: Workcell) -> Verdict:
+    """Return whether the task has succeeded since the last reset.
+
+    Raises:
+        UnsupportedError: Nobody can judge.
+    """
+    verdict = workcell.judge()
+    if verdict is None:
+        raise nobody_judges()
+    return verdict
+
+
+def nobody_judges() -> UnsupportedError:
+    """Return the error of a workcell in which nothing can be judged."""
+    return UnsupportedError(
+        "truth: nothing can be judged here: a sim with --no-ground-truth keeps its truth to itself, and a driver without "
+        "truth needs a referee"
+    )

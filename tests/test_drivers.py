@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import re
 from collections.abc import Iterator
 
 import numpy as np
@@ -11,17 +12,19 @@ import pytest
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.drivers import load_driver
-from robosandbox.errors import ErrorCode, UnsupportedError
+from robosandbox.drivers import driver_factory, load_driver
+from robosandbox.errors import ErrorCode, InputError, UnsupportedError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.sensed import SensedSim
+from robosandbox.sim.modelled import modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.session import open_session
 from robosandbox.testing import Hardware, check_driver
 from robosandbox.types import Array, Limits, Scene
 
@@ -48,8 +51,46 @@ def hardware() -> Iterator[Hardware]:
     driver.close()
 
 
-def test_the_mujoco_driver_is_installed_by_name() -> None:
-    assert isinstance(load_driver("mujoco", {"render_size": (48, 64)}), MuJoCoBackend)
+def test_drivers_are_installed_by_name_and_opened_on_a_scene_with_options() -> None:
+    with load_driver("mujoco:control_timestep=0.02", Scene(), supplied={"render_size": (48, 64)}) as sim:  # type: ignore[attr-defined]
+        assert isinstance(sim, MuJoCoBackend)
+        assert (sim.control_timestep, sim.render_size) == (0.02, (48, 64))
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("hardware:latency=late", "--driver hardware:latency=late: input should be a valid number"),
+        ("hardware:lateness=1", "--driver hardware:lateness: the driver 'hardware' takes no such option"),
+        ("hardware:seed", "'seed' is no option; write key=value"),
+        ("hardware:start_q=1", "--driver hardware:start_q: "),
+        ("robot", "--driver: no driver 'robot'; there is"),
+    ],
+)
+def test_a_wrong_option_of_a_driver_is_one_line_before_anything_is_opened(name: str, said: str) -> None:
+    with pytest.raises(InputError, match=re.escape(said)):
+        driver_factory(name)
+
+
+@pytest.mark.gl
+def test_a_session_on_hardware_is_judged_by_its_referee_and_says_what_needs_a_simulation() -> None:
+    with open_session(
+        "pick_cube_franka", driver="hardware", driver_options={"seed": 3}, perception="rgbd", seed=2
+    ) as cell:
+        drawn = cell.start.objects["red_cube"].pose
+        assert cell.run().success
+        assert cell.judge().success
+        assert cell.elapsed()[1] is None
+        for refused in (cell.checkpoint, cell.reset):
+            with pytest.raises(UnsupportedError, match=r"truth: the driver of panda does not tell"):
+                refused()
+    with open_session("pick_cube_franka", seed=2) as simulated:
+        assert np.allclose(simulated.start.objects["red_cube"].pose.xyz, drawn.xyz, atol=1e-4)
+
+
+def test_what_draws_or_records_a_model_says_so_to_a_driver_without_one(hardware: Hardware) -> None:
+    with pytest.raises(UnsupportedError, match=r"model: the driver of panda has no simulated model, and the viewer"):
+        modelled(hardware, "the viewer draws it")
 
 
 def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
-from functools import cache
+from collections.abc import Callable, Collection, Mapping
+from functools import cache, partial
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
@@ -71,10 +71,38 @@ def make_plugin(
     Raises:
         InputError: There is no such plugin, it takes no such option, or it needs one that is missing.
     """
+    supplied = supplied or {}
+    made = bind_plugin(group, name, positional=len(arguments), options=options, supplied=supplied, flags=flags)
+    takes = _options_of(made.func, len(arguments))
+    return made(*arguments, **{key: value for key, value in supplied.items() if key in takes})
+
+
+def bind_plugin(
+    group: str,
+    name: str,
+    *,
+    positional: int,
+    options: Mapping[str, Any] | None = None,
+    supplied: Collection[str] = (),
+    flags: Mapping[str, str] | None = None,
+) -> partial[Any]:
+    """Return the factory registered under `robosandbox.<group>` as `name` with its options given; see `make_plugin`.
+
+    Args:
+        group: Such as `drivers`.
+        name: As registered there.
+        positional: How many positional arguments every factory of the group is called with.
+        options: What a person gives; None counts as not given.
+        supplied: Names of what the caller will give, so that no person does.
+        flags: Command-line options whose name is not the parameter's, by parameter.
+
+    Raises:
+        InputError: There is no such plugin, it takes no such option, or it needs one that is missing.
+    """
     factory = load_plugin(group, name)
-    takes = _options_of(factory, len(arguments))
+    takes = _options_of(factory, positional)
     given = {key: value for key, value in (options or {}).items() if value is not None}
-    supplied, noun = supplied or {}, _noun(group)
+    noun = _noun(group)
 
     def flag(option: str) -> str:
         return f"--{(flags or {}).get(option, option.replace('_', '-'))}"
@@ -83,14 +111,14 @@ def make_plugin(
     for option in given:
         if option not in valid:
             offered = ", ".join(map(flag, valid))
-            others = "" if option in supplied else _who_takes(group, option, len(arguments))
+            others = "" if option in supplied else _who_takes(group, option, positional)
             raise InputError(
                 f"{flag(option)}: the {noun} {name!r} takes no such option; it takes {offered or 'none'}{others}"
             )
     for option, parameter in takes.items():
         if parameter.default is parameter.empty and option not in given and option not in supplied:
             raise InputError(f"{flag(option)}: is missing; the {noun} {name!r} needs it")
-    return factory(*arguments, **given, **{key: value for key, value in supplied.items() if key in takes})
+    return partial(factory, **given)
 
 
 def _noun(group: str) -> str:

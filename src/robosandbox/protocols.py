@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from robosandbox.errors import CollisionError, Repair, SkillError
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.robots.robot import Robot
-    from robosandbox.sim.world import World
     from robosandbox.types import (
         Array,
         DetectedObject,
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
         Pose,
         Refusal,
         RgbdFrame,
+        Scene,
         SkillCall,
         SkillResult,
         Trajectory,
@@ -33,7 +33,11 @@ if TYPE_CHECKING:
 
 @runtime_checkable
 class Driver(Protocol):
-    """A world with one robot in it, advanced in control ticks."""
+    """A world with one robot in it, advanced in control ticks.
+
+    An entry point of `robosandbox.drivers` is called as `factory(scene, **options)` and returns one that is connected;
+    `docs/drivers.md` says which options it may take. `testing.check_driver` tries every member.
+    """
 
     @property
     def robot(self) -> Robot: ...
@@ -101,22 +105,76 @@ class Driver(Protocol):
         """Return the pairs (robot body, other body) that touch now."""
         ...
 
+    def close(self) -> None:
+        """Let go of the robot, which holds where it is, or free the world."""
+        ...
+
 
 @runtime_checkable
 class Simulated(Driver, Protocol):
-    """A simulated world: it knows its own state and can be copied. Judges, ground-truth perception and trials ask for it."""
+    """A simulated world: it knows its own state, starts over and can be copied.
+
+    Judges, ground-truth perception, replay and trials ask for it; `drivers.simulated` says so where it is not there.
+    """
 
     @property
-    def world(self) -> World:
-        """The compiled world, which exact beliefs may be planned in without a model of their own."""
+    def scene(self) -> Scene:
+        """The scene as loaded or last reset to."""
+        ...
+
+    @property
+    def physics_steps(self) -> int:
+        """Physics steps since the last reset."""
+        ...
+
+    @property
+    def jump_hooks(self) -> list[Callable[[], None]]:
+        """Called after the state was set in another way than by letting time pass."""
+        ...
+
+    @property
+    def wait_hooks(self) -> list[Callable[[], None]]:
+        """Called again and again while a scene is loaded and settles. One that raises ends that."""
         ...
 
     def truth(self) -> Truth:
         """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
         ...
 
+    def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:
+        """Start over, in a scene with the same robot and the arm at `q` (n,); as it began where they are left out.
+
+        Raises:
+            InputError: Objects start inside something.
+        """
+        ...
+
+    def snapshot(self) -> Array:
+        """Return the whole simulated state as one vector."""
+        ...
+
+    def restore(self, state: Array) -> None:
+        """Go back to a snapshot of this scene."""
+        ...
+
+    def resume(self, scene: Scene, state: Array, physics_steps: int) -> None:
+        """Go back to a snapshot that was taken in `scene` after so many physics steps; raises InputError."""
+        ...
+
     def fork(self) -> Simulated:
         """Return a copy that shares nothing that moves."""
+        ...
+
+
+@runtime_checkable
+class Refereed(Driver, Protocol):
+    """A driver that comes with a judge of its own: what it measures for a verdict, apart from what skills are told.
+
+    A judge and a bench alone may call it. A simulated world's judge is its truth.
+    """
+
+    def referee(self) -> Truth:
+        """Return the state to judge on."""
         ...
 
 

@@ -86,6 +86,7 @@ def bench(
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
     settings = BenchSettings(
+        driver=world.driver,
         planner=world.planner,
         planner_options=world.planner_options,
         perception=world.perception,

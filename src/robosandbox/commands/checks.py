@@ -40,6 +40,17 @@ def known(group: str) -> Callable[[str | None], str | None]:
     return check
 
 
+def known_driver(text: str) -> str:
+    """Return a driver's name with its options; raises InputError where there is none of that name."""
+    name, colon, _ = text.partition(":")
+    check_plugin("drivers", name)
+    if colon:
+        from robosandbox.drivers import split_name
+
+        split_name(text)
+    return text
+
+
 def known_sensor(sensor: str | None) -> str | None:
     """Return the name of a kind of sensor; raises InputError where there is none."""
     # The usual one is there; looking for another takes NumPy.

@@ -80,8 +80,10 @@ def _exit_code(error: RoboSandboxError) -> int | None:
         return EXIT_UNAVAILABLE
     if isinstance(error, PlannerError):
         return EXIT_FAILED
-    from robosandbox.errors import ServiceError
+    from robosandbox.errors import ServiceError, UnsupportedError
 
+    if isinstance(error, UnsupportedError):
+        return EXIT_USAGE
     return EXIT_UNAVAILABLE if isinstance(error, ServiceError) else None
 
 

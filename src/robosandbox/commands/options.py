@@ -36,6 +36,14 @@ RobotName = Annotated[
     str | None,
     typer.Option("--robot", help="A URDF or MJCF file or a bundled robot.", callback=checks.known_robot),
 ]
+DriverName = Annotated[
+    str,
+    typer.Option(
+        "--driver",
+        help="What moves the robot, often with options: NAME:key=value,key=value.",
+        callback=checks.known_driver,
+    ),
+]
 PlannerName = Annotated[
     str, typer.Option("--planner", help="What turns the prompt into a plan.", callback=checks.known("planners"))
 ]

@@ -211,7 +211,7 @@ def _pictures(found: RecordedEpisode, camera: str, fps: float, size: tuple[int, 
     every = rows_per_frame(fps, found.meta.control_timestep, "--fps")
     run = open_replay(found)
     try:
-        for pictures in frames(found, run.session.sim, (camera,), every, size):
+        for pictures in frames(found, run.sim, (camera,), every, size):
             yield pictures[camera]
     finally:
         run.session.close()

@@ -86,6 +86,7 @@ def sim(
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
     loader = TaskLoader(
+        driver=world.driver,
         perception=world.perception,
         grasp=world.grasp,
         motion=world.motion,

@@ -14,6 +14,7 @@ from robosandbox.commands.options import (
     CalibrationFile,
     Camera,
     Cassette,
+    DriverName,
     GraspName,
     MaxReplans,
     Model,
@@ -39,7 +40,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 # What a sim process has of its own, so that no client says it.
-OF_THE_WORLD = ("task", "robot", "perception", "sensor", "calibration", "grasp", "motion", "seed")
+OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration", "grasp", "motion", "seed")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,6 +50,7 @@ class WorldOptions:
     Attributes:
         task: A bundled task or a YAML file.
         robot: A model file or a bundled robot, in place of the task's.
+        driver: An installed driver, with its options behind its name.
         package_path: Folders of ROS packages; the option's callback has put them on the search path.
         no_cache: Whether robots are measured anew; the option's callback has seen to that.
         planner: Name of an installed planner.
@@ -69,6 +71,7 @@ class WorldOptions:
 
     task: TaskName = None
     robot: RobotName = None
+    driver: DriverName = "mujoco"
     package_path: PackagePath = None
     no_cache: NoCache = False
     planner: PlannerName = "stub"
@@ -121,6 +124,7 @@ class WorldOptions:
         return open_session(
             task or self.task,
             robot=self.robot,
+            driver=self.driver,
             planner=self.planner,
             planner_options=self.planner_options,
             camera=self.camera,
@@ -148,6 +152,7 @@ class WorldOptions:
         return open_session(
             self.task,
             robot=self.robot,
+            driver=self.driver,
             perception=self.perception,
             perception_options=options,
             sensor=self.sensor,

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 
 from robosandbox.motion.dls import DlsSolver
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
 
 ActionKind = Literal["ee", "joint"]
@@ -30,7 +30,7 @@ class Controller:
         period: Seconds that an action takes.
     """
 
-    def __init__(self, sim: MuJoCoBackend, kind: ActionKind, period: float) -> None:
+    def __init__(self, sim: Modelled, kind: ActionKind, period: float) -> None:
         self._sim = sim
         self._kind = kind
         self._period = period

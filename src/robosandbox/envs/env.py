@@ -15,6 +15,7 @@ from robosandbox.envs.control import ActionKind, Controller
 from robosandbox.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
 from robosandbox.recording.settings import rows_per_frame
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.evaluate import longest_hold
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.tasks.task import Task
@@ -49,6 +50,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
     Args:
         task: A bundled task's name, a YAML file, a task, or an open session, which stays the caller's.
         robot: A model file or a bundled robot's name, in place of the task's robot.
+        driver: An installed driver of a simulated world, with its options behind its name.
         observation: `state` or `pixels`.
         action: `ee`: translation (3) and rotation (3) of the TCP in world axes, 1 being 0.4 m/s and 2 rad/s; `joint`:
             where each joint is to be, -1 and 1 its limits. The gripper comes last, -1 open and 1 closed.
@@ -66,6 +68,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         task: Session | Task | Path | str,
         *,
         robot: Path | str | None = None,
+        driver: str = "mujoco",
         observation: ObservationKind = "state",
         action: ActionKind = "ee",
         control_hz: float = 20.0,
@@ -83,9 +86,12 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
                 raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
         self._owned = not isinstance(task, Session)
         self.session: Session = (
-            task if isinstance(task, Session) else open_session(task, robot=robot, render_size=render_size)
+            task
+            if isinstance(task, Session)
+            else open_session(task, robot=robot, driver=driver, render_size=render_size)
         )
-        sim = self.session.sim
+        self._sim: Modelled = modelled(self.session.sim, "an environment starts it over and judges its state")
+        sim = self._sim
         rows_per_frame(control_hz, sim.control_timestep, "control_hz")
         self.render_mode = render_mode
         self._cameras = tuple(cameras) if observation == "pixels" else ()
@@ -151,7 +157,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         """Return the scene camera's picture, RGB (height, width, 3) uint8; None without a render mode."""
         if self.render_mode is None:
             return None
-        return self.session.sim.state(("scene",)).images["scene"]
+        return self._sim.state(("scene",)).images["scene"]
 
     def close(self) -> None:
         """Free the world."""
@@ -170,7 +176,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     def _succeeded(self) -> bool:
         """Return whether the task's criterion holds and has held for as long as it asks."""
-        criterion, now = self.session.task.success, self.session.sim.truth()
+        criterion, now = self.session.task.success, self._sim.truth()
         if not criterion.evaluate(self.session.start, now).holds:
             self._held_since = None
             return False
@@ -185,14 +191,14 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         return float(success) + self._potential - before
 
     def _closeness(self) -> float:
-        sim = self.session.sim
+        sim = self._sim
         return potential(self.session.task.success, self.session.start, sim.truth(), sim.state().tcp_pose.position)
 
     def _info(self, success: bool) -> dict[str, Any]:
         return {"is_success": success, "layout": self.session.seed, "task_description": self.task_description}
 
     def _observe(self) -> Observation:
-        seen = self.session.sim.state(self._cameras)
+        seen = self._sim.state(self._cameras)
         closed = [] if seen.gripper is None else [seen.gripper.closed]
         found: Observation = {
             "agent_pos": np.array([*seen.q, *closed], dtype=np.float32),
@@ -200,7 +206,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             "tcp_pose": np.array([*seen.tcp_pose.xyz, *seen.tcp_pose.quat_xyzw], dtype=np.float32),
         }
         if self._objects:
-            there = self.session.sim.truth().objects
+            there = self._sim.truth().objects
             poses = [there[item].pose if item in there else None for item in self._objects]
             rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * _POSE for pose in poses]
             found["environment_state"] = np.array(rows, dtype=np.float32).ravel()
@@ -210,7 +216,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         return found
 
     def _space(self) -> spaces.Dict:
-        sim = self.session.sim
+        sim = self._sim
         count = sim.robot.n
         lengths = {"agent_pos": count + (sim.robot.gripper is not None), "agent_vel": count, "tcp_pose": _POSE}
         if self._objects:

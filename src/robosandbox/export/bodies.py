@@ -17,7 +17,7 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from robosandbox.export.frames import pose, vector
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array
 
 # MuJoCo's viewers and cameras show the geometry of groups 0 to 2; what is for collision alone is in the others.
@@ -27,7 +27,7 @@ _GEOM = mujoco.mjtGeom
 _UNSET_RGBA = (0.5, 0.5, 0.5, 1.0)
 
 
-def entities(sim: MuJoCoBackend, kinds: dict[str, str], stamp: Timestamp) -> Iterator[SceneEntity]:
+def entities(sim: Modelled, kinds: dict[str, str], stamp: Timestamp) -> Iterator[SceneEntity]:
     """Yield each body that has a shape: the links of the arm, the table, the objects with what moves in them.
 
     Args:

@@ -34,7 +34,7 @@ from robosandbox.recording.drawing import contact_force
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.settings import rows_per_frame
 from robosandbox.service.server.studio import encode
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.sensors import perfect_intrinsics
 from robosandbox.tasks.replay import open_replay
 
@@ -75,12 +75,12 @@ def export_mcap(
     if target.exists():
         raise InputError(f"{str(target)!r} exists already; name another file, or remove it")
     every = rows_per_frame(fps, episode.meta.control_timestep, "--fps")
-    world = open_replay(episode).session
+    run = open_replay(episode)
     try:
         with _file(target) as writer:
-            _EpisodeLog(writer, episode, world.sim).write(cameras, every, size)
+            _EpisodeLog(writer, episode, run.sim).write(cameras, every, size)
     finally:
-        world.close()
+        run.session.close()
 
 
 @contextmanager
@@ -101,7 +101,7 @@ def _file(target: Path) -> Iterator[Writer]:
 class _EpisodeLog:
     """The messages of an episode, stamped with the time at which it began plus simulated time."""
 
-    def __init__(self, writer: Writer, episode: RecordedEpisode, sim: MuJoCoBackend) -> None:
+    def __init__(self, writer: Writer, episode: RecordedEpisode, sim: Modelled) -> None:
         self._writer = writer
         self._episode = episode
         self._sim = sim

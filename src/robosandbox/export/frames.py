@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array
 
 WORLD = "world"
@@ -28,7 +28,7 @@ class Frames:
         cameras: Those that get an optical frame (x right, y down, z ahead), `camera/<name>`.
     """
 
-    def __init__(self, sim: MuJoCoBackend, cameras: Sequence[str]) -> None:
+    def __init__(self, sim: Modelled, cameras: Sequence[str]) -> None:
         self._model = sim.model
         self._data = mujoco.MjData(sim.model)
         self._names = (WORLD, *sim.body_names[1:])

@@ -37,7 +37,7 @@ def pictures(
         return
     run = open_replay(episode)
     try:
-        yield from frames(episode, run.session.sim, cameras, every, size)
+        yield from frames(episode, run.sim, cameras, every, size)
     finally:
         run.session.close()
 

@@ -11,14 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.rendering import OffscreenRenderer
 
 PLOTS = ("joints", "tcp", "gripper", "force", "phases")
 
 
 def frames(
-    episode: RecordedEpisode, sim: MuJoCoBackend, cameras: Sequence[str], every: int, size: tuple[int, int]
+    episode: RecordedEpisode, sim: Modelled, cameras: Sequence[str], every: int, size: tuple[int, int]
 ) -> Iterator[dict[str, NDArray[np.uint8]]]:
     """Yield RGB pictures (height, width, 3) uint8 by camera, of every `every`-th row, drawn from the recorded states.
 

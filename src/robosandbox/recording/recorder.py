@@ -31,7 +31,7 @@ from robosandbox.recording.settings import VideoSettings
 from robosandbox.recording.video import VideoWriter
 from robosandbox.recording.writer import StepWriter
 from robosandbox.service.server.served_task import ServedTask
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.types import Array
 from robosandbox.versions import versions
@@ -43,7 +43,7 @@ _LOG_ROWS = 1000
 class _Open:
     """The episode that is being written."""
 
-    def __init__(self, folder: Path, sim: MuJoCoBackend, log: StepRecorder, videos: list[VideoWriter]) -> None:
+    def __init__(self, folder: Path, sim: Modelled, log: StepRecorder, videos: list[VideoWriter]) -> None:
         self.folder = folder
         self.log = log
         self.writer = StepWriter(folder, log)
@@ -76,7 +76,7 @@ class Recorder:
         self.last: Path | None = None
         self._folder = folder
         self._host = host
-        self._sim = host.sim
+        self._sim = modelled(host.sim, "a recording takes down the states that it goes through")
         self._video = video
         self._open: _Open | None = None
         self._agents: list[Agent[Any]] = []
@@ -85,7 +85,7 @@ class Recorder:
         self._sim.tick_hooks.insert(0, self._tick)
         self._sim.jump_hooks.append(self._jumped)
         self._task: dict[str, Any] = host.task.model_dump(mode="json")
-        self._robot = _robot_meta(host.sim)
+        self._robot = _robot_meta(self._sim)
         self._skills = tuple(
             {"name": skill.name, "description": skill.description, "arguments": dict(skill.schema)}
             for skill in host.skills
@@ -278,7 +278,7 @@ class Recorder:
         )
 
 
-def _robot_meta(sim: MuJoCoBackend) -> RobotMeta:
+def _robot_meta(sim: Modelled) -> RobotMeta:
     robot, model = sim.robot, sim.model
     geometry = robot.gripper.geometry if robot.gripper else None
     return RobotMeta(

@@ -56,9 +56,11 @@ def open_recorder(settings: RecordSettings, host: ServedTask) -> Recorder:
     except ModuleNotFoundError as error:
         raise missing_extra(error, "--record", "record") from None
     if settings.video is not None:
+        from robosandbox.sim.modelled import modelled
+
         rows_per_frame(settings.video.fps, host.sim.control_timestep, "--video-fps")
         for camera in settings.video.cameras:
-            host.sim.camera_in_model(camera)
+            modelled(host.sim, "a film is drawn of it").camera_in_model(camera)
     return Recorder(settings.folder, host, video=settings.video)
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from robosandbox.recording.files import VIDEOS, VideoMeta
 from robosandbox.recording.settings import VideoSettings, rows_per_frame
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 
 # Every key frame begins a fragment of its own, so that a film whose process died plays up to the last whole second.
 _FRAGMENTED = "frag_keyframe+empty_moov+default_base_moof"
@@ -64,7 +64,7 @@ class VideoWriter:
         settings: What is filmed.
     """
 
-    def __init__(self, folder: Path, camera: str, sim: MuJoCoBackend, settings: VideoSettings) -> None:
+    def __init__(self, folder: Path, camera: str, sim: Modelled, settings: VideoSettings) -> None:
         height, width = sim.render_size
         every = rows_per_frame(settings.fps, sim.control_timestep, "--video-fps")
         self.meta = VideoMeta(camera=camera, every=every, fps=settings.fps, width=width, height=height)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from typing import Final
 
@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from robosandbox.drivers import Capabilities, require
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.robots.robot import Robot
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.sim.sensors import find_sensor
+from robosandbox.sim.mujoco_backend import open_mujoco
 from robosandbox.types import (
     Array,
     GripperState,
@@ -24,6 +23,7 @@ from robosandbox.types import (
     RgbdFrame,
     Scene,
     Trajectory,
+    Truth,
     frozen_array,
 )
 
@@ -52,6 +52,8 @@ class Hardware:
         wrist_wrench: Whether there is a force sensor at the wrist.
         sensor: What its cameras are like.
         seed: Of the noise.
+        felt: Objects of which the referee is to tell how hard they were pressed.
+        start_q: Where the arm stands when it is switched on, shape (n,); at home when left out.
 
     Attributes:
         control_timestep: Seconds between commands.
@@ -73,9 +75,12 @@ class Hardware:
         wrist_wrench: bool = False,
         sensor: str = "ideal",
         seed: int = 0,
+        felt: Iterable[str] = (),
+        start_q: Array | None = None,
     ) -> None:
-        self._plant = MuJoCoBackend(sensor=find_sensor(sensor))
-        self._plant.load(scene)
+        self._plant = open_mujoco(scene, sensor=sensor, felt=felt)
+        if start_q is not None:
+            self._plant.reset(q=start_q)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         self._planning = PlanningScenes(scene).of(nothing)
         self._kinematics = self._planning.kinematics()
@@ -116,6 +121,10 @@ class Hardware:
     def close(self) -> None:
         """Switch it off."""
         self._plant.close()
+
+    def referee(self) -> Truth:
+        """Return the plant's true state, for a judge: nothing that skills or perception see comes from it."""
+        return self._plant.truth()
 
     # Acting.
 

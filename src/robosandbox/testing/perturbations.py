@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from robosandbox.drivers import simulated
 from robosandbox.errors import ErrorRecord
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.tasks.session import Session
@@ -333,7 +334,7 @@ def draw_perturbation(case: Case, seed: int) -> tuple[Task, Perturbation, str]:
 
 def lost(session: Session, subject: str) -> bool:
     """Tell whether an object has come to rest where no part of the hand gets to it."""
-    item = session.sim.truth().objects[subject].detected()
+    item = simulated(session.sim, "it tells where a lost object lies").truth().objects[subject].detected()
     towards = session.sim.robot.base_position - centre(item)
     towards[2] = 0.0
     distance = float(np.linalg.norm(towards))

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from robosandbox.agent.episode import SkillStarted
+from robosandbox.drivers import simulated
 from robosandbox.protocols import Perception
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
@@ -89,7 +90,7 @@ class EpisodeSampler:
         self.target: str | None
         self.subject, self.target = SUBJECTS[task.name]
         with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
-            scene = session.sim.scene
+            scene = simulated(session.sim, "its layout is changed").scene
             self.base: Array = session.sim.robot.base_position
         criterion = _without_undisturbed(task.success)
         self.task: Task = task.model_copy(update={"scene": scene, "success": criterion})

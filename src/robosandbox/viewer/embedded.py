@@ -8,9 +8,11 @@ import time
 from collections.abc import Callable
 
 from robosandbox.agent.pace import Pace
+from robosandbox.drivers import come_to_rest
 from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.service.server.studio import Studio, View
 from robosandbox.service.server.worker import Worker
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.session import Session
 from robosandbox.tasks.task import Task
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
@@ -36,8 +38,9 @@ class EmbeddedSource:
     def __init__(self, session: Session, reopen: Open) -> None:
         self._session = session
         self._open = reopen
-        self._worker = Worker(session.sim, "fast")
-        self._studio = Studio(session.sim, self._worker.read, "viewer")
+        self._sim = _drawn(session)
+        self._worker = Worker(self._sim, "fast")
+        self._studio = Studio(self._sim, self._worker.read, "viewer")
         self._on_frame: OnFrame = lambda frame: None
         self._due = 0.0
         self._adopt(session)
@@ -50,7 +53,7 @@ class EmbeddedSource:
     @property
     def blueprint(self) -> Blueprint:
         """What is to be drawn."""
-        sim = self._session.sim
+        sim = self._sim
         return Blueprint(
             model=sim.model,
             robot=sim.robot,
@@ -116,9 +119,9 @@ class EmbeddedSource:
         session = self._open(task, robot)
         before = self._session
         with self._studio.lock:
-            self._worker.exchange(session.sim)
-            self._studio.exchange(session.sim)
             self._adopt(session)
+            self._worker.exchange(self._sim)
+            self._studio.exchange(self._sim)
         before.close()
 
     def adopt(self) -> None:
@@ -133,7 +136,7 @@ class EmbeddedSource:
             try:
                 # A new goal of the context, in which no earlier cancel counts.
                 with self._session.ctx.goal():
-                    self._session.sim.rest()
+                    come_to_rest(self._session.sim)
                 return
             except SkillError as error:
                 # Another cancel, or a limit that the braking arm still passes.
@@ -151,7 +154,8 @@ class EmbeddedSource:
 
     def _adopt(self, session: Session) -> None:
         self._session = session
-        session.sim.tick_hooks += [Pace(session.sim), self._between_ticks]
+        self._sim = _drawn(session)
+        self._sim.tick_hooks.extend((Pace(self._sim), self._between_ticks))
 
     def _between_ticks(self) -> None:
         now = time.monotonic()
@@ -161,8 +165,12 @@ class EmbeddedSource:
             self._send()
 
     def _send(self) -> None:
-        sim = self._session.sim
+        sim = self._sim
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
         self._on_frame(Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state))
+
+
+def _drawn(session: Session) -> Modelled:
+    return modelled(session.sim, "the viewer draws it")

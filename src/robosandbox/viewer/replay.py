@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.sim.modelled import modelled
 from robosandbox.tasks.session import Session
 from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
 from robosandbox.viewer.source import Frame
@@ -36,7 +37,7 @@ class RecordedFrames:
 
 def recorded_frames(episode: RecordedEpisode, session: Session) -> RecordedFrames:
     """Return the frames of an episode, for a world of its task."""
-    model = session.sim.model
+    model = modelled(session.sim, "its recorded states are drawn").model
     q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
     gripper, times = episode.get("gripper"), episode["time"]
     skills, phases = episode["skill"], episode["phase"]

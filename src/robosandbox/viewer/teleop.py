@@ -8,6 +8,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.sim.modelled import modelled
 from robosandbox.tasks.session import Session
 from robosandbox.types import Pose
 
@@ -30,6 +31,7 @@ class SimTeleop:
 
     def __init__(self, session: Session, shown: Callable[[], None]) -> None:
         self._session = session
+        self._sim = modelled(session.sim, "things are put elsewhere in it by hand")
         self._shown = shown
 
     def place(self, object_id: str, pose: Pose) -> None:
@@ -38,7 +40,7 @@ class SimTeleop:
         Raises:
             InputError: It would be inside something; it then stays where it was.
         """
-        sim, model = self._session.sim, self._session.sim.model
+        sim, model = self._sim, self._sim.model
         body = sim.object_bodies[object_id]
         state = sim.snapshot()
         # A state is the time, all positions, all velocities, and more; an object's are those of its free joint.
@@ -59,7 +61,7 @@ class SimTeleop:
 
     def let_go(self) -> None:
         """Let time pass until all objects lie still, for a few seconds at most."""
-        sim = self._session.sim
+        sim = self._sim
         give_up = sim.time + _FALL_SECONDS
         with self._session.ctx.goal():
             while sim.time < give_up:
@@ -74,7 +76,7 @@ class SimTeleop:
         Raises:
             SkillError: It is out of reach, something is in the way, or a limit forbids it.
         """
-        ctx, sim = self._session.ctx, self._session.sim
+        ctx, sim = self._session.ctx, self._sim
         scene = ctx.look()
         ctx.motion.use(ctx.planning(scene), sim.state(), held=scene.held)
         # What is touched already must not keep the arm from moving on, or away.
@@ -94,7 +96,7 @@ class SimTeleop:
         Raises:
             InputError: The robot has none.
         """
-        sim = self._session.sim
+        sim = self._sim
         if sim.robot.gripper is None:
             raise InputError(f"{sim.robot.name} has no gripper")
         sim.set_gripper(1.0 if closed else 0.0)

@@ -111,7 +111,7 @@ class RemoteSession:
         """Names that `picture` takes."""
         return self.robot.cameras
 
-    def elapsed(self) -> tuple[float, int]:
+    def elapsed(self) -> tuple[float, int | None]:
         """Return simulated seconds and physics steps since the last reset."""
         state = self.robot.state()
         return state.robot.time, state.physics_steps

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Mapping
 
+from robosandbox.drivers import come_to_rest
 from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
 from robosandbox.protocols import Skill
@@ -110,7 +111,7 @@ def _come_to_rest(served: ServedTask) -> None:
         try:
             # A new goal of the context, in which no deadline and no earlier cancel counts.
             with served.ctx.goal():
-                served.sim.rest()
+                come_to_rest(served.sim)
             return
         except SkillError as error:
             # Another cancel, or a limit that the braking arm still passes.

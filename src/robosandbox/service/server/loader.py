@@ -28,6 +28,7 @@ class TaskLoader:
     """Opens the tasks that a sim process serves.
 
     Args:
+        driver: An installed driver, with its options behind its name.
         perception: Name of an installed perception.
         grasp: Name of an installed grasp planner.
         motion: Name of an installed motion planner.
@@ -41,6 +42,7 @@ class TaskLoader:
     def __init__(
         self,
         *,
+        driver: str = "mujoco",
         perception: str = "ground_truth",
         grasp: str = "analytic",
         motion: str = "dls",
@@ -49,6 +51,7 @@ class TaskLoader:
         allowed: Sequence[Path] = (),
         record: RecordSettings | None = None,
     ) -> None:
+        self._driver = driver
         self._perception = perception
         self._grasp = grasp
         self._motion = motion
@@ -69,6 +72,7 @@ class TaskLoader:
         session = open_session(
             task,
             robot=robot,
+            driver=self._driver,
             perception=self._perception,
             grasp=self._grasp,
             motion=self._motion,

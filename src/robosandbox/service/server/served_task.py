@@ -8,10 +8,9 @@ from typing import Protocol
 
 from pydantic import BaseModel
 
-from robosandbox.protocols import Skill, SkillContext
+from robosandbox.protocols import Driver, Skill, SkillContext
 from robosandbox.service.messages import Load
 from robosandbox.service.server.checkpoint import Checkpoint
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import SkillCall
 
 
@@ -40,7 +39,7 @@ class ServedTask(Protocol):
     """A loaded task."""
 
     @property
-    def sim(self) -> MuJoCoBackend:
+    def sim(self) -> Driver:
         """The world."""
         ...
 

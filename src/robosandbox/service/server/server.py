@@ -53,6 +53,7 @@ from robosandbox.service.server.served_task import OpenTask, ServedTask
 from robosandbox.service.server.snapshots import info_of, state_of, true_state_of
 from robosandbox.service.server.studio import Studio
 from robosandbox.service.server.worker import Pace, Worker
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.validation import did_you_mean
 
 _log = logging.getLogger(__name__)
@@ -100,17 +101,18 @@ class SimServer:
         self._default_pace: Pace = pace
         self._truth = truth
         self._skills: dict[str, Skill] = {}
-        self._worker = Worker(served.sim, pace)
+        world = self._world(served)
+        self._worker = Worker(world, pace)
         self._loads = 0
         self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
         self._info = self._describe()
-        self.studio = Studio(served.sim, self._worker.read, self.boot_id)
+        self.studio = Studio(world, self._worker.read, self.boot_id)
         self._autosave = Autosave(state_file, self._worker.read, self._freeze)
         self._ledger = Ledger(self.boot_id, self._autosave.keep)
         self._changes = WorldChanges(self._ledger, self._worker.order)
-        served.sim.wait_hooks.append(self._changes.check)
+        world.wait_hooks.append(self._changes.check)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._autosave.save)
         self._clients = ConnectedClients(session, robot_id, self._on_client_gone)
         self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
@@ -186,6 +188,10 @@ class SimServer:
     def _key(self, *parts: str) -> str:
         return key(self._robot_id, *parts)
 
+    @staticmethod
+    def _world(served: ServedTask) -> Modelled:
+        return modelled(served.sim, "a sim process saves it, sends its pictures and answers what is true in it")
+
     def _declare(self) -> None:
         handlers: dict[str, Callable[[Request], None]] = {
             "skill/*/send_goal": self._on_send_goal,
@@ -235,13 +241,15 @@ class SimServer:
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
     def _read_state(self) -> Message:
-        return state_of(self._served.sim, self.boot_id, self._executor.running, self._served.ctx.phase, self._loads)
+        return state_of(
+            self._world(self._served), self.boot_id, self._executor.running, self._served.ctx.phase, self._loads
+        )
 
     def _read_objects(self) -> Objects:
         return Objects(boot_id=self.boot_id, scene=self._served.ctx.look())
 
     def _read_truth(self) -> TrueState:
-        return true_state_of(self._served.sim, self.boot_id, with_objects=self._truth)
+        return true_state_of(self._world(self._served), self.boot_id, with_objects=self._truth)
 
     def _save_checkpoint(self) -> Saved:
         name = uuid.uuid4().hex
@@ -293,7 +301,7 @@ class SimServer:
                 before, self._served = self._served, served
                 self._loads += 1
                 self._worker.exchange(served.sim)
-                self.studio.exchange(served.sim)
+                self.studio.exchange(self._world(served))
             before.close()
             self._checkpoints.clear()
             self._info = self._describe()
@@ -318,7 +326,7 @@ class SimServer:
         def step() -> TrueState:
             for _ in range(max(1, round(seconds / self._served.sim.control_timestep))):
                 self._changes.check()
-                self._served.sim.wait()
+                self._served.sim.wait(self._served.sim.control_timestep)
             return self._read_truth()
 
         self._change("clock", request, step, message.client_id)

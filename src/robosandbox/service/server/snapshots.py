@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
 from robosandbox.service.server.goals import LiveGoal
 from robosandbox.service.server.served_task import ServedTask
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
 
 _MOST_SHOWN = 64
@@ -19,7 +19,7 @@ _MOST_SHOWN = 64
 
 def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
     """Return what a loaded task is."""
-    sim, robot = served.sim, served.sim.robot
+    sim, robot = modelled(served.sim, "a sim process tells what it is"), served.sim.robot
     height, width = sim.render_size
     joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
     geometry = robot.gripper.geometry if robot.gripper else None
@@ -49,7 +49,7 @@ def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pac
     )
 
 
-def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
+def state_of(sim: Modelled, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
     """Return how the robot stands."""
     return State(
         boot_id=boot_id,
@@ -65,7 +65,7 @@ def state_of(sim: MuJoCoBackend, boot_id: str, running: LiveGoal | None, phase: 
     )
 
 
-def true_state_of(sim: MuJoCoBackend, boot_id: str, *, with_objects: bool) -> TrueState:
+def true_state_of(sim: Modelled, boot_id: str, *, with_objects: bool) -> TrueState:
     """Return the simulated state."""
     truth = sim.truth()
     return TrueState(

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
 from robosandbox.service.messages import Picture
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.types import Array, Intrinsics, Pose
 
@@ -41,7 +41,7 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    sim: MuJoCoBackend
+    sim: Modelled
     state: Array
     time: float
     stamp: float
@@ -66,7 +66,7 @@ class Studio:
         frames: How many were drawn.
     """
 
-    def __init__(self, sim: MuJoCoBackend, read: Read, boot_id: str) -> None:
+    def __init__(self, sim: Modelled, read: Read, boot_id: str) -> None:
         self.lock = threading.Lock()
         self.frames: int = 0
         self._sim = sim
@@ -92,7 +92,7 @@ class Studio:
             self._changed.notify_all()
         self._thread.join()
 
-    def exchange(self, sim: MuJoCoBackend) -> None:
+    def exchange(self, sim: Modelled) -> None:
         """Draw another sim from now on; call it with `lock` held."""
         self._sim = sim
 
@@ -193,7 +193,7 @@ class Studio:
             pose_camera_in_world=pose,
         )
 
-    def _prepared(self, sim: MuJoCoBackend) -> tuple[OffscreenRenderer, mujoco.MjData]:
+    def _prepared(self, sim: Modelled) -> tuple[OffscreenRenderer, mujoco.MjData]:
         if self._renderer is None or self._data is None or self._model is not sim.model:
             self._release()
             self._renderer = OffscreenRenderer(sim.model, sim.render_size)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from typing import Literal
 
 from robosandbox.errors import SkillError
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.protocols import Driver
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 0.5
@@ -31,7 +31,7 @@ class Worker:
         pace: How simulated time passes.
     """
 
-    def __init__(self, sim: MuJoCoBackend, pace: Pace) -> None:
+    def __init__(self, sim: Driver, pace: Pace) -> None:
         self.pace: Pace = pace
         self._sim = sim
         self._reads: deque[Job] = deque()
@@ -78,12 +78,12 @@ class Worker:
             self._orders.append(job)
             self._changed.notify_all()
 
-    def exchange(self, sim: MuJoCoBackend) -> None:
+    def exchange(self, sim: Driver) -> None:
         """Own another sim from now on; only for jobs."""
         self._sim.tick_hooks.remove(self._between_ticks)
         self._adopt(sim)
 
-    def _adopt(self, sim: MuJoCoBackend) -> None:
+    def _adopt(self, sim: Driver) -> None:
         self._sim = sim
         sim.tick_hooks.append(self._between_ticks)
         self._rebase()
@@ -105,7 +105,7 @@ class Worker:
                 self._idle = True
                 self._rebase()
             elif self.pace == "realtime":
-                self._run(self._sim.wait)
+                self._run(lambda: self._sim.wait(self._sim.control_timestep))
 
     def _between_ticks(self) -> None:
         self._answer()

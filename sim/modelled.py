@@ -1,0 +1,106 @@
+"""A simulated world whose compiled MuJoCo model is there to be drawn, recorded, exported and planned in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Protocol, runtime_checkable
+
+import mujoco
+
+from robosandbox.errors import UnsupportedError
+from robosandbox.protocols import Driver, Simulated
+from robosandbox.robots.sidecar import Sidecar
+from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.sim.world import World
+from robosandbox.types import Array
+
+
+@runtime_checkable
+class Modelled(Simulated, Protocol):
+    """A simulated world with a MuJoCo model. What draws, records or exports a model asks for it, and nothing else does."""
+
+    @property
+    def world(self) -> World:
+        """The compiled scene."""
+        ...
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model."""
+        ...
+
+    @property
+    def compilations(self) -> int:
+        """How often a model was compiled."""
+        ...
+
+    @property
+    def sidecar(self) -> Sidecar:
+        """The robot's roles, as written or inferred."""
+        ...
+
+    @property
+    def body_names(self) -> Sequence[str]:
+        """What people call each body."""
+        ...
+
+    @property
+    def object_bodies(self) -> Mapping[str, int]:
+        """Body ids of the objects."""
+        ...
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras."""
+        ...
+
+    @property
+    def render_size(self) -> tuple[int, int]:
+        """(height, width) of camera pictures, pixels."""
+        ...
+
+    @property
+    def controls(self) -> Array:
+        """What is commanded to the actuators now, shape (actuators,)."""
+        ...
+
+    def camera_in_model(self, name: str) -> str:
+        """Return what the model calls a camera; raises InputError."""
+        ...
+
+    def log(self, capacity: int) -> StepRecorder:
+        """Return a log that can take down this world's state; it ends with the model."""
+        ...
+
+    def held(self) -> str | None:
+        """Return the object that both sides of the gripper touch."""
+        ...
+
+    def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
+        """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
+        ...
+
+    def replay(self, controls: Array, push: Array | None = None) -> None:
+        """Let one control tick pass with recorded commands (actuators,) and pushes on the bodies (bodies, 6), N and N m."""
+        ...
+
+    def fork(self) -> Modelled:
+        """Return a copy that shares the model and nothing that moves."""
+        ...
+
+
+def modelled(driver: Driver, purpose: str) -> Modelled:
+    """Return the driver as the world with a model that it is.
+
+    Args:
+        driver: Whose model.
+        purpose: What it is needed for, as "the viewer draws it".
+
+    Raises:
+        UnsupportedError: It has none.
+    """
+    if not isinstance(driver, Modelled):
+        raise UnsupportedError(
+            f"model: the driver of {driver.robot.name} has no simulated model, and {purpose}; use --driver mujoco"
+        )
+    return driver
