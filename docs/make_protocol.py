@@ -1,4 +1,4 @@
-"""Write protocol.md from the models in service/messages.py, errors.py and evidence.py: `python docs/make_protocol.py`."""
+"""Write protocol.md from the models in service/messages/, errors.py and evidence.py: `python docs/make_protocol.py`."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 from robosandbox.drivers import simulated
 from robosandbox.protocols import Driver, Refereed
-from robosandbox.tasks.success import AllOf, Check, merged
+from robosandbox.tasks.checks import Check
+from robosandbox.tasks.success import AllOf, merged
 from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
 

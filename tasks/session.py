@@ -22,10 +22,10 @@ from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Simulated
 from robosandbox.service.server.checkpoint import Checkpoint
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.checks import AtHome
 from robosandbox.tasks.evaluate import Verdict, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
-from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import nobody_judges
 from robosandbox.types import Array, ObservedScene, Scene, Truth

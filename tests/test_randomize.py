@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import InputError
+from robosandbox.tasks.checks import AtHome
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.randomize import CLEARANCE, draw_layout, groups_of
-from robosandbox.tasks.success import AtHome
 from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, Pose, Randomize, Scene, SceneObject
 from robosandbox.world.relations import bounds, gap

@@ -11,8 +11,9 @@ from hypothesis import given, strategies as st
 from pydantic import TypeAdapter
 
 from robosandbox.errors import InputError
+from robosandbox.tasks.checks import Check
 from robosandbox.tasks.evaluate import Verdict, evaluate
-from robosandbox.tasks.success import Check, Criterion
+from robosandbox.tasks.success import Criterion
 from robosandbox.types import ObjectKind, ObjectTruth, Pose, Truth, frozen_array
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import logging
 import uuid
-from enum import StrEnum
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
+from robosandbox.error_codes import ErrorCode as ErrorCode, Phase as Phase
 from robosandbox.errors import RoboSandboxError
 from robosandbox.evidence import (
     AmbiguousEvidence,
@@ -32,58 +32,6 @@ from robosandbox.evidence import (
     UnreachableEvidence,
 )
 from robosandbox.types import SkillCall, StrictModel
-
-
-class ErrorCode(StrEnum):
-    """A skill error's kind, in Python and on the wire."""
-
-    INVALID_ARGUMENT = "invalid_argument"
-    OBJECT_NOT_FOUND = "object_not_found"
-    AMBIGUOUS_OBJECT = "ambiguous_object"
-    UNREACHABLE = "unreachable"
-    LIMIT = "limit"
-    COLLISION = "collision"
-    TRACKING = "tracking"
-    GRASP = "grasp"
-    NOT_HOLDING = "not_holding"
-    ALREADY_HOLDING = "already_holding"
-    PLACEMENT = "placement"
-    PUSH = "push"
-    DRAWER = "drawer"
-    POUR = "pour"
-    TAP = "tap"
-    UNSUPPORTED = "unsupported"
-    GOAL_TIMEOUT = "goal_timeout"
-    CANCELLED = "cancelled"
-    INTERNAL = "internal"
-    BUSY = "busy"
-    INVALID_MESSAGE = "invalid_message"
-    UNKNOWN_GOAL = "unknown_goal"
-    FORBIDDEN = "forbidden"
-    CONNECTION_LOST = "connection_lost"
-
-
-class Phase(StrEnum):
-    """What a skill was doing."""
-
-    CHECK = "check"
-    PERCEIVE = "perceive"
-    PLAN = "plan"
-    APPROACH = "approach"
-    DESCEND = "descend"
-    GRASP = "grasp"
-    LIFT = "lift"
-    TRANSFER = "transfer"
-    LOWER = "lower"
-    RELEASE = "release"
-    PUSH = "push"
-    SLIDE = "slide"
-    POUR = "pour"
-    TOUCH = "touch"
-    RETREAT = "retreat"
-    HOME = "home"
-    SETTLE = "settle"
-    VERIFY = "verify"
 
 
 class Repair(StrictModel):

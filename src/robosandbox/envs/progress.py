@@ -10,10 +10,8 @@ from functools import singledispatch
 
 import numpy as np
 
-from robosandbox.tasks.success import (
+from robosandbox.tasks.checks import (
     TABLE,
-    AllOf,
-    AnyOf,
     AtHome,
     Beside,
     Check,
@@ -27,6 +25,7 @@ from robosandbox.tasks.success import (
     Poured,
     Undisturbed,
 )
+from robosandbox.tasks.success import AllOf, AnyOf
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Truth
 from robosandbox.world import relations
 

@@ -11,8 +11,8 @@ from robosandbox.errors import InputError
 from robosandbox.robots.check.finding import Check
 from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.tasks.checks import Displaced, Lifted
 from robosandbox.tasks.session import open_session
-from robosandbox.tasks.success import Displaced, Lifted
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory
 

@@ -1,0 +1,55 @@
+"""What a skill error is called, and what a skill was doing when it ended in one."""
+
+from enum import StrEnum
+
+
+class ErrorCode(StrEnum):
+    """A skill error's kind, in Python and on the wire."""
+
+    INVALID_ARGUMENT = "invalid_argument"
+    OBJECT_NOT_FOUND = "object_not_found"
+    AMBIGUOUS_OBJECT = "ambiguous_object"
+    UNREACHABLE = "unreachable"
+    LIMIT = "limit"
+    COLLISION = "collision"
+    TRACKING = "tracking"
+    GRASP = "grasp"
+    NOT_HOLDING = "not_holding"
+    ALREADY_HOLDING = "already_holding"
+    PLACEMENT = "placement"
+    PUSH = "push"
+    DRAWER = "drawer"
+    POUR = "pour"
+    TAP = "tap"
+    UNSUPPORTED = "unsupported"
+    GOAL_TIMEOUT = "goal_timeout"
+    CANCELLED = "cancelled"
+    INTERNAL = "internal"
+    BUSY = "busy"
+    INVALID_MESSAGE = "invalid_message"
+    UNKNOWN_GOAL = "unknown_goal"
+    FORBIDDEN = "forbidden"
+    CONNECTION_LOST = "connection_lost"
+
+
+class Phase(StrEnum):
+    """What a skill was doing."""
+
+    CHECK = "check"
+    PERCEIVE = "perceive"
+    PLAN = "plan"
+    APPROACH = "approach"
+    DESCEND = "descend"
+    GRASP = "grasp"
+    LIFT = "lift"
+    TRANSFER = "transfer"
+    LOWER = "lower"
+    RELEASE = "release"
+    PUSH = "push"
+    SLIDE = "slide"
+    POUR = "pour"
+    TOUCH = "touch"
+    RETREAT = "retreat"
+    HOME = "home"
+    SETTLE = "settle"
+    VERIFY = "verify"
