@@ -3,6 +3,7 @@
 Without `--all` a sample of the long families runs and none of the slow tests; those marked `gl` run where pictures can be made.
 """
 
+import itertools
 import os
 import subprocess
 import sys
@@ -17,6 +18,23 @@ hypothesis.settings.load_profile("robosandbox")
 
 _PROBE = "from robosandbox.sim.rendering import _make_gl_context; _make_gl_context(64, 64).free()"
 _MOST_WORKERS = 8
+# The files that take longest, the longest first, as `uv run pytest --durations=0` tells: workers begin with them.
+_LONGEST = (
+    "test_viewer.py",
+    "test_seeds.py",
+    "test_robots.py",
+    "test_forging.py",
+    "test_llm_planner.py",
+    "test_docs.py",
+    "test_perception.py",
+    "test_repl.py",
+    "test_security.py",
+    "test_service.py",
+    "test_startup.py",
+    "test_diagnosis.py",
+    "test_symptoms.py",
+    "test_giving_up.py",
+)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -27,7 +45,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_cmdline_main(config: pytest.Config) -> None:
     """Spread a run of the whole suite over the cores; files and tests that are named run in this process.
 
-    Workers take neighbouring tests, so that those of a file share its worlds, and help one another at the end.
+    Workers take neighbouring tests, so that those of a file share its worlds, and help one another at the end, where
+    `_dealt` puts what is short.
     """
     if "PYTEST_XDIST_WORKER" in os.environ or not config.pluginmanager.hasplugin("xdist"):
         return
@@ -44,6 +63,8 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         left = set(_left_out(items))
         config.hook.pytest_deselected(items=[item for item in items if item in left])
         items[:] = [item for item in items if item not in left]
+    if hasattr(config, "workerinput"):
+        items[:] = _dealt(items, int(config.workerinput["workercount"]))
     marked = [item for item in items if item.get_closest_marker("gl")]
     # In a process of its own: a broken driver may take the interpreter with it.
     if marked and subprocess.run([sys.executable, "-c", _PROBE], capture_output=True).returncode:
@@ -62,3 +83,18 @@ def _left_out(items: list[pytest.Item]) -> list[pytest.Item]:
             found.append(item)
         members[family] += 1
     return found
+
+
+def _dealt(items: list[pytest.Item], workers: int) -> list[pytest.Item]:
+    """Return the tests in an order in which each worker's share, a run of equally many, begins with some of the longest files."""
+    files: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        files.setdefault(item.path.name, []).append(item)
+    longest = [files.pop(name) for name in _LONGEST if name in files]
+    short = iter([item for file in files.values() for item in file])
+    dealt: list[pytest.Item] = []
+    for worker in range(workers):
+        begin = [item for file in longest[worker::workers] for item in file]
+        share = (len(items) - len(dealt)) // (workers - worker)
+        dealt += [*begin, *itertools.islice(short, max(0, share - len(begin)))]
+    return [*dealt, *short]

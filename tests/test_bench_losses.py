@@ -65,7 +65,7 @@ def run(*arguments: str) -> int:
     return run_app(bench.app, "robo-sandbox-bench", bench.split_lists(arguments))
 
 
-@pytest.mark.parametrize("jobs", ["1", "2"])
+@pytest.mark.parametrize("jobs", ["1", pytest.param("2", marks=pytest.mark.slow)])
 def test_broken_tasks_among_ten_are_error_rows_and_the_others_run(
     jobs: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -18,7 +18,7 @@ from robosandbox.types import Pose, Scene
 def _run(model, path, task):
     """Return what came of a task on an arm with this sidecar, as an episode's or a loader's last words."""
     try:
-        with open_session(task, what_if=False) as session:
+        with open_session(task, what_if=False, max_replans=0) as session:
             return session.run().final_detail
     except InputError as error:
         return str(error)
@@ -37,6 +37,7 @@ HARMLESS = {("toy_jaw", "nothing grasped: TCP beside the fingers")}
         if symptom != "bad home" and (name, symptom) not in HARMLESS
     ],
 )
+@pytest.mark.sample(every=4)
 def test_failure_ends_in_the_field_that_is_wrong_its_value_and_the_command(name, symptom, tmp_path):
     model, path = written(name, tmp_path)
     task = cube_task(model, path, work_point(load_robot(model, path)))
@@ -68,7 +69,7 @@ def test_sound_sidecar_is_not_blamed_for_what_has_another_cause(name, tmp_path):
     }
     for cause, changed in others.items():
         task = fits.model_copy(update={"scene": fits.scene.model_copy(update={"objects": (changed,)})})
-        with open_session(task, what_if=False) as session:
+        with open_session(task, what_if=False, max_replans=0) as session:
             episode = session.run()
             assert session.sim.robot.files is not None
         assert not episode.success, cause
@@ -79,7 +80,7 @@ def test_static_checks_are_made_once_and_not_for_a_bundled_or_inferred_robot(tmp
     model, path = written("toy", tmp_path)
     beside(side := yaml.safe_load(path.read_text()))
     path.write_text(yaml.safe_dump(side))
-    with open_session(cube_task(model, path, (0.0, 0.0)), what_if=False) as session:
+    with open_session(cube_task(model, path, (0.0, 0.0)), what_if=False, max_replans=0) as session:
         before = _static_checks.cache_info().misses
         session.run("pick up the red cube")
         session.run("pick up the red cube")
@@ -87,7 +88,7 @@ def test_static_checks_are_made_once_and_not_for_a_bundled_or_inferred_robot(tmp
     far = cube_task(None, None, (0.4, 0.0)).scene.objects[0].model_copy(update={"pose": Pose(xyz=(-0.3, 0.45, 0.055))})
     for robot in (None, model):
         before = _static_checks.cache_info().misses
-        with open_session(Scene(robot_urdf=robot, objects=(far,)), what_if=False) as session:
+        with open_session(Scene(robot_urdf=robot, objects=(far,)), what_if=False, max_replans=0) as session:
             assert session.sim.robot.files is None
             session.run("pick up the red cube")
         assert _static_checks.cache_info().misses == before

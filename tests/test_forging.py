@@ -49,6 +49,7 @@ def open_kit(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kit]:
 
 
 @pytest.mark.parametrize("mode", MODES)
+@pytest.mark.sample(every=5)
 def test_no_role_can_forge_on_any_key(kit: Kit, mode: str, bench: ModuleType) -> None:
     for role in kit.roles:
         rows = list(bench.attack(kit, role, mode, times=1))
@@ -90,6 +91,7 @@ def leftmost(robot: RemoteRobot) -> str:
 
 
 @pytest.mark.parametrize("mode", MODES)
+@pytest.mark.sample(every=5)
 def test_left_cube_is_lifted_while_a_forger_says_that_it_is_right(kit: Kit, mode: str, bench: ModuleType) -> None:
     forging_role, operator = kit.roles[-1], kit.roles[0]
     with connect(*kit.endpoints, zenoh_config=kit.config(operator), timeout=30) as client:

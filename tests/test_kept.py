@@ -131,8 +131,8 @@ def test_journal_that_is_no_file_is_one_line(path: Path) -> None:
 
 
 def test_goals_open_at_a_kill_are_known_afterwards() -> None:
-    command = [sys.executable, str(ROOT / "benchmarks" / "faults.py"), "accepted", "--times", "2", "--json"]
+    command = [sys.executable, str(ROOT / "benchmarks" / "faults.py"), "accepted", "--times", "1", "--json"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr
     row = json.loads(done.stdout)["accepted"]
-    assert row["known"] == row["accepted"] >= 2, row
+    assert row["known"] == row["accepted"] >= 1, row

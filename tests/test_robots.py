@@ -251,7 +251,7 @@ def test_gripper_of_its_own_file_mounts_on_an_arm():
         ("gym-aloha==0.1.5", "gym_aloha/assets/bimanual_viperx_transfer_cube.xml"),
     ],
 )
-@pytest.mark.sample(every=2)
+@pytest.mark.slow
 def test_real_arm_from_a_wheel_is_sound_and_picks(requirement, model):
     report = check_robot(wheel_files(requirement) / model)
     assert report.ok, [item for item in report.checks if not item.ok]

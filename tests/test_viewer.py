@@ -90,6 +90,39 @@ def page_of(browser: Browser, viewer: Viewer) -> Iterator[Page]:
         page.close()
 
 
+@pytest.fixture(scope="module")
+def open_viewer() -> Iterator[Viewer]:
+    with serving("pick_cube_franka") as viewer:
+        yield viewer
+
+
+@pytest.fixture(scope="module")
+def first_page(browser: Browser, open_viewer: Viewer) -> Iterator[Page]:
+    # A page's first picture, whose shaders are compiled for a CPU, takes longer than all that a test does with it.
+    with page_of(browser, open_viewer) as page:
+        yield page
+
+
+@dataclass(frozen=True)
+class Desk:
+    """A viewer, its world as the task has it, and a page that other tests have used before."""
+
+    viewer: Viewer
+    session: Session
+    page: Page
+
+
+@pytest.fixture
+def desk(open_viewer: Viewer, first_page: Page) -> Iterator[Desk]:
+    session = open_viewer.source.workcell
+    assert isinstance(session, Session)
+    hooks, listeners = list(session.sim.tick_hooks), list(open_viewer.control.listeners)
+    yield Desk(open_viewer, session, first_page)
+    session.sim.tick_hooks[:], open_viewer.control.listeners[:] = hooks, listeners
+    open_viewer.control.reset(0)
+    wait_until(lambda: open_viewer.control.doing is Doing.NOTHING, "the task's first layout")
+
+
 def field(page: Page, label: str) -> Locator:
     return page.locator(f"xpath=//label[normalize-space()='{label}']/following::input[1]")
 
@@ -143,103 +176,85 @@ def red_height(page: Page) -> float | None:
 
 
 @needs_chromium
-def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(browser: Browser) -> None:
-    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        wait_until(lambda: red_height(page) is not None, "the cube is seen")
-        before = red_height(page)
-        session = viewer.source.workcell
-        assert isinstance(session, Session)
-        clock = Clock()
-        session.sim.tick_hooks.append(lambda: clock.see(session.sim.time))
-        drawn = viewer.stream.drawn
-        say(page, "pick up the red cube")
-        page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
-        wait_until(lambda: (red_height(page) or 1e9) < (before or 0.0) - 15.0, "the cube is higher in the picture")
-        assert session.sim.held() == "red_cube"
-        assert viewer.stream.drawn - drawn > 20
-        if clock.kept_real_time:
-            assert (viewer.stream.drawn - drawn) / session.sim.time >= 20.0
+def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(desk: Desk) -> None:
+    viewer, session, page = desk.viewer, desk.session, desk.page
+    wait_until(lambda: red_height(page) is not None, "the cube is seen")
+    before = red_height(page)
+    clock = Clock()
+    session.sim.tick_hooks.append(lambda: clock.see(session.sim.time))
+    drawn, began = viewer.stream.drawn, session.sim.time
+    say(page, "pick up the red cube")
+    page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
+    wait_until(lambda: (red_height(page) or 1e9) < (before or 0.0) - 15.0, "the cube is higher in the picture")
+    assert session.sim.held() == "red_cube"
+    assert viewer.stream.drawn - drawn > 20
+    if clock.kept_real_time:
+        assert (viewer.stream.drawn - drawn) / (session.sim.time - began) >= 20.0
 
 
 @needs_chromium
-def test_stop_halts_the_arm_and_step_back_undoes_it(browser: Browser) -> None:
-    with serving("stack_two") as viewer, page_of(browser, viewer) as page:
-        session = viewer.source.workcell
-        assert isinstance(session, Session)
-        home = session.sim.state().q
-        # A slow machine: time enough to click.
-        session.sim.tick_hooks.append(lambda: time.sleep(0.03))
-        button(page, "Run").click()
-        wait_until(lambda: session.sim.time > 0.4, "the arm is on its way")
-        button(page, "Stop").click()
-        page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
-        stopped = session.sim.state()
-        assert np.abs(stopped.qd).max() < 0.02
-        assert np.abs(stopped.q - home).max() > 0.01
-        steps = session.sim.physics_steps
-        time.sleep(0.3)
-        assert session.sim.physics_steps == steps, "physics runs while nothing is done"
-        button(page, "Step back").click()
-        page.get_by_text(f"back to before: {session.task.prompt}").wait_for(timeout=1000 * PATIENCE)
-        assert np.allclose(session.sim.state().q, home)
+def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
+    session, page = desk.session, desk.page
+    home, began = session.sim.state().q, session.sim.time
+    # A slow machine: time enough to click.
+    session.sim.tick_hooks.append(lambda: time.sleep(0.03))
+    say(page, session.task.prompt)
+    wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
+    button(page, "Stop").click()
+    page.get_by_text("cancelled:").wait_for(timeout=1000 * PATIENCE)
+    stopped = session.sim.state()
+    assert np.abs(stopped.qd).max() < 0.02
+    assert np.abs(stopped.q - home).max() > 0.01
+    steps = session.sim.physics_steps
+    time.sleep(0.3)
+    assert session.sim.physics_steps == steps, "physics runs while nothing is done"
+    button(page, "Step back").click()
+    page.get_by_text(f"back to before: {session.task.prompt}").wait_for(timeout=1000 * PATIENCE)
+    assert np.allclose(session.sim.state().q, home)
 
 
-# Milliseconds a key, and how the sentence is sent off: at 0 and 30 viser's own queue of 50 ms drops the last letters.
-TYPED = [(pause, sent) for pause in (0, 30, 80) for sent in ("Enter", "Run")]
+# Milliseconds a key, None for pasted text, and how it is sent off: at 0 and 30 viser's own queue of 50 ms drops the last letters.
+SENT_OFF = [(pause, sent) for sent in ("Enter", "Run") for pause in (0, 30, 80, None)]
 
 
-def send_off(page: Page, sent: str) -> None:
+@needs_chromium
+@pytest.mark.parametrize(("pause", "sent"), SENT_OFF)
+def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(
+    desk: Desk, pause: int | None, sent: str
+) -> None:
+    # A sentence that is refused at once: what is tested is how it arrives.
+    said = f"pick up teapot {SENT_OFF.index((pause, sent))}"
+    viewer, page = desk.viewer, desk.page
+    began: list[str] = []
+    viewer.control.listeners.append(lambda news: began.append(news.what) if isinstance(news, Began) else None)
+    box = field(page, "Prompt")
+    box.fill("")
+    if pause is None:
+        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+        page.evaluate("text => navigator.clipboard.writeText(text)", said)
+        box.press("Control+v")
+    else:
+        box.press_sequentially(said, delay=pause)
     if sent == "Enter":
         page.keyboard.press("Enter")
     else:
         button(page, sent).click()
+    wait_until(lambda: len(began) == 1 and viewer.control.doing is Doing.NOTHING, "it was run once")
+    assert began == [said] and box.input_value() == said
+    page.get_by_text(f"“{said}”", exact=True).wait_for(timeout=1000 * PATIENCE)
 
 
 @needs_chromium
-def test_what_runs_is_what_the_box_shows_however_fast_it_is_typed_or_pasted(browser: Browser) -> None:
-    # Sentences that are refused at once: what is tested is how they arrive.
-    things = iter(
-        f"pick up the {colour} teapot"
-        for colour in ("purple", "brown", "white", "black", "pink", "grey", "gold", "tan")
-    )
-    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        began: list[str] = []
-        viewer.control.listeners.append(lambda news: began.append(news.what) if isinstance(news, Began) else None)
-        box = field(page, "Prompt")
-
-        def ran_as_shown(said: str) -> None:
-            wait_until(lambda: len(began) == 1 and viewer.control.doing is Doing.NOTHING, "it was run once")
-            assert began.pop() == said == box.input_value()
-            page.get_by_text(f"“{said}”", exact=True).wait_for(timeout=1000 * PATIENCE)
-
-        for pause, sent in TYPED:
-            said = next(things)
-            box.fill("")
-            box.press_sequentially(said, delay=pause)
-            send_off(page, sent)
-            ran_as_shown(said)
-        page.context.grant_permissions(["clipboard-read", "clipboard-write"])
-        for sent in ("Enter", "Run"):
-            said = next(things)
-            page.evaluate("text => navigator.clipboard.writeText(text)", said)
-            box.fill("")
-            box.press("Control+v")
-            send_off(page, sent)
-            ran_as_shown(said)
-
-
-@pytest.mark.slow
-@needs_chromium
-def test_an_order_that_cannot_be_carried_out_is_answered_beside_the_box(browser: Browser) -> None:
-    with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
-        field(page, "Prompt").fill(" ")
-        button(page, "Run").click()
-        page.get_by_text("the prompt is empty").wait_for(timeout=1000 * PATIENCE)
-        page.evaluate("document.querySelector('.order').setAttribute('novalidate', '')")
-        field(page, "Seed").fill("-1")
-        button(page, "Reset").click()
-        page.get_by_text("seed: Input should be greater than or equal to 0").wait_for(timeout=1000 * PATIENCE)
-        assert viewer.control.doing is Doing.NOTHING
+def test_an_order_that_cannot_be_carried_out_is_answered_beside_the_box(desk: Desk) -> None:
+    page = desk.page
+    field(page, "Prompt").fill(" ")
+    button(page, "Run").click()
+    page.get_by_text("the prompt is empty").wait_for(timeout=1000 * PATIENCE)
+    page.evaluate("document.querySelector('.order').setAttribute('novalidate', '')")
+    field(page, "Seed").fill("-1")
+    button(page, "Reset").click()
+    page.get_by_text("seed: Input should be greater than or equal to 0").wait_for(timeout=1000 * PATIENCE)
+    assert desk.viewer.control.doing is Doing.NOTHING
 
 
 def asked(viewer: Viewer, path: str, headers: dict[str, str]) -> int:
@@ -276,12 +291,6 @@ OTHER_PAGES = [
 ]
 
 
-@pytest.fixture(scope="module")
-def open_viewer() -> Iterator[Viewer]:
-    with serving("pick_cube_franka") as viewer:
-        yield viewer
-
-
 @pytest.mark.parametrize("path", ["/", "/order", "/no-such-page"])
 @pytest.mark.parametrize("upgrade", [False, True], ids=["http", "websocket"])
 def test_only_requests_to_a_name_of_this_machine_are_answered(open_viewer: Viewer, path: str, upgrade: bool) -> None:
@@ -306,18 +315,17 @@ def test_only_the_viewers_own_pages_get_a_websocket(open_viewer: Viewer, path: s
 
 @needs_chromium
 @pytest.mark.parametrize("path", ["", "/order"])
-def test_a_page_of_another_site_is_not_let_in(browser: Browser, path: str) -> None:
-    with serving("pick_cube_franka") as viewer:
-        page = browser.new_page()
-        page.goto("data:text/html,<p>elsewhere</p>")
-        address = viewer.url.replace("http", "ws") + path
-        opened = page.evaluate(
-            "address => new Promise(done => { const s = new WebSocket(address, 'viser-v1.1.1');"
-            "s.onopen = () => done(true); s.onerror = () => done(false); })",
-            address,
-        )
-        page.close()
-        assert opened is False
+def test_a_page_of_another_site_is_not_let_in(browser: Browser, open_viewer: Viewer, path: str) -> None:
+    page = browser.new_page()
+    page.goto("data:text/html,<p>elsewhere</p>")
+    address = open_viewer.url.replace("http", "ws") + path
+    opened = page.evaluate(
+        "address => new Promise(done => { const s = new WebSocket(address, 'viser-v1.1.1');"
+        "s.onopen = () => done(true); s.onerror = () => done(false); })",
+        address,
+    )
+    page.close()
+    assert opened is False
 
 
 def test_the_viewer_can_be_reached_from_this_machine_alone(open_viewer: Viewer) -> None:

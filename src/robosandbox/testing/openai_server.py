@@ -91,7 +91,7 @@ class ScriptedServer:
     """Answers chat completions from a script, one answer per request, on a free port of 127.0.0.1.
 
     Args:
-        script: Answers, or functions from a request's body to one; after the last the server says 500.
+        script: Answers, or functions from a request's body to one; after the last the server says 500, to be tried again at once.
 
     Attributes:
         requests: The bodies received, in order.
@@ -128,7 +128,7 @@ class ScriptedServer:
             self.requests.append(body)
             self.headers.append(headers)
             if not self._script:
-                return fails(500, "the script has ended")
+                return fails(500, "the script has ended", retry_after="0")
             item = self._script.pop(0)
         return item if isinstance(item, Answer) else item(body)
 
