@@ -6,7 +6,6 @@ import logging
 from collections.abc import Callable, Sequence
 from typing import Generic, TypeVar
 
-from robosandbox.agent.effects import Effects
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -38,8 +37,20 @@ from robosandbox.errors import (
     SkillError,
 )
 from robosandbox.protocols import AgentWorld, Attempt, Planner, Skill
-from robosandbox.types import MAX_PROMPT_LENGTH, Intent, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.types import (
+    MAX_PROMPT_LENGTH,
+    Intent,
+    ObservedScene,
+    Plan,
+    Refusal,
+    RefusalCode,
+    SkillCall,
+    SkillResult,
+)
 from robosandbox.validation import did_you_mean
+from robosandbox.world.contracts import Contract, contract_of
+from robosandbox.world.monitor import Monitor
+from robosandbox.world.verifier import verify
 
 _log = logging.getLogger(__name__)
 
@@ -95,7 +106,8 @@ class Agent(Generic[WorldT]):
             PlannerError: The planner has no answer.
         """
         check_prompt(prompt)
-        return self.planner.plan(prompt, self._look(), ())
+        scene = self._look()
+        return self._refused_if_hopeless(self.planner.plan(prompt, scene, ()), scene)
 
     def run(self, prompt: str) -> Episode:
         """Carry out a prompt.
@@ -130,11 +142,11 @@ class Agent(Generic[WorldT]):
         plan: Plan | None = None
         replans = 0
         answer: Plan | Refusal | None = None
-        effects = Effects()
+        monitor = Monitor()
         while True:
             scene = self._look()
             if not attempts:
-                effects.begin(scene)
+                monitor.begin(scene)
             try:
                 answer = planner.plan(prompt, scene, tuple(attempts))
             except PlannerError as error:
@@ -144,6 +156,7 @@ class Agent(Generic[WorldT]):
                 )
                 detail = str(error)
                 break
+            answer = self._refused_if_hopeless(answer, scene)
             if isinstance(answer, Refusal):
                 reason = FinalReason.GAVE_UP if attempts else FinalReason.REFUSED
                 detail = answer.message
@@ -153,7 +166,7 @@ class Agent(Generic[WorldT]):
             if self.approve is not None and not self.approve(plan):
                 reason, detail = FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
                 break
-            failure = self._execute(plan, steps, effects)
+            failure = self._execute(plan, steps, monitor)
             if failure is None:
                 reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
                 break
@@ -180,10 +193,25 @@ class Agent(Generic[WorldT]):
             model_usage=usage,
         )
 
+    def _refused_if_hopeless(self, answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:
+        """Return a refusal in place of a plan with a step that nothing done first can make possible; else the answer itself.
+
+        What something done first may mend is left to the skill that meets it: it says so before it moves, and repairs are tried.
+        """
+        if isinstance(answer, Refusal):
+            return answer
+        problems = verify(answer, scene, list(self.skills.values())).problems
+        hopeless = next((problem for problem in problems if problem.is_final), None)
+        return answer if hopeless is None else Refusal(code=RefusalCode.IMPOSSIBLE, message=str(hopeless))
+
+    def _contract(self, call: SkillCall) -> Contract | None:
+        skill = self.skills[call.skill]
+        return contract_of(skill, skill.check(call.arguments))
+
     def _look(self) -> ObservedScene:
         return self.ctx.look()
 
-    def _execute(self, plan: Plan, steps: list[Step], effects: Effects) -> FailedAttempt | None:
+    def _execute(self, plan: Plan, steps: list[Step], monitor: Monitor) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
         What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
@@ -199,8 +227,8 @@ class Agent(Generic[WorldT]):
                 )
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
-            effects.add(call)
-            undone = effects.undone(self._look, at_the_end=index + 1 == len(plan.steps))
+            monitor.add(call, self._contract(call))
+            undone = monitor.undone(self._look, at_the_end=index + 1 == len(plan.steps))
             if undone is not None:
                 self._emit(SkillFailed(undone.call, undone.error.record()))
                 again = (*undone.to_repeat, *plan.steps[index + 1 :])

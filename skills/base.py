@@ -12,7 +12,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
 from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.protocols import SkillContext
+from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.types import SkillCall, SkillResult
+from robosandbox.world.contracts import contract_of, error_for, first_refuted, lost
+from robosandbox.world.predicate import View
+from robosandbox.world.side_effects import disturbed
 
 _ARGUMENT = re.compile(r"^\s+(\w+): (.+)$")
 
@@ -22,10 +26,17 @@ class Skill:
 
     A subclass sets `name` and writes `run(self, ctx, *, argument: type, ...) -> SkillResult`. The first line of run's
     docstring describes the skill and its `Args:` section the arguments; with the annotations they make the JSON schema.
+
+    It says what it does in `contract(self, *, argument: type, ...) -> Contract`, with the arguments of `run`: what is needed
+    is refused before anything moves, what is promised is looked at afterwards, and plans are checked by it.
+
+    Attributes:
+        name: As calls name it.
     """
 
     name: ClassVar[str]
     run: Any
+    contract: Any = None
 
     @cached_property
     def description(self) -> str:
@@ -45,13 +56,38 @@ class Skill:
         """
         checked = self.check(arguments)
         try:
-            result: SkillResult = self.run(ctx, **checked)
+            return self._kept(ctx, checked)
         except SkillError as error:
             if not error.repairs:
                 error.repairs = ctx.repairs_for(SkillCall(skill=self.name, arguments=checked), error)
             error.append(ctx.advice_for(error))
             raise
-        return result
+
+    def _kept(self, ctx: SkillContext, arguments: dict[str, Any]) -> SkillResult:
+        """Run with checked arguments, and hold the skill to its contract.
+
+        Raises:
+            SkillError: What it needs does not hold, it failed, or what it promises is not seen.
+        """
+        contract = contract_of(self, arguments)
+        if contract is None:
+            result: SkillResult = self.run(ctx, **arguments)
+            return result
+        before = ctx.look()
+        robot = GripperAbilities(ctx)
+        contract = contract.resolved(before)
+        view = View.of(before, robot)
+        lacking = first_refuted(contract.needs, view)
+        if lacking is not None:
+            raise error_for(*lacking, view)
+        result = self.run(ctx, **arguments)
+        after = ctx.look()
+        seen = View(scene=after, before=before, robot=robot)
+        broken = first_refuted(contract.gives, seen)
+        if broken is not None:
+            raise lost(*broken, seen, by=self.name)
+        moved = disturbed(before, after, *contract.moves, *([before.held] if before.held else []))
+        return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by keyword, converted to their types.

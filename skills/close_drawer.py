@@ -78,7 +78,6 @@ class CloseDrawer(Skill):
         arm = Manipulator(ctx)
         before = find_drawer(arm, drawer)
         if arm.sim.robot.gripper is not None:
-            arm.require_empty()
             arm.open(0.0, wait=False)
         now, force = before, 0.0
         for stroke in range(_STROKES):
@@ -97,7 +96,6 @@ class CloseDrawer(Skill):
                 "force_n": force,
                 **({"already_closed": True} if now is before else {}),
             },
-            side_effects=arm.disturbed(drawer),
         )
 
 

@@ -49,6 +49,4 @@ class Home(Skill):
             trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
         arm.follow(trajectory, Phase.HOME)
         error = float(np.abs(arm.q - home).max())
-        return SkillResult(
-            skill=self.name, detail={"joint_error": error}, side_effects=arm.disturbed(*([held] if held else []))
-        )
+        return SkillResult(skill=self.name, detail={"joint_error": error})

@@ -61,7 +61,6 @@ class OpenDrawer(Skill):
             DrawerError: It is locked or blocked, or the hand slipped off.
         """
         arm = Manipulator(ctx)
-        arm.require_empty()
         before = find_drawer(arm, drawer)
         enough = OPEN_SHARE * before.size[3]
         force, attempts = 0.0, 0
@@ -91,7 +90,6 @@ class OpenDrawer(Skill):
                 "force_n": force,
                 **({"already_open": True} if now is before else {}),
             },
-            side_effects=arm.disturbed(drawer),
         )
 
 

@@ -23,7 +23,6 @@ from robosandbox.skills.primitives.sensing import (
     changed,
     check_closed,
     check_open,
-    check_uncovered,
     lift_error,
 )
 from robosandbox.types import Array, DetectedObject, Grasp, Pose, SkillResult
@@ -78,7 +77,6 @@ class Pick(Skill):
         target = arm.find(object)
         if arm.start.held == object:
             return _lift_held(arm, target)
-        arm.require_empty()
         excluded: list[Grasp] = []
         looks, least_aperture, felt = 0, 0.0, np.zeros(3)
         scene = arm.start
@@ -86,7 +84,6 @@ class Pick(Skill):
             seen = arm.find(object, scene)
             if felt.any():
                 seen = _shifted(seen, felt)
-            check_uncovered(seen, scene)
             plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
                 arm.open(plan.aperture, wait=False)
@@ -136,7 +133,6 @@ class Pick(Skill):
                 "dz_mm": 1000.0 * (bottom(after) - bottom(target)),
                 "width_mm": 1000.0 * width,
             },
-            side_effects=arm.disturbed(target.id),
         )
 
 
@@ -147,7 +143,6 @@ def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:
     return SkillResult(
         skill=Pick.name,
         detail={"object": target.id, "already_held": True, "width_mm": 1000.0 * arm.gripper.width},
-        side_effects=arm.disturbed(target.id),
     )
 
 

@@ -48,7 +48,7 @@ class PlaceAt(Skill):
             CollisionError: Something is in the way.
         """
         arm = Manipulator(ctx)
-        held = arm.require_held()
+        held = arm.held
         point = np.array([x, y])
         spots, blocking = table_spots(arm.start, held, [point])
         place_name = f"({x:.3f}, {y:.3f})"

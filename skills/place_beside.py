@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
@@ -47,10 +46,8 @@ class PlaceBeside(Skill):
             CollisionError: Something is in the way.
         """
         arm = Manipulator(ctx)
-        held = arm.require_held()
+        held = arm.held
         neighbour = arm.find(target)
-        if neighbour.id == held.id:
-            raise InvalidArgumentError(f"{self.name}: {target} cannot stand beside itself", phase=Phase.CHECK)
         spots, blocking = table_spots(arm.start, held, spots_beside(held, neighbour, side))
         place_name = f"{side} of {target}"
         if not spots:

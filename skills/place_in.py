@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import Phase, PlacementError
-from robosandbox.evidence import PlacementEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.drawers import check_open
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, SkillResult
@@ -51,16 +48,8 @@ class PlaceIn(Skill):
             CollisionError: Something is in the way.
         """
         arm = Manipulator(ctx)
-        held = arm.require_held()
+        held = arm.held
         vessel = arm.find(container)
-        if not vessel.shape.holds_things:
-            raise PlacementError(
-                f"{container} is {vessel.shape.name}, no open container; use place_on",
-                phase=Phase.CHECK,
-                evidence=PlacementEvidence(object=held.id, target=container, reason="unsuitable"),
-            )
-        if vessel.shape.opens:
-            check_open(vessel, held)
         held_in = {name for name, _ in contents(arm.start.objects, vessel)} - {held.id}
         there = [item for item in arm.start.objects if item.id in held_in and not item.shape.is_granular]
         spots = list(spots_in(vessel, held, there))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import InvalidArgumentError, Phase, PlacementError
-from robosandbox.evidence import PlacementEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place
+from robosandbox.skills.primitives.placing import place
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
@@ -41,20 +39,8 @@ class PlaceOn(Skill):
             CollisionError: Something is in the way.
         """
         arm = Manipulator(ctx)
-        held = arm.require_held()
+        held = arm.held
         base = arm.find(target)
-        if base.id == held.id:
-            raise InvalidArgumentError(f"{self.name}: {target} cannot stand on itself", phase=Phase.CHECK)
-        if not base.shape.flat_top:
-            remedy = "use place_in" if base.shape.holds_things else "choose something with a flat top"
-            raise PlacementError(
-                f"{target} is {base.shape.name}: nothing stays on top of it; {remedy}",
-                phase=Phase.CHECK,
-                evidence=PlacementEvidence(object=held.id, target=target, reason="unsuitable"),
-            )
-        above = [item.id for item in arm.start.objects if item.id not in (held.id, target) and on_top(item, base).holds]
-        if above:
-            raise occupied(held.id, target, above)
         point = centre(base)
         spot = Spot(
             (float(point[0]), float(point[1])), rest_height(held, base), turns(yaw_to_align(held.pose, base.pose))

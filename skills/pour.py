@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, PourError, SkillError, UnreachableError
+from robosandbox.errors import CollisionError, Phase, PourError, SkillError, UnreachableError
 from robosandbox.evidence import PourEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
@@ -84,16 +84,9 @@ class Pour(Skill):
             PourError: Nothing was in it, too little arrived, or too much was spilled.
         """
         arm = Manipulator(ctx)
-        held = arm.require_held()
+        held = arm.held
         vessel = arm.find(target)
-        _check(held, vessel)
         cargo = contents(arm.start.objects, held)
-        if not cargo:
-            raise PourError(
-                f"nothing is seen in {held.id}: there is nothing to pour",
-                phase=Phase.CHECK,
-                evidence=PourEvidence(object=held.id, target=target, count=0, poured=0, spilled=0),
-            )
         way = _find_way(arm, held, vessel)
         arm.follow(way.carry, Phase.TRANSFER)
         arm.follow(way.lean, Phase.POUR)
@@ -123,21 +116,8 @@ class Pour(Skill):
         return SkillResult(
             skill=self.name,
             detail={"object": held.id, "target": target, "count": count, "poured": arrived, "spilled": spilled},
-            side_effects=(
-                *((f"spilled {spilled} of {count}",) if spilled else ()),
-                *arm.disturbed(held.id, *{name for name, _ in cargo}),
-            ),
+            side_effects=(f"spilled {spilled} of {count}",) if spilled else (),
         )
-
-
-def _check(held: DetectedObject, vessel: DetectedObject) -> None:
-    for item, to in ((held, "from"), (vessel, "into")):
-        if not (item.shape.pours if item is held else item.shape.holds_things):
-            raise InvalidArgumentError(
-                f"{item.id} is {item.shape.name}: one pours {to} a bin, bowl or cup", phase=Phase.CHECK
-            )
-    if held.id == vessel.id:
-        raise InvalidArgumentError(f"{held.id} cannot be poured into itself", phase=Phase.CHECK)
 
 
 @dataclass(frozen=True, slots=True)

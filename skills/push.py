@@ -80,7 +80,6 @@ class Push(Skill):
         arm = Manipulator(ctx)
         start = arm.find(object)
         if arm.sim.robot.gripper is not None:
-            arm.require_empty()
             arm.open(0.0, wait=False)
         allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
         missed, before = 0, -np.inf
@@ -113,7 +112,6 @@ class Push(Skill):
         return SkillResult(
             skill=self.name,
             detail={"object": object, "direction": direction, **relation.detail},
-            side_effects=arm.disturbed(object),
         )
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from robosandbox.errors import InvalidArgumentError, Phase
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.pick import Pick
@@ -38,9 +37,6 @@ class Stack(Skill):
         Raises:
             SkillError: As pick and place_on raise them.
         """
-        if object == target:
-            raise InvalidArgumentError(f"{self.name}: {object} cannot stand on itself", phase=Phase.CHECK)
-        picked = Pick().run(ctx, object=object)
-        placed = PlaceOn().run(ctx, target=target)
-        effects = tuple(text for text in (*picked.side_effects, *placed.side_effects))
-        return SkillResult(skill=self.name, detail=placed.detail, side_effects=effects)
+        Pick().run(ctx, object=object)
+        placed: SkillResult = PlaceOn().run(ctx, target=target)
+        return placed.model_copy(update={"skill": self.name})

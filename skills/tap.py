@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robosandbox.drivers import require
-from robosandbox.errors import CollisionError, InvalidArgumentError, Phase, SkillError, TapError, UnreachableError
+from robosandbox.errors import CollisionError, Phase, SkillError, TapError, UnreachableError
 from robosandbox.evidence import TapEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
@@ -24,7 +24,7 @@ from robosandbox.skills.primitives.manipulator import (
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult, Trajectory
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import centre, moved, on_top, top
+from robosandbox.world.relations import centre, moved, top
 
 FELT = 0.5
 _MOST_MOVED = 0.004
@@ -73,7 +73,6 @@ class Tap(Skill):
         """
         arm = Manipulator(ctx)
         before = arm.find(object)
-        _check(arm, before)
         if arm.sim.robot.gripper is not None:
             arm.open(0.0)
         force = _touch(arm, before)
@@ -93,19 +92,6 @@ class Tap(Skill):
         return SkillResult(
             skill=self.name,
             detail={"object": object, "force_n": force, "moved_mm": 1e3 * gone},
-            side_effects=arm.disturbed(object),
-        )
-
-
-def _check(arm: Manipulator, target: DetectedObject) -> None:
-    if target.shape.is_granular:
-        raise InvalidArgumentError(f"{target.id} are {target.kind} and have no top to touch", phase=Phase.CHECK)
-    if arm.start.held is not None:
-        arm.require_empty()
-    above = [item.id for item in arm.start.objects if item.id != target.id and on_top(item, target).holds]
-    if above:
-        raise InvalidArgumentError(
-            f"{', '.join(above)} stands on {target.id}; tap that, or clear it first", phase=Phase.CHECK
         )
 
 

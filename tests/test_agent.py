@@ -50,6 +50,9 @@ class Act:
         self.name = name
         self.outcomes = list(outcomes)
 
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        return arguments
+
     def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
         ctx.enter("approach")
         cast(Clock, ctx.sim).step(1.0)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from robosandbox.errors import InvalidArgumentError, TapError
+from robosandbox.errors import CollisionError, TapError
 from robosandbox.evidence import TapEvidence
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver
@@ -60,7 +60,7 @@ def test_what_is_not_where_it_is_seen_is_not_claimed() -> None:
 def test_what_bears_something_is_not_tapped_through_it() -> None:
     above = SceneObject(id="above", kind="box", size=(0.01,) * 3, pose=Pose(xyz=(0.15, 0.0, 0.08)))
     with session_of(OBJECTS[0], above) as session:
-        with pytest.raises(InvalidArgumentError, match="above stands on cube"):
+        with pytest.raises(CollisionError, match="above stands on cube"):
             Tap()(session.ctx, {"object": "cube"})
         Tap()(session.ctx, {"object": "above"})
 

@@ -24,7 +24,27 @@ _RESTARTS = 12
 _DOWN = np.array([0.0, 0.0, -1.0])
 
 
-class RobotAbilities(Abilities):
+class GripperAbilities(Abilities):
+    """What a skill knows of its robot before it plans: reach and grasps are then found out by planning itself.
+
+    Args:
+        ctx: The robot.
+    """
+
+    def __init__(self, ctx: SkillContext) -> None:
+        gripper, state = ctx.sim.robot.gripper, ctx.sim.state().gripper
+        self.gripper = gripper is not None
+        if gripper is not None and state is not None:
+            self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
+            self.aperture = state.width
+
+    def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
+        """Return None: motion planning tells."""
+        del point, scene
+        return None
+
+
+class RobotAbilities(GripperAbilities):
     """What is known of a robot from its model.
 
     Args:
@@ -33,19 +53,16 @@ class RobotAbilities(Abilities):
     """
 
     def __init__(self, ctx: SkillContext, limits: Limits | None = None) -> None:
+        super().__init__(ctx)
         self._ctx = ctx
-        robot = ctx.sim.robot
-        self.gripper = robot.gripper is not None
-        if robot.gripper is not None:
-            self.apertures = (robot.gripper.geometry.min_aperture, robot.gripper.geometry.max_aperture)
-        kept = [one for one in (robot.limits, limits) if one is not None]
+        kept = [one for one in (ctx.sim.robot.limits, limits) if one is not None]
         self.workspaces = [one.workspace for one in kept if one.workspace is not None]
         self.max_force = min((one.max_force for one in kept if one.max_force is not None), default=math.inf)
         self._planning = ctx.planning(ctx.look())
 
     def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
         """Return why the hand cannot work at a point (3,) of the world, metres: by distance first, then by its kinematics."""
-        far_out = super().out_of_reach(point, scene)
+        far_out = Abilities.out_of_reach(self, point, scene)
         if far_out is not None:
             return far_out
         distance, (near, far) = math.dist(point[:2], scene.base_xy), scene.reach

@@ -12,13 +12,11 @@ from robosandbox.errors import (
     CollisionError,
     DrawerError,
     GraspError,
-    InvalidArgumentError,
     Phase,
-    PlacementError,
     SkillError,
     UnreachableError,
 )
-from robosandbox.evidence import DrawerEvidence, GraspEvidence, PlacementEvidence
+from robosandbox.evidence import DrawerEvidence, GraspEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
@@ -30,7 +28,7 @@ from robosandbox.skills.primitives.manipulator import (
     withdrawn,
 )
 from robosandbox.types import Array, DetectedObject, Pose, Trajectory
-from robosandbox.world.relations import CLOSED_WITHIN, bottom, bounds, contents, gap, mouth_of, top
+from robosandbox.world.relations import bottom, contents, gap, top
 
 SLIDE_SPEED = 0.12
 _AGAINST = 0.005
@@ -42,7 +40,6 @@ _TRIAL = 0.005
 _FOLLOWS = 0.4
 RESISTED = 5.0
 _PITCHES = tuple(np.radians([0.0, 25.0, 50.0, 75.0, 90.0]))
-_ROOM = 0.004
 _PRESHAPE = 0.012
 _CLOSED_ON_NOTHING = 0.5
 _HOVERS = (HOVER_HEIGHT, 0.05, 0.035)
@@ -64,36 +61,11 @@ def find_drawer(arm: Manipulator, name: str) -> DetectedObject:
 
     Raises:
         ObjectNotFoundError: Nothing seen has this id.
-        InvalidArgumentError: It is no drawer.
         UnsupportedError: The driver does not tell how hard the hand pulls.
     """
     require(arm.sim, "wrist_wrench", "a drawer that is locked or blocked is told by how hard the hand pulls at it")
     found = arm.find(name)
-    if not found.shape.opens:
-        drawers = [item.id for item in arm.start.objects if item.shape.opens]
-        raise InvalidArgumentError(
-            f"{name} is {found.shape.name} and no drawer; there is {', '.join(drawers) or 'none'}", phase=Phase.CHECK
-        )
     return found
-
-
-def check_open(drawer: DetectedObject, held: DetectedObject) -> None:
-    """Check that a drawer is open far enough to put something in.
-
-    Raises:
-        PlacementError: It is closed, or not open enough.
-    """
-    low, high = bounds(held)
-    least = float((high - low)[:2].min()) + 2.0 * _ROOM
-    free = 2.0 * float(mouth_of(drawer).half[0])
-    if free >= least:
-        return
-    far = f"only {opening_of(drawer) * 1000:.0f} mm open" if opening_of(drawer) > CLOSED_WITHIN else "closed"
-    raise PlacementError(
-        f"{drawer.id} is {far}, and {held.id} needs {least * 1000:.0f} mm; open it first",
-        phase=Phase.CHECK,
-        evidence=PlacementEvidence(object=held.id, target=drawer.id, reason="closed"),
-    )
 
 
 def outwards(drawer: DetectedObject) -> Array:

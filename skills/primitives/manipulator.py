@@ -1,4 +1,4 @@
-"""The moves that skills are made of: look, go, grip, let go, wait, and check what else was disturbed."""
+"""The moves that skills are made of: look, go, grip, let go, wait."""
 
 from __future__ import annotations
 
@@ -7,9 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from robosandbox.errors import (
-    AlreadyHoldingError,
     CollisionError,
-    NotHoldingError,
     ObjectNotFoundError,
     Phase,
     SkillError,
@@ -17,7 +15,7 @@ from robosandbox.errors import (
     UnreachableError,
     UnsupportedError,
 )
-from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence, TrackingEvidence
+from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import Driver, MotionPlanner, SkillContext
@@ -30,7 +28,6 @@ from robosandbox.types import (
     Pose,
     Trajectory,
 )
-from robosandbox.world.relations import inside, loose, moved
 
 CARRY_SPEED = 0.35
 FINE_SPEED = 0.15
@@ -59,7 +56,6 @@ _LAG = 0.05
 _GRIP_SECONDS = 4.0
 _GRIP_STILL = 0.0002
 _STILL = 0.0005
-_DISTURBED = 0.005
 
 
 class Manipulator:
@@ -148,55 +144,10 @@ class Manipulator:
             )
         return found
 
-    def require_held(self) -> DetectedObject:
-        """Return the held object.
-
-        Raises:
-            NotHoldingError: The gripper is empty.
-        """
-        self.geometry  # noqa: B018  raises for a robot without a gripper
-        if self.start.held is None:
-            raise NotHoldingError(
-                "the gripper is empty; pick something first",
-                phase=Phase.CHECK,
-                evidence=HoldingEvidence(held=None, aperture=self.gripper.width),
-            )
-        return self.find(self.start.held)
-
-    def require_empty(self) -> None:
-        """Check that nothing is held.
-
-        Raises:
-            AlreadyHoldingError: Something is.
-        """
-        self.geometry  # noqa: B018  raises for a robot without a gripper
-        if self.start.held is not None:
-            raise AlreadyHoldingError(
-                f"the gripper holds {self.start.held}; place it first",
-                phase=Phase.CHECK,
-                evidence=HoldingEvidence(held=self.start.held, aperture=self.gripper.width),
-            )
-
-    def disturbed(self, *named: str) -> tuple[str, ...]:
-        """Return a sentence for each object that has moved since the skill began, but the named ones and their contents."""
-        now = self.look()
-        carried = {
-            item.id
-            for item in self.start.objects
-            for name in named
-            if (vessel := self.start.find(name)) and vessel.shape.holds_things and item.id != name
-            if any(inside(part, vessel) for part in loose(item))
-        }
-        sentences = []
-        for before in self.start.objects:
-            after = now.find(before.id)
-            if before.id in named or before.id in carried:
-                continue
-            if after is None:
-                sentences.append(f"{before.id} is no longer seen")
-            elif (distance := moved(before, after)) > _DISTURBED:
-                sentences.append(f"moved {before.id} by {distance * 1000:.0f} mm on the way")
-        return tuple(sentences)
+    @property
+    def held(self) -> DetectedObject:
+        """What the gripper held when the skill began; its contract has seen to it that it holds something."""
+        return self.find(self.start.held or "")
 
     # Moving.
 

@@ -95,7 +95,6 @@ def place(
     return SkillResult(
         skill=skill,
         detail={"object": held.id, "target": target, **relation.detail},
-        side_effects=arm.disturbed(held.id),
     )
 
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Literal
 
-from robosandbox.errors import CollisionError, GraspError, Phase
-from robosandbox.evidence import CollisionEvidence, GraspEvidence
+from robosandbox.errors import GraspError, Phase
+from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import Driver
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
-from robosandbox.world.relations import bottom, moved, on_top
+from robosandbox.world.relations import bottom, moved
 
 # Fingers within this of where they were sent are there.
 _FINGERS_ARRIVED = 0.004
@@ -44,21 +44,6 @@ class LoadMeter:
         self._ticks += 1
         if self.pull is not None and self._ticks % _EVERY == 0:
             self.pull = max(self.pull, float(self._sim.force_on(self._object)[2]))
-
-
-def check_uncovered(target: DetectedObject, scene: ObservedScene) -> None:
-    """Check that nothing stands on an object that is to be lifted: it would come along and fall.
-
-    Raises:
-        CollisionError: Something does.
-    """
-    for item in scene.objects:
-        if item.id != target.id and item.id != scene.held and on_top(item, target):
-            raise CollisionError(
-                f"{item.id} stands on {target.id} and would fall when that is lifted; put {item.id} aside first",
-                phase=Phase.PLAN,
-                evidence=CollisionEvidence(body=target.id, other=item.id, depth=0.0, waypoint=0, waypoints=1),
-            )
 
 
 def changed(before: ObservedScene, now: ObservedScene) -> bool:

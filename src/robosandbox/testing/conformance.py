@@ -7,15 +7,18 @@ Each raises AssertionError with a sentence that says which promise is broken.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
-from robosandbox.errors import InvalidArgumentError, SkillError
+from robosandbox.errors import InputError, InvalidArgumentError, SkillError
 from robosandbox.protocols import Planner, Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillResult
+from robosandbox.world.abilities import Abilities
+from robosandbox.world.contracts import contract_of, first_refuted, imagined, lookup
+from robosandbox.world.predicate import View
 
 
 def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -> SkillResult | SkillError:
-    """Run a skill once and check that it ends in one of the two ways a skill may end.
+    """Run a skill once and check that it keeps its contract and ends in one of the two ways a skill may end.
 
     Args:
         skill: The skill.
@@ -29,6 +32,7 @@ def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -
     demand(bool(skill.name) and bool(skill.description), f"{skill.name!r} lacks a name or a description")
     demand(schema.get("type") == "object", f"{skill.name}: its schema is no JSON object schema")
     demand(schema.get("additionalProperties") is False, f"{skill.name}: its schema admits unknown arguments")
+    check_contract(skill, ctx.look(), arguments)
     before = ctx.sim.time
     try:
         skill(ctx, {**arguments, "no_such_argument": 1})
@@ -46,6 +50,32 @@ def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -
     demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
     demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
     return result
+
+
+def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, object]) -> None:
+    """Check that a skill says what it needs and brings about, in relations that are known and fit one another.
+
+    Args:
+        skill: The skill.
+        scene: In which the arguments make sense.
+        arguments: Valid arguments for it.
+    """
+    contract = contract_of(skill, skill.check(arguments))
+    demand(contract is not None, f"{skill.name}: it has no contract(**arguments), so nobody can plan with it")
+    assert contract is not None
+    demand(bool(contract.gives), f"{skill.name}: its contract promises nothing")
+    for one in (*contract.needs, *contract.gives):
+        try:
+            lookup(one)
+        except InputError as error:
+            raise AssertionError(f"{skill.name}: its contract names {error}") from None
+    resolved = contract.resolved(scene)
+    after = View(scene=imagined(contract, scene), before=scene, robot=Abilities())
+    broken = first_refuted(resolved.gives, after)
+    demand(
+        broken is None or first_refuted(resolved.needs, View.of(scene)) is not None,
+        f"{skill.name}: its promises contradict one another: {broken and broken[0]} does not hold once all are kept",
+    )
 
 
 def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Skill], prompts: Sequence[str]) -> None:

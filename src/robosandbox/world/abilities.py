@@ -18,12 +18,14 @@ class Abilities:
     Attributes:
         gripper: Whether it can hold things.
         apertures: Least and most gap between its fingers, metres.
+        aperture: The gap between them now, metres.
         workspaces: Where its tool centre point may be, each a limit of its own.
         max_force: With which it may press on anything, N.
     """
 
     gripper: bool = True
     apertures: tuple[float, float] = (0.0, math.inf)
+    aperture: float = 0.0
     workspaces: Sequence[Workspace] = ()
     max_force: float = math.inf
 

@@ -9,7 +9,7 @@ import numpy as np
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene
 from robosandbox.world import imagine, relations
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
-from robosandbox.world.relations import centre, inside, on_table
+from robosandbox.world.relations import centre, inside
 from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
 
 # How near to the heading asked for a turned object has to be, radians: what is let go between two fingers stays within it.
@@ -173,7 +173,7 @@ def on_the_open(view: View, a: str) -> Finding:
     item = view.get(a)
     vessels = tuple(v.id for v in view.others(a) if v.shape.holds_things and inside(item, v))
     return Finding(
-        holds=not vessels or on_table(item, view.scene.table_height).holds,
+        holds=not vessels,
         cause=f"{a} lies in {', '.join(vessels)}, where it cannot be pushed along",
         help="take it out first",
         blocking=vessels,

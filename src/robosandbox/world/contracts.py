@@ -6,7 +6,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from robosandbox.errors import InputError, SkillError
+from robosandbox.errors import InputError, Phase, PlacementError, SkillError
+from robosandbox.evidence import PlacementEvidence
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene
 from robosandbox.world.facts import HELD, Fact
@@ -112,8 +113,35 @@ def error_for(fact: Fact, finding: Finding, view: View) -> SkillError:
     known = lookup(fact)
     missing = next((name for name in known.objects(fact.arguments) if view.scene.find(name) is None), None)
     if missing is not None:
-        return not_seen_error(view.scene, missing)
+        return not_seen_error(view, missing)
     return known.error(view, fact.arguments, finding)
+
+
+def lost(promise: Fact, finding: Finding, view: View, *, by: str) -> SkillError:
+    """Return the error for something that was brought about and is not seen, or not any more.
+
+    Args:
+        promise: What.
+        finding: Why it does not hold.
+        view: Where that was told.
+        by: The call or the skill that brought it about.
+    """
+    known = lookup(promise)
+    if known.lost is not None:
+        return known.lost(view, promise.arguments, finding)
+    subject = str(promise.arguments[0]) if promise.arguments else ""
+    item = view.scene.find(subject)
+    return PlacementError(
+        f"{by} is to bring about {promise}, and {finding.cause}; look again and do it anew",
+        phase=Phase.VERIFY,
+        evidence=PlacementEvidence(
+            object=subject,
+            target=", ".join(map(str, promise.arguments[1:])),
+            reason="missed",
+            actual=None if item is None else item.pose,
+            blocking=finding.blocking,
+        ),
+    )
 
 
 def imagined(contract: Contract, scene: ObservedScene) -> ObservedScene:

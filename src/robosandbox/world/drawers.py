@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
+from robosandbox.errors import DrawerError, Phase, SkillError
+from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import ObservedScene
 from robosandbox.world.imagine import slid
-from robosandbox.world.predicate import Finding, View, predicate
+from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, contents, top
 
 # Share of its way from which on a drawer counts as open: what is pulled open stops at three quarters or more.
@@ -23,7 +28,15 @@ def _shut(scene: ObservedScene, name: str) -> ObservedScene:
     return slid(scene, name, 0.0)
 
 
-@predicate("object", imagine=_opened, lasts=True)
+def _slid_back(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    drawer = view.get(arguments[0])
+    opening = drawer.opening or 0.0
+    wanted = opening - (finding.margin or 0.0)
+    evidence = DrawerEvidence(drawer=drawer.id, reason="slipped", wanted=max(wanted, 0.0), opening=opening, force=0.0)
+    return DrawerError(sentence(finding), phase=Phase.VERIFY, evidence=evidence)
+
+
+@predicate("object", imagine=_opened, lasts=True, lost=_slid_back)
 def open_(view: View, d: str) -> Finding:
     """A drawer is open."""
     drawer = view.get(d)
@@ -37,7 +50,7 @@ def open_(view: View, d: str) -> Finding:
     )
 
 
-@predicate("object", imagine=_shut, lasts=True)
+@predicate("object", imagine=_shut, lasts=True, lost=_slid_back)
 def closed(view: View, d: str) -> Finding:
     """A drawer is shut."""
     drawer = view.get(d)
@@ -77,7 +90,16 @@ def grip_fits(view: View, d: str) -> Finding:
     )
 
 
-@predicate("object")
+def _blocked(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    drawer = view.get(arguments[0])
+    opening = drawer.opening or 0.0
+    evidence = DrawerEvidence(
+        drawer=drawer.id, reason="blocked", wanted=0.0, opening=opening, force=0.0, blocking=finding.blocking
+    )
+    return DrawerError(sentence(finding), phase=Phase.CHECK, evidence=evidence)
+
+
+@predicate("object", blame=_blocked)
 def shuts(view: View, d: str) -> Finding:
     """Nothing in a drawer stands out over its rim."""
     drawer = view.get(d)
@@ -88,6 +110,6 @@ def shuts(view: View, d: str) -> Finding:
         holds=not high,
         margin=rim - max((top(item) for item in high), default=rim),
         cause=f"{', '.join(item.id for item in high)} in it is higher than {d}, which does not close over it",
-        help="take that out first",
+        help=f"clear {', '.join(item.id for item in high)} away first",
         blocking=tuple(item.id for item in high),
     )

@@ -28,14 +28,18 @@ _UNDER = 0.01
 def _not_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
     del arguments
     return NotHoldingError(
-        sentence(finding), phase=Phase.CHECK, evidence=HoldingEvidence(held=view.scene.held, aperture=0.0)
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=HoldingEvidence(held=view.scene.held, aperture=view.robot.aperture),
     )
 
 
 def _already_holding(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
     del arguments
     return AlreadyHoldingError(
-        sentence(finding), phase=Phase.CHECK, evidence=HoldingEvidence(held=view.scene.held, aperture=0.0)
+        sentence(finding),
+        phase=Phase.CHECK,
+        evidence=HoldingEvidence(held=view.scene.held, aperture=view.robot.aperture),
     )
 
 
@@ -56,11 +60,12 @@ def not_seen(scene: ObservedScene, name: str) -> Finding:
     )
 
 
-def not_seen_error(scene: ObservedScene, name: str) -> SkillError:
+def not_seen_error(view: View, name: str) -> SkillError:
     """Return the error of a skill that is asked for an object which is not seen."""
+    scene = view.scene
     finding = not_seen(scene, name)
     if name == HELD:
-        return _not_holding(View.of(scene), (), finding)
+        return _not_holding(view, (), finding)
     return ObjectNotFoundError(
         sentence(finding),
         phase=Phase.PERCEIVE,
@@ -74,7 +79,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", imagine=taken, lasts=True, blame=_not_holding)
+@predicate("object", imagine=taken, lasts=True, blame=_not_holding, lost=_not_holding)
 def holding(view: View, a: str) -> Finding:
     """The gripper holds an object."""
     held = view.scene.held

@@ -96,6 +96,7 @@ class Predicate:
         is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
         lasts: Whether it is a state that can be looked at later, not a change.
         blame: Returns the error of a skill that needs it and does not have it.
+        lost: Returns the error for it not being there, or no more, though it was brought about.
     """
 
     name: str
@@ -105,6 +106,7 @@ class Predicate:
     is_fixed: bool = False
     lasts: bool = False
     blame: Blame | None = None
+    lost: Blame | None = None
 
     def objects(self, arguments: Sequence[Any]) -> list[str]:
         """Return the arguments that are ids of objects."""
@@ -138,13 +140,21 @@ def predicate(
     fixed: bool = False,
     lasts: bool = False,
     blame: Blame | None = None,
+    lost: Blame | None = None,
 ) -> Callable[[Test], Test]:
     """Register a function as the test of the relation that is called like it."""
 
     def register(test: Test) -> Test:
         name = test.__name__.rstrip("_")
         _VOCABULARY.known[name] = Predicate(
-            name=name, parameters=parameters, test=test, imagine=imagine, is_fixed=fixed, lasts=lasts, blame=blame
+            name=name,
+            parameters=parameters,
+            test=test,
+            imagine=imagine,
+            is_fixed=fixed,
+            lasts=lasts,
+            blame=blame,
+            lost=lost,
         )
         return test
 

@@ -157,6 +157,10 @@ def on(view: View, a: str, b: str) -> Finding:
         return Finding(holds=False, cause=f"{a} is in the gripper", help=f"place it on {b}")
     if b == TABLE:
         found, base = relations.on_table(item, view.scene.table_height), item
+        vessels = [other for other in view.others(a) if other.shape.holds_things]
+        if found.holds and any(relations.inside(item, vessel) for vessel in vessels):
+            # A container's floor is no thicker than the tolerance.
+            found = replace(found, holds=False)
     else:
         base = view.get(b)
         found = relations.on_top(item, base)

@@ -62,7 +62,7 @@ class Problem:
         relation: What would have to hold.
         cause: Why it does not.
         help: What would make it hold.
-        is_final: Whether nothing that is done first can make it hold.
+        is_final: Whether it lies in what objects and robot are, so that nothing done first can mend it.
     """
 
     step: int
@@ -198,14 +198,11 @@ def _checked(
             relation=fact("skill", call.skill),
             cause=f"there is no skill {call.skill[:60]!r}",
             help=f"there is {', '.join(skills)}{did_you_mean(call.skill, skills)}",
-            is_final=True,
         )
     try:
         arguments = skill.check(call.arguments)
     except InvalidArgumentError as error:
-        return Problem(
-            step=number, call=call, relation=fact("arguments", call.skill), cause=error.message, is_final=True
-        )
+        return Problem(step=number, call=call, relation=fact("arguments", call.skill), cause=error.message)
     contract = contract_of(skill, arguments)
     lacking = None if contract is None else first_refuted(_seen(contract.objects), View.of(scene))
     if lacking is None:

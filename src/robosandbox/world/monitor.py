@@ -1,0 +1,114 @@
+"""What finished calls brought about, and whether it still holds: a tower may fall while the next block is fetched."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from robosandbox.errors import SkillError
+from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.world.contracts import Contract, find, lookup, lost
+from robosandbox.world.facts import HELD, Fact
+from robosandbox.world.predicate import View
+
+# Looser than the skills' own checks: what one of them accepted is not to be undone by a rounding, metres.
+_SLACK = 0.010
+
+
+@dataclass(frozen=True, slots=True)
+class Effect:
+    """Something that a call brought about.
+
+    Attributes:
+        call: Which one.
+        fact: What it brought about.
+    """
+
+    call: SkillCall
+    fact: Fact
+
+    @property
+    def objects(self) -> list[str]:
+        """Ids of what it is about, first what was moved for it."""
+        return lookup(self.fact).objects(self.fact.arguments)
+
+
+@dataclass(frozen=True, slots=True)
+class Undone:
+    """An effect that does not hold any more.
+
+    Attributes:
+        call: The call whose effect it was.
+        error: The failure that it is now.
+        to_repeat: Later calls whose effects go with it when its object is moved.
+    """
+
+    call: SkillCall
+    error: SkillError
+    to_repeat: tuple[SkillCall, ...]
+
+
+class Monitor:
+    """The effects of an episode's calls that nothing done on purpose has changed since."""
+
+    def __init__(self) -> None:
+        self._standing: list[Effect] = []
+        self._held: str | None = None
+        self._last: SkillCall | None = None
+
+    def begin(self, scene: ObservedScene) -> None:
+        """Take what the gripper holds before the first call."""
+        self._held = scene.held
+
+    def add(self, call: SkillCall, contract: Contract | None) -> None:
+        """Take a call that has succeeded: it ends the effects on what it moved.
+
+        Args:
+            call: Which one.
+            contract: What it promised; None where that is not known, and all that it names may have been moved.
+        """
+        self._last = call
+        if contract is None:
+            self._forget({str(value) for value in call.arguments.values()})
+            return
+        gives = [gift.resolved({HELD: self._held}) for gift in contract.gives]
+        self._forget({*Contract(gives=tuple(gives)).moves})
+        for gift in gives:
+            if lookup(gift).lasts and HELD not in gift.arguments:
+                self._standing.append(Effect(call, gift))
+            if gift.relation == "holding":
+                self._held = str(gift.arguments[0])
+            elif gift.relation == "hand_empty":
+                self._held = None
+
+    def undone(self, look: Callable[[], ObservedScene], *, at_the_end: bool) -> Undone | None:
+        """Return the earliest effect that does not hold any more; it does not stand any longer.
+
+        The last call's own has just been checked. While something is carried nothing is asked: it has to be put down first.
+        """
+        earlier = [effect for effect in self._standing if effect.call is not self._last]
+        if not earlier or (self._held and not at_the_end):
+            return None
+        scene = look()
+        view = View(scene=scene, before=scene, robot=View.of(scene).robot, slack=_SLACK)
+        for effect in earlier:
+            if any(scene.find(name) is None for name in effect.objects):
+                continue
+            finding = find(effect.fact, view)
+            if finding.is_refuted:
+                later = self._resting_on(effect)
+                self._standing = [other for other in self._standing if other not in (effect, *later)]
+                error = lost(effect.fact, finding, view, by=str(effect.call))
+                return Undone(effect.call, error, tuple(other.call for other in later))
+        return None
+
+    def _forget(self, moved: set[str]) -> None:
+        self._standing = [effect for effect in self._standing if not moved & {*effect.objects}]
+
+    def _resting_on(self, effect: Effect) -> list[Effect]:
+        moving, found = {effect.objects[0]}, []
+        for later in self._standing[self._standing.index(effect) + 1 :]:
+            if {*later.objects[1:]} & moving:
+                moving.add(later.objects[0])
+                found.append(later)
+        return found

@@ -1,0 +1,25 @@
+"""What else moved while a skill was at work."""
+
+from __future__ import annotations
+
+from robosandbox.types import ObservedScene
+from robosandbox.world.relations import contents, moved
+
+# Less than this nobody minds, and perception may be off by as much, metres.
+_DISTURBED = 0.005
+
+
+def disturbed(before: ObservedScene, after: ObservedScene, *named: str) -> tuple[str, ...]:
+    """Return a sentence for each object that has moved but the named ones and what lay in them."""
+    vessels = [item for name in named if (item := before.find(name)) and item.shape.holds_things]
+    expected = {*named, *(name for vessel in vessels for name, _ in contents(before.objects, vessel))}
+    sentences = []
+    for item in before.objects:
+        now = after.find(item.id)
+        if item.id in expected:
+            continue
+        if now is None:
+            sentences.append(f"{item.id} is no longer seen")
+        elif (distance := moved(item, now)) > _DISTURBED:
+            sentences.append(f"moved {item.id} by {distance * 1000:.0f} mm on the way")
+    return tuple(sentences)
