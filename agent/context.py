@@ -67,13 +67,13 @@ class AgentContext:
     _deadline: float | None = field(default=None, init=False, repr=False)
 
     def __post_init__(self) -> None:
-        self.sim.tick_hooks.append(self._check)
+        self.sim.guards.append(self._ended)
         for limits in self._all_limits():
             if limits.workspace is not None:
-                self.sim.tick_hooks.append(WorkspaceGuard(self.sim, limits.workspace))
+                self.sim.guards.append(WorkspaceGuard(self.sim, limits.workspace))
             if limits.max_force is not None:
                 require(self.sim, "contact", f"limits.max_force, {limits.max_force:g} N, is kept with it")
-                self.sim.tick_hooks.append(ForceGuard(self.sim, limits.max_force))
+                self.sim.guards.append(ForceGuard(self.sim, limits.max_force))
 
     def _all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
@@ -141,7 +141,9 @@ class AgentContext:
             GoalTimeoutError: The deadline passed.
         """
         self.phase = phase
-        self._check()
+        ended = self._ended()
+        if ended is not None:
+            raise ended
         for listener in tuple(self.listeners):
             listener(phase)
 
@@ -169,17 +171,18 @@ class AgentContext:
             finally:
                 self._deadline = None
 
-    def _check(self) -> None:
-        """Raise once for a cancel or a missed deadline; what cleans up afterwards may move again."""
+    def _ended(self) -> SkillError | None:
+        """Return once why the goal has ended, a cancel or a missed deadline; what cleans up afterwards may move again."""
         if self._cancelled.is_set():
             self._cancelled.clear()
             _log.info("cancelled during %s at %.2f s", self.phase, self.sim.time)
-            raise CancelledError("cancelled; the arm holds where it was", phase=Phase(self.phase))
+            return CancelledError("cancelled; the arm holds where it was", phase=Phase(self.phase))
         if self._deadline is not None and self.sim.time > self._deadline:
             timeout, elapsed = self._deadline - self._started, self.sim.time - self._started
             self._deadline = None
-            raise GoalTimeoutError(
+            return GoalTimeoutError(
                 f"not done after {timeout:g} s; the arm holds where it was; allow more time or ask for less at once",
                 phase=Phase(self.phase),
                 evidence=TimeoutEvidence(deadline=timeout, elapsed=elapsed),
             )
+        return None

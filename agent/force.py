@@ -11,7 +11,7 @@ _TICKS = 3
 
 
 class ForceGuard:
-    """A tick hook that stops the arm when it presses on something harder than allowed.
+    """A guard that stops the arm when it presses on something harder than allowed.
 
     Args:
         sim: Whose arm.
@@ -24,23 +24,20 @@ class ForceGuard:
         self._ticks = 0
         self._told = False
 
-    def __call__(self) -> None:
-        """Check the contacts.
+    def __call__(self) -> LimitError | None:
+        """Return what is wrong with a contact that was too strong for several ticks.
 
-        Raises:
-            LimitError: One was too strong for several ticks. It is raised once, so that what cleans up may move, and
-                again after the force has been within the limit.
+        It is returned once, so that what cleans up may move, and again after the force has been within the limit.
         """
         force, body, other = self._sim.strongest_contact()
         if force <= self._max_force:
             self._ticks, self._told = 0, False
-            return
+            return None
         self._ticks += 1
         if self._told or self._ticks < _TICKS:
-            return
+            return None
         self._told = True
-        self._sim.stop()
-        raise LimitError(
+        return LimitError(
             f"{body} presses on {other} with {force:.0f} N, and limits.max_force allows {self._max_force:g}; the arm holds: "
             "clear what is in the way, or allow more",
             phase=Phase.CHECK,

@@ -8,7 +8,7 @@ from robosandbox.protocols import Driver
 
 
 class Pace:
-    """A tick hook that waits until the clock has caught up with the simulated time.
+    """A listener to ticks that waits until the clock has caught up with the simulated time.
 
     Args:
         sim: Whose time.

@@ -36,7 +36,7 @@ class _SpentError(Exception):
 
 
 class _Budget:
-    """A tick hook in copies of the world that ends the search when they have taken so many seconds together.
+    """A guard in copies of the world that ends the search when they have taken so many seconds together.
 
     Simulated seconds, so that the same failure gets the same answer on every machine.
     """
@@ -45,15 +45,10 @@ class _Budget:
         self._left = seconds
         self._tick = tick
 
-    def __call__(self) -> None:
-        """Count a tick.
-
-        Raises:
-            _SpentError: It was one too many.
-        """
+    def __call__(self) -> _SpentError | None:
+        """Count a tick; return an error where it was one too many."""
         self._left -= self._tick
-        if self._left < 0.0:
-            raise _SpentError
+        return _SpentError() if self._left < 0.0 else None
 
 
 def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
@@ -84,7 +79,7 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
         tried.append(calls)
         copy = ctx.twin()
         budget = budget or _Budget(ctx.what_if_seconds, copy.sim.control_timestep)
-        copy.sim.tick_hooks.append(budget)
+        copy.sim.guards.append(budget)
         begin = copy.sim.time
         try:
             for item in calls:

@@ -25,11 +25,13 @@ def check_call(call: SkillCall, scene: ObservedScene, workspace: Workspace) -> N
     """
     for what, point in _places(call.arguments, scene):
         for axis, value in zip(_AXES, point, strict=False):
-            _check(what, axis, value, workspace, 0.0, Phase.CHECK)
+            error = _violation(what, axis, value, workspace, 0.0, Phase.CHECK)
+            if error is not None:
+                raise error
 
 
 class WorkspaceGuard:
-    """A tick hook that stops the arm when its TCP leaves the workspace; moving back in is always allowed.
+    """A guard that stops the arm when its TCP leaves the workspace; moving back in is always allowed.
 
     Args:
         sim: Whose arm.
@@ -42,12 +44,8 @@ class WorkspaceGuard:
         self._outside: dict[str, float] = {}
         self._time = 0.0
 
-    def __call__(self) -> None:
-        """Check the TCP.
-
-        Raises:
-            LimitError: It is outside and went further out.
-        """
+    def __call__(self) -> LimitError | None:
+        """Return what is wrong with where the TCP is: it is outside and went further out."""
         state = self._sim.state()
         if state.time < self._time:
             # A reset: wherever the arm was put, it may come in from there.
@@ -58,8 +56,8 @@ class WorkspaceGuard:
             before = self._outside.get(axis, now)
             self._outside[axis] = now
             if now > max(TOLERANCE, before + _PROGRESS):
-                self._sim.stop()
-                _check("the tool centre point", axis, value, self._workspace, TOLERANCE, Phase.APPROACH)
+                return _violation("the tool centre point", axis, value, self._workspace, TOLERANCE, Phase.APPROACH)
+        return None
 
 
 def _places(arguments: Mapping[str, Any], scene: ObservedScene) -> list[tuple[str, tuple[float, ...]]]:
@@ -86,11 +84,13 @@ def _outside(axis: str, value: float, workspace: Workspace) -> float:
     return 0.0 if bounds is None else max(bounds[0] - value, value - bounds[1], 0.0)
 
 
-def _check(what: str, axis: str, value: float, workspace: Workspace, tolerance: float, phase: Phase) -> None:
+def _violation(
+    what: str, axis: str, value: float, workspace: Workspace, tolerance: float, phase: Phase
+) -> LimitError | None:
     if _outside(axis, value, workspace) <= tolerance:
-        return
+        return None
     low, high = getattr(workspace, axis)
-    raise LimitError(
+    return LimitError(
         f"{what} is at {axis} = {value:.3f} m, outside the workspace's {low:g}..{high:g}; the arm does not go there: "
         "choose something inside, or widen limits.workspace in the task",
         phase=phase,

@@ -28,9 +28,9 @@ def measure(task: str, episodes: int) -> dict[str, object]:
             session.reset(seed)
             start = sim.snapshot()
             controls: list[np.ndarray] = []
-            sim.tick_hooks.append(lambda log=controls: log.append(sim.controls))
+            end = sim.subscribe(lambda log=controls: log.append(sim.controls))
             session.run()
-            sim.tick_hooks.pop()
+            end()
             session.reset(seed)
             begin = time.perf_counter()
             episode = session.run()

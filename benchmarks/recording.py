@@ -196,7 +196,7 @@ def record_until_killed(folder: Path) -> None:
             print(session.sim.time, flush=True)
             time.sleep(max(0.0, session.sim.time - (time.monotonic() - begun)))
 
-        session.sim.tick_hooks.append(keep_pace)
+        session.sim.subscribe(keep_pace)
         print("begun", flush=True)
         session.run()
 

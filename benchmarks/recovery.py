@@ -20,7 +20,7 @@ import logging
 import multiprocessing
 import statistics
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -128,13 +128,14 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False) -> Row:
             session.ctx.__class__ = Comparison
             session.ctx.found, session.ctx.exact = [], False
         meter = ContactMeter(session.sim)
-        session.sim.tick_hooks.append(meter)
+        ends = [session.sim.subscribe(meter)]
         session.agent.listeners.append(lambda event: _expect(meter, event))
-        _arm(session, perturbation)
+        ends += _arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()
         cpu, secs = time.process_time() - begin, session.sim.time
-        session.sim.tick_hooks.clear()
+        for end in ends:
+            end()
         verdict = session.judge()
         gone = not verdict.success and lost(session, subject)
     errors = [attempt.error.record() for attempt in episode.attempts]
@@ -165,10 +166,10 @@ def _expect(meter: ContactMeter, event: object) -> None:
         meter.intended = {value for value in event.call.arguments.values() if isinstance(value, str)}
 
 
-def _arm(session: Session, perturbation: Perturbation) -> None:
+def _arm(session: Session, perturbation: Perturbation) -> list[Callable[[], None]]:
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
-        return
+        return []
     injector = FaultInjector(session.sim)
     ticks = perturbation.fault(injector)
     if perturbation.at <= 0.0:
@@ -178,7 +179,7 @@ def _arm(session: Session, perturbation: Perturbation) -> None:
         if session.sim.time >= perturbation.at - 1e-9:
             next(ticks, None)
 
-    session.sim.tick_hooks.append(tick)
+    return [session.sim.subscribe(tick)]
 
 
 def summary(rows: Sequence[Row]) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from robosandbox.drivers import Capabilities
 from robosandbox.errors import UnsupportedError
-from robosandbox.protocols import Driver
+from robosandbox.protocols import Driver, Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.types import (
     Array,
@@ -80,9 +80,13 @@ class SensedSim:
         return self._sim.control_timestep
 
     @property
-    def tick_hooks(self) -> list[Callable[[], None]]:
-        """Called after every control tick."""
-        return self._sim.tick_hooks
+    def guards(self) -> list[Guard]:
+        """Asked after every control tick."""
+        return self._sim.guards
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have a listener called after every control tick."""
+        return self._sim.subscribe(listener)
 
     def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception and pictures."""
@@ -92,17 +96,17 @@ class SensedSim:
         """Return what a camera's sensor delivers."""
         return self._sim.capture(camera)
 
-    def follow(self, trajectory: Trajectory) -> None:
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory."""
-        self._sim.follow(trajectory)
+        self._sim.follow(trajectory, guards)
 
-    def trim(self, goal: Array) -> None:
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let a tick pass, shifted against what keeps the arm off its goal."""
-        self._sim.trim(goal)
+        self._sim.trim(goal, guards)
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         """Let time pass."""
-        self._sim.wait(seconds)
+        self._sim.wait(seconds, guards)
 
     def stop(self) -> None:
         """Command the arm to stay."""

@@ -12,8 +12,9 @@ from typing import Self
 import mujoco
 import numpy as np
 
-from robosandbox.drivers import Capabilities
+from robosandbox.drivers import Capabilities, ControlLoop
 from robosandbox.errors import InputError
+from robosandbox.protocols import Guard
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
@@ -51,7 +52,7 @@ class MuJoCoBackend:
         board: Laid on the table of what is loaded, to calibrate cameras with.
 
     Attributes:
-        tick_hooks: Called after every control tick. A hook that raises stops the motion; the arm then holds.
+        guards: Asked after every control tick.
         wait_hooks: Called again and again while a scene is loaded and settles. One that raises ends that.
         jump_hooks: Called after the state was set in another way than by letting time pass.
         physics_steps: Physics steps since the last reset.
@@ -71,7 +72,8 @@ class MuJoCoBackend:
         self.control_timestep = control_timestep
         self.sensor = sensor
         self._board = board
-        self.tick_hooks: list[Callable[[], None]] = []
+        self._loop = ControlLoop()
+        self.guards: list[Guard] = self._loop.guards
         self.wait_hooks: list[Callable[[], None]] = []
         self.jump_hooks: list[Callable[[], None]] = []
         self.physics_steps: int = 0
@@ -238,7 +240,11 @@ class MuJoCoBackend:
 
     # Acting.
 
-    def follow(self, trajectory: Trajectory) -> None:
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
+        return self._loop.subscribe(listener)
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks; return when the last row is commanded."""
         robot, data = self.robot, self._live
         ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
@@ -252,12 +258,12 @@ class MuJoCoBackend:
         try:
             for command in commands:
                 data.ctrl[robot.actuator_ids] = command
-                self._tick()
+                self._tick(guards)
         except BaseException:
             self.stop()
             raise
 
-    def trim(self, goal: Array) -> None:
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,).
 
         That is integral action: a servo of finite stiffness sags under a load and stops short of a joint's friction.
@@ -267,13 +273,13 @@ class MuJoCoBackend:
         off = goal - data.qpos[robot.qpos_indices]
         self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
         data.ctrl[robot.actuator_ids] = robot.control(goal + self._trim)
-        self._tick()
+        self._tick(guards)
 
-    def wait(self, seconds: float | None = None) -> None:
+    def wait(self, seconds: float | None = None, guards: Sequence[Guard] = ()) -> None:
         """Let time pass with the last commands held; one control tick when `seconds` is left out."""
         ticks = 1 if seconds is None else max(1, round(seconds / self.control_timestep))
         for _ in range(ticks):
-            self._tick()
+            self._tick(guards)
 
     def stop(self) -> None:
         """Command the arm to stay where it is."""
@@ -556,15 +562,14 @@ class MuJoCoBackend:
             if calm >= _CALM_CHUNKS:
                 return
 
-    def _tick(self) -> None:
+    def _tick(self, guards: Sequence[Guard] = ()) -> None:
         if self.sensor.latency > 0.0:
             self._remember()
         mujoco.mj_step(self._loaded.model, self._live, self._substeps)
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
             self._felt[name] = max(most, float(np.linalg.norm(self.force_on(name))))
-        for hook in self.tick_hooks:
-            hook()
+        self._loop.ticked(self.stop, guards)
 
     def _jumped(self) -> None:
         for hook in self.jump_hooks:

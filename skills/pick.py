@@ -163,7 +163,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     others = [item for item in scene.objects if item.id != target.id]
     arm.motion.allow("table", *(item.id for item in others if gap(target, item) < _BESIDE))
     load = LoadMeter(arm.sim, target.id)
-    arm.sim.tick_hooks.append(load)
+    end = arm.sim.subscribe(load)
     try:
         try:
             rise = arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
@@ -173,7 +173,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     except TrackingError:
         raise lift_error(arm, target, width, load.pull) from None
     finally:
-        arm.sim.tick_hooks.remove(load)
+        end()
     # What slips out is still moving.
     after = _still_held(arm, target, width, rise, load.pull)
     ease(arm, after)

@@ -30,7 +30,7 @@ class ContactMonitor:
         self.worst_force: float = 0.0
         self._moved: frozenset[str] = frozenset()
         self._allowed: frozenset[str] = frozenset()
-        sim.tick_hooks.append(self._look)
+        sim.subscribe(self._look)
 
     def begin(self, call: SkillCall) -> None:
         """Take note of the call that comes next; fits `Agent.permits`."""

@@ -2,7 +2,7 @@
 
 import logging
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -12,6 +12,7 @@ from robosandbox.agent import episode as events
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
+from robosandbox.drivers import ControlLoop
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
 from robosandbox.protocols import Attempt, Driver, Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult
@@ -22,14 +23,15 @@ class Clock:
 
     def __init__(self) -> None:
         self.time = 0.0
-        self.tick_hooks: list[Callable[[], None]] = []
+        self.loop = ControlLoop()
+        self.guards = self.loop.guards
+        self.subscribe = self.loop.subscribe
         self.robot = SimpleNamespace(limits=None)
 
     def step(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.01)):
             self.time += 0.01
-            for hook in self.tick_hooks:
-                hook()
+            self.loop.ticked(lambda: None)
 
 
 class Eyes:
@@ -161,7 +163,7 @@ def test_cancel_from_another_thread_stops_between_ticks_and_is_not_replanned() -
             thread.start()
             thread.join()
 
-    sim.tick_hooks.insert(0, cancel_at_half_time)
+    sim.subscribe(cancel_at_half_time)
     ep = agent.run("go")
     assert ep.final_reason is FinalReason.CANCELLED and sim.time == pytest.approx(0.5)
     assert agent.run("go").success, "a cancel holds for one goal"

@@ -111,7 +111,7 @@ def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
         height = session.sim.state().tcp_pose.xyz[2]
         assert height > 0.31, "home is above the ceiling, where the arm may only go down"
         heights: list[float] = []
-        session.sim.tick_hooks.append(lambda: heights.append(session.sim.state().tcp_pose.xyz[2]))
+        session.sim.subscribe(lambda: heights.append(session.sim.state().tcp_pose.xyz[2]))
         assert session.run("pick up the red cube").success
         rising = session.run("go home")
         assert rising.error is not None and rising.error.code is ErrorCode.LIMIT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
@@ -20,6 +20,7 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.sensed import SensedSim
+from robosandbox.protocols import Guard
 from robosandbox.sim.modelled import modelled
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.catalogue import load_skills
@@ -155,15 +156,15 @@ class Boastful(Hardware):
 
 
 class Deaf(Hardware):
-    """Goes on whatever a tick hook raises."""
+    """Goes on whatever a guard says."""
 
-    def _tick(self) -> None:
+    def _tick(self, guards: Sequence[Guard]) -> None:
         with contextlib.suppress(Exception):
-            super()._tick()
+            super()._tick(guards)
 
 
 @pytest.mark.parametrize(
-    ("kind", "said"), [(Boastful, "wrist_wrench is not declared"), (Deaf, "did not stop the motion")]
+    ("kind", "said"), [(Boastful, "wrist_wrench is not declared"), (Deaf, r"guard did not end follow\(\)")]
 )
 def test_the_check_tells_a_broken_promise(kind: type[Hardware], said: str) -> None:
     driver = kind(Scene())

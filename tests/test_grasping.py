@@ -157,7 +157,7 @@ def test_a_cup_with_something_in_it_is_carried_level() -> None:
     with world(cup, ball, block) as session:
         do(session, "pick", object="cup")
         leans: list[float] = []
-        session.sim.tick_hooks.append(
+        session.sim.subscribe(
             lambda: leans.append(float(np.arccos(np.clip(seen(session, "cup").pose.rotation[2, 2], -1.0, 1.0))))
         )
         do(session, "place_on", target="block")

@@ -55,7 +55,7 @@ def here(session: Session, timeout: float = 120.0) -> Robot:
     def state() -> dict[str, Any]:
         return tools.state_data(session.sim.state())
 
-    return Robot(session, state, tick_hooks=session.sim.tick_hooks, timeout=timeout)
+    return Robot(session, state, subscribe=session.sim.subscribe, timeout=timeout)
 
 
 @contextlib.asynccontextmanager

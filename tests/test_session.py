@@ -72,7 +72,7 @@ def test_cancel_stops_within_one_control_tick_and_the_arm_holds() -> None:
             if len(ticks) == 50:
                 session.ctx.cancel()
 
-        session.sim.tick_hooks.insert(0, cancel_once)
+        session.sim.subscribe(cancel_once)
         episode = session.run()
         assert episode.final_reason == "cancelled" and len(ticks) == 50
         q = session.sim.state().q

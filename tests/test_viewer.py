@@ -1,5 +1,6 @@
 """The viewer, driven as a person drives it: in headless Chromium, on real physics."""
 
+import dataclasses
 import http.client
 import io
 import itertools
@@ -110,15 +111,22 @@ class Desk:
     viewer: Viewer
     session: Session
     page: Page
+    ends: list[Callable[[], None]] = dataclasses.field(default_factory=list)
+
+    def watch(self, listener: Callable[[], None]) -> None:
+        """Have a listener told of ticks for this test."""
+        self.ends.append(self.session.sim.subscribe(listener))
 
 
 @pytest.fixture
 def desk(open_viewer: Viewer, first_page: Page) -> Iterator[Desk]:
     session = open_viewer.source.workcell
     assert isinstance(session, Session)
-    hooks, listeners = list(session.sim.tick_hooks), list(open_viewer.control.listeners)
-    yield Desk(open_viewer, session, first_page)
-    session.sim.tick_hooks[:], open_viewer.control.listeners[:] = hooks, listeners
+    listeners, made = list(open_viewer.control.listeners), Desk(open_viewer, session, first_page)
+    yield made
+    for end in made.ends:
+        end()
+    open_viewer.control.listeners[:] = listeners
     open_viewer.control.reset(0)
     wait_until(lambda: open_viewer.control.doing is Doing.NOTHING, "the task's first layout")
 
@@ -181,7 +189,7 @@ def test_a_typed_prompt_is_carried_out_and_the_cube_rises_in_the_picture(desk: D
     wait_until(lambda: red_height(page) is not None, "the cube is seen")
     before = red_height(page)
     clock = Clock()
-    session.sim.tick_hooks.append(lambda: clock.see(session.sim.time))
+    desk.watch(lambda: clock.see(session.sim.time))
     drawn, began = viewer.stream.drawn, session.sim.time
     say(page, "pick up the red cube")
     page.get_by_text("judged on the simulated state: success").wait_for(timeout=1000 * PATIENCE)
@@ -197,7 +205,7 @@ def test_stop_halts_the_arm_and_step_back_undoes_it(desk: Desk) -> None:
     session, page = desk.session, desk.page
     home, began = session.sim.state().q, session.sim.time
     # A slow machine: time enough to click.
-    session.sim.tick_hooks.append(lambda: time.sleep(0.03))
+    desk.watch(lambda: time.sleep(0.03))
     say(page, session.task.prompt)
     wait_until(lambda: session.sim.time - began > 0.4, "the arm is on its way")
     button(page, "Stop").click()
@@ -508,7 +516,7 @@ def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browse
         session = viewer.source.workcell
         assert isinstance(session, Session)
         # A slow machine: time enough to look.
-        session.sim.tick_hooks.append(lambda: time.sleep(0.005))
+        session.sim.subscribe(lambda: time.sleep(0.005))
         page.get_by_text("What moves is drawn here").wait_for(timeout=1000 * PATIENCE)
         quiet = colour_of(page, "Stop")
         button(page, "Run").click()

@@ -25,7 +25,7 @@ from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResu
 
 ValueT = TypeVar("ValueT")
 Tell = Callable[[str], None]
-TickHooks = list[Callable[[], None]]
+Subscribe = Callable[[Callable[[], None]], object]
 
 
 class Goals(Protocol):
@@ -73,7 +73,8 @@ class Robot:
     Args:
         cell: The session.
         state: Returns joints, TCP and gripper as JSON data.
-        tick_hooks: Those of a world in this process; None for one that answers looks by itself.
+        subscribe: Has a listener called after every control tick of a world in this process; None for one that answers looks
+            by itself.
         timeout: Simulated seconds that a call may take.
 
     Attributes:
@@ -86,7 +87,7 @@ class Robot:
         cell: Cell,
         state: Callable[[], dict[str, Any]],
         *,
-        tick_hooks: TickHooks | None,
+        subscribe: Subscribe | None,
         timeout: float = 120.0,
     ) -> None:
         self.skills: tuple[Skill[Any], ...] = tuple(cell.agent.skills.values())
@@ -95,11 +96,11 @@ class Robot:
         self._state = state
         self._timeout = timeout
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
-        self._here = tick_hooks is not None
+        self._here = subscribe is not None
         self._looks: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._running: SkillCall | None = None
-        if tick_hooks is not None:
-            tick_hooks.append(self._answer_looks)
+        if subscribe is not None:
+            subscribe(self._answer_looks)
 
     async def ready(self) -> Robot:
         """Return the robot itself, which is there."""

@@ -38,7 +38,7 @@ class MetError(TrackingError):
 
 
 class _Stopped(Exception):
-    """What was waited for has been felt; the sim holds the arm as this passes through it."""
+    """What was waited for has been felt; the driver holds the arm."""
 
 
 def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: Callable[[], bool]) -> bool:
@@ -55,20 +55,15 @@ def follow_until(arm: Manipulator, trajectory: Trajectory, phase: Phase, felt: C
     """
     ticks = 0
 
-    def check() -> None:
+    def check() -> Exception | None:
         nonlocal ticks
         ticks = ticks + 1 if felt() else 0
-        if ticks >= _TICKS:
-            raise _Stopped
+        return _Stopped() if ticks >= _TICKS else None
 
-    arm.sim.tick_hooks.append(check)
     try:
-        arm.follow(trajectory, phase, yielding=True)
+        arm.follow(trajectory, phase, yielding=True, guards=(check,))
     except _Stopped:
-        arm.sim.stop()
         return True
-    finally:
-        arm.sim.tick_hooks.remove(check)
     return False
 
 
@@ -92,21 +87,18 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
         return
     ticks = pressed = 0
 
-    def check() -> None:
+    def check() -> Exception | None:
         nonlocal ticks, pressed
         ticks += 1
         if ticks % _LOOK_EVERY:
-            return
+            return None
         force, body, other = arm.sim.strongest_contact()
         pressed = pressed + 1 if force > _PRESSING else 0
-        if pressed >= _PRESSED_LOOKS:
-            raise MetError(body, other, force, phase=phase, joint=arm.sim.robot.joints[-1])
+        if pressed < _PRESSED_LOOKS:
+            return None
+        return MetError(body, other, force, phase=phase, joint=arm.sim.robot.joints[-1])
 
-    arm.sim.tick_hooks.append(check)
-    try:
-        arm.follow(trajectory, phase)
-    finally:
-        arm.sim.tick_hooks.remove(check)
+    arm.follow(trajectory, phase, guards=(check,))
 
 
 def back_off(arm: Manipulator, error: SkillError) -> None:

@@ -18,7 +18,7 @@ from robosandbox.errors import (
 from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
-from robosandbox.protocols import Driver, MotionPlanner, SkillContext
+from robosandbox.protocols import Driver, Guard, MotionPlanner, SkillContext
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import (
     Array,
@@ -151,23 +151,26 @@ class Manipulator:
 
     # Moving.
 
-    def follow(self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False) -> None:
+    def follow(
+        self, trajectory: Trajectory, phase: Phase, *, yielding: bool = False, guards: Sequence[Guard] = ()
+    ) -> None:
         """Execute a trajectory and wait until the arm has arrived.
 
         Args:
             trajectory: From where the arm is.
             phase: For listeners and errors.
             yielding: Accept that contact keeps the arm off its goal, as when pushing.
+            guards: Asked after every control tick; what one returns ends the motion and is raised.
 
         Raises:
             TrackingError: A joint stayed off its goal.
         """
         self.ctx.enter(phase)
         self.ctx.announce(trajectory)
-        self.sim.follow(trajectory)
-        self._arrive(trajectory.q[-1], phase, yielding)
+        self.sim.follow(trajectory, guards)
+        self._arrive(trajectory.q[-1], phase, yielding, guards)
 
-    def _arrive(self, goal: Array, phase: Phase, yielding: bool) -> None:
+    def _arrive(self, goal: Array, phase: Phase, yielding: bool, guards: Sequence[Guard]) -> None:
         patience = self.sim.time + _TRIM_AFTER
         deadline = self.sim.time + _ARRIVAL_SECONDS
         while (error := np.abs(self.q - goal)).max() > _ARRIVED:
@@ -176,9 +179,9 @@ class Manipulator:
                     return
                 raise self._off_goal(goal, int(error.argmax()), phase)
             if yielding or self.sim.time < patience:
-                self.sim.wait(self.sim.control_timestep)
+                self.sim.wait(self.sim.control_timestep, guards)
             else:
-                self.sim.trim(goal)
+                self.sim.trim(goal, guards)
 
     def _off_goal(self, goal: Array, joint: int, phase: Phase) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""

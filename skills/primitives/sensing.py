@@ -23,7 +23,7 @@ _EVERY = 20
 
 
 class LoadMeter:
-    """A tick hook that keeps the largest upward force of the hand on what it holds.
+    """A listener to ticks that keeps the largest upward force of the hand on what it holds.
 
     Args:
         sim: Whose hand.

@@ -31,6 +31,11 @@ if TYPE_CHECKING:
     )
 
 
+# Asked in a driver's control loop, after each tick: why the motion has to end with the arm holding, or None to go on. It moves
+# nothing itself and does not raise.
+Guard = Callable[[], Exception | None]
+
+
 @runtime_checkable
 class Driver(Protocol):
     """A world with one robot in it, advanced in control ticks.
@@ -56,8 +61,12 @@ class Driver(Protocol):
     @property
     def control_timestep(self) -> float: ...
     @property
-    def tick_hooks(self) -> list[Callable[[], None]]:
-        """Called after every control tick; a hook that raises stops the motion with the arm holding."""
+    def guards(self) -> list[Guard]:
+        """Asked after every control tick of any motion or wait: limits of force and place, cancelling, deadlines."""
+        ...
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
         ...
 
     def state(self, cameras: Sequence[str] = ()) -> Observation: ...
@@ -65,16 +74,19 @@ class Driver(Protocol):
         """Return what the RGB-D sensor of a camera delivers now; raises RenderingError where nothing renders."""
         ...
 
-    def follow(self, trajectory: Trajectory) -> None:
-        """Follow the trajectory; return when its last row has been commanded."""
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
+        """Follow the trajectory; return when its last row has been commanded.
+
+        Where a guard says why not, one of these or a standing one, the driver stops the arm and raises that.
+        """
         ...
 
-    def trim(self, goal: Array) -> None:
-        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
+        """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,); guards as above."""
         ...
 
-    def wait(self, seconds: float) -> None:
-        """Let time pass with the last commands held."""
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
+        """Let time pass with the last commands held; guards as above."""
         ...
 
     def stop(self) -> None:

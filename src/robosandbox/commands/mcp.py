@@ -66,17 +66,18 @@ def mcp(
     @contextmanager
     def there() -> Iterator[Robot]:
         with connection.session(world) as session:
-            yield Robot(session, lambda: state_data(session.robot.state().robot), tick_hooks=None, timeout=timeout)
+            yield Robot(session, lambda: state_data(session.robot.state().robot), subscribe=None, timeout=timeout)
 
     @contextmanager
     def here() -> Iterator[Robot]:
         from robosandbox.agent.pace import Pace
 
         with world.open() as session:
-            hooks = session.sim.tick_hooks
             if realtime:
-                hooks.append(Pace(session.sim))
-            yield Robot(session, lambda: state_data(session.sim.state()), tick_hooks=hooks, timeout=timeout)
+                session.sim.subscribe(Pace(session.sim))
+            yield Robot(
+                session, lambda: state_data(session.sim.state()), subscribe=session.sim.subscribe, timeout=timeout
+            )
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE

@@ -81,8 +81,7 @@ class Recorder:
         self._open: _Open | None = None
         self._agents: list[Agent[Any]] = []
         self._log: tuple[int, StepRecorder] | None = None
-        # Before all other hooks: one that stops the motion must not hide the tick that it stopped.
-        self._sim.tick_hooks.insert(0, self._tick)
+        self._leave = self._sim.subscribe(self._tick)
         self._sim.jump_hooks.append(self._jumped)
         self._task: dict[str, Any] = host.task.model_dump(mode="json")
         self._robot = _robot_meta(self._sim)
@@ -220,7 +219,7 @@ class Recorder:
     def close(self) -> None:
         """Finish what is open and follow the world no longer."""
         self.finish()
-        self._sim.tick_hooks.remove(self._tick)
+        self._leave()
         self._sim.jump_hooks.remove(self._jumped)
         for agent in self._agents:
             agent.listeners.remove(self.on_event)

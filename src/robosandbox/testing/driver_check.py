@@ -15,7 +15,7 @@ import numpy as np
 
 from robosandbox.drivers import CAPABILITIES
 from robosandbox.errors import InputError, UnsupportedError
-from robosandbox.protocols import Driver, Simulated
+from robosandbox.protocols import Driver, Guard, Simulated
 from robosandbox.testing.conformance import demand
 from robosandbox.types import Trajectory
 
@@ -40,7 +40,8 @@ def check_driver(driver: Driver, *, pictures: bool = True) -> None:
     if pictures:
         _check_cameras(driver)
     _check_motion(driver)
-    _check_stop(driver)
+    _check_guards(driver)
+    _check_listeners(driver)
     _check_gripper(driver)
 
 
@@ -149,34 +150,63 @@ def _check_motion(driver: Driver) -> None:
     demand(0.0 < driver.time - before < 1.5 * driver.control_timestep, "trim() does not take one control tick")
 
 
-def _check_stop(driver: Driver) -> None:
-    """Check that what a listener of ticks raises stops the motion with the arm holding."""
-
-    class Stop(Exception):
-        pass
-
-    ticks = 0
-
-    def stop() -> None:
-        nonlocal ticks
-        ticks += 1
-        if ticks == 5:
-            raise Stop
-
+def _check_guards(driver: Driver) -> None:
+    """Check that a guard, of one motion or standing, ends each way of letting time pass, with the arm holding."""
     here = driver.state().q
-    back = here - np.eye(len(here))[0] * _STROKE
-    driver.tick_hooks.append(stop)
-    try:
-        driver.follow(Trajectory(q=np.linspace(here, back, _ROWS), dt=_ROW_SECONDS))
-    except Stop:
-        pass
-    else:
-        raise AssertionError("a hook that raises did not stop the motion")
-    finally:
-        driver.tick_hooks.remove(stop)
-    stopped = driver.state().q
-    driver.wait(0.5)
-    demand(float(np.abs(driver.state().q - stopped).max()) < _STOPPED, "the arm went on after a hook stopped it")
+    back = Trajectory(q=np.linspace(here, here - np.eye(len(here))[0] * _STROKE, _ROWS), dt=_ROW_SECONDS)
+    ways: tuple[tuple[str, Callable[[tuple[Guard, ...]], None]], ...] = (
+        ("follow()", lambda guards: driver.follow(back, guards)),
+        ("wait()", lambda guards: driver.wait(1.0, guards)),
+        ("trim()", lambda guards: driver.trim(driver.state().q, guards)),
+    )
+    for name, go in ways:
+        for standing in (False, True):
+            guard = _EndsAt(1 if name == "trim()" else 5)
+            if standing:
+                driver.guards.append(guard)
+            try:
+                go(() if standing else (guard,))
+            except _Ended:
+                pass
+            else:
+                raise AssertionError(f"a {'standing ' * standing}guard did not end {name}")
+            finally:
+                if standing:
+                    driver.guards.remove(guard)
+            demand(guard.asked == guard.at, f"{name} went on after a guard had ended it")
+            stopped = driver.state().q
+            driver.wait(0.5)
+            demand(
+                float(np.abs(driver.state().q - stopped).max()) < _STOPPED,
+                f"the arm went on after a guard had ended {name}",
+            )
+
+
+class _Ended(Exception):
+    pass
+
+
+class _EndsAt:
+    """A guard that ends a motion when it is asked so often."""
+
+    def __init__(self, at: int) -> None:
+        self.at = at
+        self.asked = 0
+
+    def __call__(self) -> Exception | None:
+        self.asked += 1
+        return _Ended() if self.asked >= self.at else None
+
+
+def _check_listeners(driver: Driver) -> None:
+    times: list[float] = []
+    end = driver.subscribe(lambda: times.append(driver.time))
+    driver.wait(10.0 * driver.control_timestep)
+    demand(len(times) == 10, f"a listener was told of {len(times)} ticks in ten")
+    demand(times == sorted(set(times)), "two ticks are of the same time")
+    end()
+    driver.wait(driver.control_timestep)
+    demand(len(times) == 10, "a listener that has left is still told of ticks")
 
 
 def _check_gripper(driver: Driver) -> None:

@@ -30,7 +30,7 @@ _JAM_DAMPING = 1e7
 
 
 class FaultInjector:
-    """Changes a world from outside, as a tick hook.
+    """Changes a world from outside, as a listener to its ticks.
 
     Args:
         sim: The world.
@@ -284,7 +284,7 @@ class MistakenPerception:
 
 @dataclass(slots=True)
 class ContactMeter:
-    """A tick hook that keeps the largest force with which the arm touched what it was not to touch.
+    """A listener to ticks that keeps the largest force with which the arm touched what it was not to touch.
 
     Attributes:
         intended: Ids that the arm may touch now.

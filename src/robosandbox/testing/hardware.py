@@ -10,8 +10,9 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.drivers import Capabilities, require
+from robosandbox.drivers import Capabilities, ControlLoop, require
 from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.mujoco_backend import open_mujoco
 from robosandbox.types import (
@@ -57,7 +58,7 @@ class Hardware:
 
     Attributes:
         control_timestep: Seconds between commands.
-        tick_hooks: Called after every control tick; a hook that raises stops the motion with the arm holding.
+        guards: Asked after every control tick.
         episode: Always 0: nothing starts over by itself.
     """
 
@@ -95,7 +96,8 @@ class Hardware:
             clock="simulated",
         )
         self.control_timestep: float = self._plant.control_timestep
-        self.tick_hooks: list[Callable[[], None]] = []
+        self._loop = ControlLoop()
+        self.guards: list[Guard] = self._loop.guards
         self._commands = self._plant.controls.copy()
         self._on_the_way: deque[Array] = deque(
             self._commands.copy() for _ in range(round(latency / self.control_timestep))
@@ -128,7 +130,11 @@ class Hardware:
 
     # Acting.
 
-    def follow(self, trajectory: Trajectory) -> None:
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
+        return self._loop.subscribe(listener)
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
         ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
         times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
@@ -139,22 +145,22 @@ class Hardware:
         try:
             for row in ahead:
                 self._command(row + self._trim)
-                self._tick()
+                self._tick(guards)
         except BaseException:
             self.stop()
             raise
 
-    def trim(self, goal: Array) -> None:
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
         off = goal - self._measured_q()
         self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
         self._command(goal + self._trim)
-        self._tick()
+        self._tick(guards)
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         """Let time pass with the last commands held."""
         for _ in range(max(1, round(seconds / self.control_timestep))):
-            self._tick()
+            self._tick(guards)
 
     def stop(self) -> None:
         """Command the arm to stay where its encoders say it is."""
@@ -267,8 +273,7 @@ class Hardware:
         assert gripper is not None
         return np.asarray(gripper.actuator_ids, dtype=np.intp)
 
-    def _tick(self) -> None:
+    def _tick(self, guards: Sequence[Guard]) -> None:
         self._on_the_way.append(self._commands.copy())
         self._plant.replay(self._on_the_way.popleft())
-        for hook in self.tick_hooks:
-            hook()
+        self._loop.ticked(self.stop, guards)

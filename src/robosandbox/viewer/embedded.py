@@ -155,7 +155,8 @@ class EmbeddedSource:
     def _adopt(self, session: Session) -> None:
         self._session = session
         self._sim = _drawn(session)
-        self._sim.tick_hooks.extend((Pace(self._sim), self._between_ticks))
+        self._sim.subscribe(Pace(self._sim))
+        self._sim.subscribe(self._between_ticks)
 
     def _between_ticks(self) -> None:
         now = time.monotonic()

@@ -8,9 +8,10 @@ from typing import Final
 import numpy as np
 import pybullet
 
-from robosandbox.drivers import Capabilities, require
+from robosandbox.drivers import Capabilities, ControlLoop, require
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.types import (
     Array,
@@ -56,7 +57,7 @@ class PyBulletDriver:
     Attributes:
         scene: The scene, with the robot that is really there.
         control_timestep: Seconds between commands.
-        tick_hooks: Called after every control tick; a hook that raises stops the motion with the arm holding.
+        guards: Asked after every control tick.
         episode: Always 0: nothing starts over by itself.
 
     Raises:
@@ -76,7 +77,8 @@ class PyBulletDriver:
         self._world = BulletWorld(self.scene, self._robot)
         self._cameras = cameras(scene.table_height)
         self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
-        self.tick_hooks: list[Callable[[], None]] = []
+        self._loop = ControlLoop()
+        self.guards: list[Guard] = self._loop.guards
         self._ticks = 0
         self._trim = np.zeros(self._robot.n)
         self._closed = 0.0
@@ -109,7 +111,11 @@ class PyBulletDriver:
 
     # Acting.
 
-    def follow(self, trajectory: Trajectory) -> None:
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
+        return self._loop.subscribe(listener)
+
+    def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
         ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
         times = np.minimum(np.arange(ticks + 1) * self.control_timestep, trajectory.duration)
@@ -119,23 +125,23 @@ class PyBulletDriver:
         try:
             for row, rate in zip(q[1:], velocity, strict=True):
                 self._command(row + self._trim, rate)
-                self._tick()
+                self._tick(guards)
             self._command(q[-1] + self._trim)
         except BaseException:
             self.stop()
             raise
 
-    def trim(self, goal: Array) -> None:
+    def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
         off = goal - self.state().q
         self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
         self._command(goal + self._trim)
-        self._tick()
+        self._tick(guards)
 
-    def wait(self, seconds: float) -> None:
+    def wait(self, seconds: float, guards: Sequence[Guard] = ()) -> None:
         """Let time pass with the last commands held."""
         for _ in range(max(1, round(seconds / self.control_timestep))):
-            self._tick()
+            self._tick(guards)
 
     def stop(self) -> None:
         """Command the arm to stay where it is."""
@@ -282,9 +288,8 @@ class PyBulletDriver:
             velocityGains=[1.0] * len(q),
         )
 
-    def _tick(self) -> None:
+    def _tick(self, guards: Sequence[Guard]) -> None:
         for _ in range(_STEPS_PER_TICK):
             self._world.call("stepSimulation")
         self._ticks += 1
-        for hook in self.tick_hooks:
-            hook()
+        self._loop.ticked(self.stop, guards)

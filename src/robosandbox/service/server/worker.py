@@ -34,6 +34,7 @@ class Worker:
     def __init__(self, sim: Driver, pace: Pace) -> None:
         self.pace: Pace = pace
         self._sim = sim
+        self._leave: Job = _nothing
         self._reads: deque[Job] = deque()
         self._orders: deque[Job] = deque()
         self._changed = threading.Condition()
@@ -56,7 +57,7 @@ class Worker:
         self._thread.join(timeout)
         if self._thread.is_alive():
             return False
-        self._sim.tick_hooks.remove(self._between_ticks)
+        self._leave()
         return True
 
     def set_pace(self, pace: Pace) -> None:
@@ -80,12 +81,12 @@ class Worker:
 
     def exchange(self, sim: Driver) -> None:
         """Own another sim from now on; only for jobs."""
-        self._sim.tick_hooks.remove(self._between_ticks)
+        self._leave()
         self._adopt(sim)
 
     def _adopt(self, sim: Driver) -> None:
         self._sim = sim
-        sim.tick_hooks.append(self._between_ticks)
+        self._leave = sim.subscribe(self._between_ticks)
         self._rebase()
 
     # In the thread.
@@ -144,3 +145,7 @@ class Worker:
 
     def _rebase(self) -> None:
         self._wall, self._simulated = time.monotonic(), self._sim.time
+
+
+def _nothing() -> None:
+    pass
