@@ -12,6 +12,10 @@ from collections import Counter
 import hypothesis
 import pytest
 
+# Tests start some two hundred Python processes, and without bytecode each compiles all that it imports: seconds of CPU.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
 # Hypothesis's own limit of 200 ms an example is wall time, which other processes use up, too.
 hypothesis.settings.register_profile("robosandbox", deadline=None)
 hypothesis.settings.load_profile("robosandbox")

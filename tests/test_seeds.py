@@ -52,7 +52,7 @@ def run(line: str, folder: Path) -> subprocess.CompletedProcess[str]:
 
 
 def _in(folder: Path, command: list[str]) -> subprocess.CompletedProcess[str]:
-    variables = {**os.environ, "PYTHONPATH": str(folder / "src"), "PYTHONDONTWRITEBYTECODE": "1"}
+    variables = {**os.environ, "PYTHONPATH": str(folder / "src")}
     return subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=300, env=variables)
 
 
