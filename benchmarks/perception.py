@@ -188,9 +188,9 @@ def measure(seeds: range, sensor: str, *, own_seed: bool = True) -> Iterator[tup
             eyes = RgbdPerception()
             frames = [sim.capture(camera) for camera in CAMERAS]
             begin = time.process_time()
-            things = eyes.look(frames, sim)
+            things = eyes.look(frames)
             first = time.process_time()
-            eyes.look(frames, sim)
+            eyes.look(frames)
             again = time.process_time()
             things = [thing for thing in things if thing.confidence >= 0.25]
             truth = [item.detected() for item in sim.truth().objects.values()]

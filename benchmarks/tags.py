@@ -80,7 +80,7 @@ def measure(seed: int, sensor: str, smallest: float, largest: float, plain: bool
         seen = {item.id: item for item in eyes.perceive(sim).objects}
         frames = [sim.capture(camera) for camera in CAMERAS]
         begin = time.process_time()
-        eyes.look(frames, sim)
+        eyes.look(frames)
         spent = time.process_time() - begin
         true = {name: item.pose.position for name, item in sim.truth().objects.items()}
         right = [
