@@ -32,6 +32,10 @@ from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
+# Least and largest speed, rad/s, and acceleration, rad/s^2, that a joint gets whose file gives none, and the share of its
+# servo's torque that accelerates it. Chosen: the Panda's own limits are 2.2 rad/s and 7.5 rad/s^2 at the least; the rest of the
+# torque holds the arm against gravity.
+_SPEEDS, _ACCELERATIONS, _TORQUE_SHARE = (0.5, 2.0), (0.25, 8.0), 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -319,29 +323,34 @@ def _limits(
 ) -> tuple[Array, Array]:
     """Return velocity and acceleration limits: the sidecar's, the model's custom numerics, or from torque and inertia."""
     n = len(sidecar.arm.joints)
+    given = {
+        "velocity_limits": sidecar.arm.velocity_limits,
+        "acceleration_limits": sidecar.arm.acceleration_limits,
+    }
     custom = {item.name: np.array(item.data, dtype=float) for item in spec.numerics}
-    velocity = sidecar.arm.velocity_limits or custom.get("velocity_limits")
-    acceleration = sidecar.arm.acceleration_limits or custom.get("acceleration_limits")
-    if velocity is not None and acceleration is not None and len(velocity) == n == len(acceleration):
-        return frozen_array(velocity), frozen_array(acceleration)
+    known = {name: np.array(limits or custom.get(name, ())) for name, limits in given.items()}
+    acceleration, velocity = known["acceleration_limits"], known["velocity_limits"]
+    if len(acceleration) != n:
+        acceleration = _accelerations(sidecar, model, arm_q)
+    if len(velocity) != n:
+        # Half a radian to reach full speed: fast enough to work, slow enough for servos nobody has tuned.
+        velocity = np.clip(np.sqrt(acceleration), *_SPEEDS)
+        velocity = np.minimum(velocity, [rated.get(name, np.inf) for name in sidecar.arm.joints])
+    return frozen_array(velocity), frozen_array(acceleration)
 
+
+def _accelerations(sidecar: Sidecar, model: mujoco.MjModel, arm_q: dict[int, float]) -> Array:
+    """Return what each servo's torque gives the inertia that its joint moves at home, shape (n,)."""
     data = mujoco.MjData(model)
     for address, value in arm_q.items():
         data.qpos[address] = value
     mujoco.mj_fwdPosition(model, data)
     inertia = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, data, inertia)
-    dofs = [model.jnt_dofadr[model.joint(name).id] for name in sidecar.arm.joints]
-    derived = np.empty(n)
-    for i, (dof, name) in enumerate(zip(dofs, sidecar.arm.actuators, strict=True)):
-        actuator = model.actuator(name).id
+    found = []
+    for joint, name in zip(sidecar.arm.joints, sidecar.arm.actuators, strict=True):
+        dof, actuator = int(model.joint(joint).dofadr[0]), model.actuator(name).id
         force = abs(model.actuator_forcerange[actuator]).max() if model.actuator_forcelimited[actuator] else np.inf
         torque = force * abs(model.actuator_gear[actuator, 0])
-        derived[i] = np.clip(0.4 * torque / max(inertia[dof, dof], 1e-6), 0.25, 8.0)
-    if acceleration is None or len(acceleration) != n:
-        acceleration = derived
-    if velocity is None or len(velocity) != n:
-        # Half a radian to reach full speed: fast enough to work, slow enough for servos nobody has tuned.
-        velocity = np.clip(np.sqrt(np.asarray(acceleration)), 0.5, 2.0)
-        velocity = np.minimum(velocity, [rated.get(name, np.inf) for name in sidecar.arm.joints])
-    return frozen_array(velocity), frozen_array(acceleration)
+        found.append(np.clip(_TORQUE_SHARE * torque / max(inertia[dof, dof], 1e-6), *_ACCELERATIONS))
+    return np.array(found)

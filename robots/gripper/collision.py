@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
@@ -14,13 +16,50 @@ from robosandbox.robots.importers.meshes import add_mesh
 from robosandbox.shapes.triangles import Mesh, convex_parts
 from robosandbox.types import Array
 
-_CONCAVE = 1.35
 _MESH = mujoco.mjtGeom.mjGEOM_MESH.value
+# Radius of the ball around a plain shape, metres, up to which it is no pad. Chosen so that a ball that marks a point is none.
+_LEAST_PAD = 0.002
+# Volume of a mesh's hull over the mesh's own from which it is cut into pieces. Chosen: below it the hull adds less than a
+# quarter of what is there, which no gap between fingers is.
+_CONCAVE = 1.35
+# Radius of the ball around a mesh, metres, below which cutting it gains nothing: smaller parts are screws and caps. Chosen.
 _LEAST_RADIUS = 0.01
+# Number of triangles up to which a mesh is cut: chosen so that a scan in full detail does not take minutes.
 _MOST_FACES = 150_000
+# Friction coefficients of MuJoCo: sliding as of rubber on plastic; turning in metres, as of a pad 2 cm wide; rolling in metres.
 _FRICTION = (1.0, 0.02, 0.001)
+# Time constant of contacts, seconds: MuJoCo's manual asks for at least two physics steps, which are 2 ms here.
 _QUICK = 0.004
+# MuJoCo's solimp: impedances, the width in metres over which they rise, and the shape of the rise, as in the manual's
+# section on solver parameters; between the default (0.9, 0.95) and what it calls hard.
 _STIFF = (0.97, 0.995, 0.001, 0.5, 2.0)
+
+
+@dataclass(frozen=True, slots=True)
+class _Hand:
+    """A gripper's bodies.
+
+    Attributes:
+        groups: Those of each side.
+        bodies: All, what is welded to the palm included.
+        fingers: Those that joints of the gripper move, or the palm itself, with what is welded to them.
+    """
+
+    groups: list[frozenset[int]]
+    bodies: frozenset[int]
+    fingers: frozenset[int]
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel, joints: list[int]) -> Self:
+        """Return the hand that these joints move."""
+        groups = moving_groups(model, joints)
+        root = palm_of(model, joints)
+        weld = int(model.body_weldid[root])
+        on_palm = {b for b in range(1, model.nbody) if int(model.body_weldid[b]) == weld}
+        sides = frozenset().union(*groups)
+        carriers = {int(model.jnt_bodyid[j]) for j in joints} | {root}
+        fingers = {b for b in sides if b in carriers or int(model.body_weldid[b]) in carriers}
+        return cls(groups, sides | on_palm, frozenset(fingers - (on_palm - {root})))
 
 
 def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> None:
@@ -30,44 +69,59 @@ def refine_fingers(imported: ImportedModel, gripper_joints: Iterable[str]) -> No
     """
     spec = imported.spec
     model = compile_spec(spec, imported.path.name)
-    joints = [model.joint(name).id for name in gripper_joints]
-    groups = moving_groups(model, joints)
-    palm = int(model.body_weldid[palm_of(model, joints)])
-    bodies = {b for group in groups for b in group}
-    bodies |= {b for b in range(1, model.nbody) if int(model.body_weldid[b]) == palm}
+    hand = _Hand.of(model, [model.joint(name).id for name in gripper_joints])
     geoms = {geom.id: geom for geom in spec.geoms}
-    padded = {
-        g
-        for g, geom in geoms.items()
-        if model.geom_type[g] != _MESH and (geom.contype & 1 or geom.conaffinity & 1) and model.geom_rbound[g] > 0.002
-    }
-    for group in groups:
+    padded = {int(model.geom_bodyid[g]) for g, geom in geoms.items() if _is_pad(model, g, geom)}
+    for group in hand.groups:
         _ensure_solid(imported, model, geoms, group)
     for g, geom in geoms.items():
-        if int(model.geom_bodyid[g]) not in bodies or not (geom.contype or geom.conaffinity):
-            continue
-        if not (geom.contype & 1 or geom.conaffinity & 1):
-            geom.contype = geom.conaffinity = 1
-            imported.notes.append(f"geom {geom.name or g} of the gripper touched nothing but its own kind: now it does")
-        if geom.priority <= 0:
-            geom.condim = max(int(geom.condim), 4)
-            geom.friction = np.maximum(geom.friction, _FRICTION)
-            # A grip presses a light object with many times its weight: at default softness fingers sink into it.
-            if float(geom.solimp[1]) < _STIFF[1] or float(geom.solimp[2]) > _STIFF[2] or float(geom.solref[0]) > _QUICK:
-                geom.solref = [_QUICK, 1.0]
-                geom.solimp = _STIFF
-                geom.priority = 1
+        if int(model.geom_bodyid[g]) in hand.bodies and _collides(geom):
+            _let_touch(imported, g, geom)
+            _let_hold(geom)
     # Pads that the author made of boxes stand proud of what carries them.
-    carriers = {int(model.jnt_bodyid[j]) for j in joints} | {palm_of(model, joints)}
-    fingers = {b for group in groups for b in group if b in carriers or int(model.body_weldid[b]) in carriers}
-    palms = {b for b in fingers if int(model.body_weldid[b]) == palm and b != palm_of(model, joints)}
-    if any(int(model.geom_bodyid[g]) in fingers - palms for g in padded):
+    if padded & hand.fingers:
         return
-    for group in groups:
+    for group in hand.groups:
         ends = _ends(model, group)
-        mine = [g for g in geoms if int(model.geom_bodyid[g]) in ends and (geoms[g].contype or geoms[g].conaffinity)]
-        for g in mine:
+        for g in [g for g in geoms if int(model.geom_bodyid[g]) in ends and _collides(geoms[g])]:
             _cut(imported, model, g, geoms[g])
+
+
+def _collides(geom: mujoco.MjsGeom) -> bool:
+    return bool(geom.contype or geom.conaffinity)
+
+
+def _touches_objects(geom: mujoco.MjsGeom) -> bool:
+    """Tell whether a geom shares a contact bit with what a scene holds, which is bit 1."""
+    return bool((geom.contype | geom.conaffinity) & 1)
+
+
+def _is_pad(model: mujoco.MjModel, g: int, geom: mujoco.MjsGeom) -> bool:
+    """Tell whether a geom is a plain shape that touches objects: what an author makes pads of."""
+    return bool(model.geom_type[g] != _MESH and _touches_objects(geom) and model.geom_rbound[g] > _LEAST_PAD)
+
+
+def _let_touch(imported: ImportedModel, g: int, geom: mujoco.MjsGeom) -> None:
+    """Let a geom of the gripper touch what a scene holds."""
+    if not _touches_objects(geom):
+        geom.contype = geom.conaffinity = 1
+        imported.notes.append(f"geom {geom.name or g} of the gripper touched nothing but its own kind: now it does")
+
+
+def _let_hold(geom: mujoco.MjsGeom) -> None:
+    """Give a geom that says nothing of its own friction that carries, and stiffness.
+
+    A grip presses a light object with many times its weight: at default softness fingers sink into it.
+    """
+    if geom.priority > 0:
+        return
+    geom.condim = max(int(geom.condim), 4)
+    geom.friction = np.maximum(geom.friction, _FRICTION)
+    soft = float(geom.solimp[1]) < _STIFF[1] or float(geom.solimp[2]) > _STIFF[2]
+    if soft or float(geom.solref[0]) > _QUICK:
+        geom.solref = [_QUICK, 1.0]
+        geom.solimp = _STIFF
+        geom.priority = 1
 
 
 def ensure_solid_tool(imported: ImportedModel, joint: str) -> None:
@@ -87,7 +141,7 @@ def _ensure_solid(
     imported: ImportedModel, model: mujoco.MjModel, geoms: dict[int, mujoco.MjsGeom], group: frozenset[int]
 ) -> None:
     mine = [g for g in geoms if int(model.geom_bodyid[g]) in group]
-    if any(geoms[g].contype or geoms[g].conaffinity for g in mine):
+    if any(_collides(geoms[g]) for g in mine):
         return
     for g in mine:
         geoms[g].contype = geoms[g].conaffinity = 1

@@ -29,11 +29,20 @@ from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.types import Array, frozen_array
 
+# Share of the gap's travel from which its middle moves because one jaw stands still: it would move by half. Chosen half of that.
 _FIXED_JAW = 0.25
+# Number of configurations on the way to a grasp at which the fingertips' depth is measured. Chosen.
 _TIP_SAMPLES = 7
+# Half-width of the closing line along which swinging jaws are measured, metres: as of a small pad. Chosen.
 _LINE_WIDTH = 0.004
+# How far beyond the TCP a jaw's own inner face may lie, metres; what lies farther is its back. Chosen.
 _LINE_BEYOND = 0.02
+# Share of samples at which the closing line must meet both jaws, and the gap in metres that it must find. Chosen.
+_LEAST_ON_LINE, _LEAST_GAP = 0.15, 0.005
+# Factor by which the gap at the TCP must exceed the one between the pads to be taken for the jaws' opening. Chosen.
 _FAR_WIDER = 1.3
+# Angles within which a direction is taken for an axis of the tool's frame. Chosen: pads are often drawn a little
+# askew, and fingers lean by more than pads.
 _SNAP_CLOSING = np.radians(15.0)
 _SNAP_APPROACH = np.radians(30.0)
 
@@ -81,63 +90,43 @@ def derive_gripper(
     except ValueError as error:
         raise InputError(f"gripper.actuator: {list(roles.actuator_names)} {error}") from None
     order = _increasing(sweep.joints[:, primary])
-    joint = sweep.joints[order, primary]
+    joint, samples = sweep.joints[order, primary], sweep.qpos[order]
     _check_travel(roles, joint)
+    opened, closed = (int(np.abs(joint - value).argmin()) for value in (roles.open_qpos, roles.closed_qpos))
 
     groups = moving_groups(model, joint_ids)
-    closed_qpos = sweep.qpos[order[int(np.abs(joint - roles.closed_qpos).argmin())]]
-    open_qpos = sweep.qpos[order[int(np.abs(joint - roles.open_qpos).argmin())]]
     tcp = (int(model.site_bodyid[tcp_site]), model.site_pos[tcp_site].copy())
-    found = find_pads(model, data, groups, closed_qpos, open_qpos, tcp)
-    every = opposed_pads(model, data, groups, found, closed_qpos, open_qpos)
-    pads = found.geoms
-    left = found.left.union(*(pair.left for pair in every))
-    right = found.right.union(*(pair.right for pair in every))
-    aperture = samples_gap(model, data, sweep.qpos[order], pads)
+    found = find_pads(model, data, groups, samples[closed], samples[opened], tcp)
+    every = opposed_pads(model, data, groups, found, samples[closed], samples[opened])
+    sides = (found.left.union(*(pair.left for pair in every)), found.right.union(*(pair.right for pair in every)))
+    aperture = samples_gap(model, data, samples, found.geoms)
 
-    place(model, data, sweep.qpos[order[grasp_sample(aperture)]])
-    R_site_tcp = _tcp_frame(model, data, tcp_site, (left, right), [pair.geoms for pair in every], oriented)
-
-    centre = _gap_centres(model, data, sweep.qpos[order], tcp_site, R_site_tcp, pads)
-    along = _gaps_at_tcp(model, data, sweep.qpos[order], tcp_site, R_site_tcp, (left, right))
-    lone = _fixed_jaw(model, (left, right)) is not None
-    # Parts beside the hinges of two jaws stay close too, however wide their tips are apart.
-    if along is not None and (lone or along[0].max() > _FAR_WIDER * aperture.max()):
-        aperture, centre = along if lone else (along[0], centre)
-    open_gap = float(np.interp(roles.open_qpos, joint, aperture))
-    closed_gap = float(np.interp(roles.closed_qpos, joint, aperture))
-    around = order[grasp_sample(aperture)]
-    place(model, data, sweep.qpos[around])
-    extents = finger_extents(model, data, tcp_site, R_site_tcp, (left, right), pads)
+    place(model, data, samples[grasp_sample(aperture)])
+    R_site_tcp = _tcp_frame(model, data, tcp_site, sides, [pair.geoms for pair in every], oriented)
+    aperture, centre = _gaps(model, data, samples, (tcp_site, R_site_tcp), sides, (found.geoms, aperture))
+    grasp = grasp_sample(aperture)
+    place(model, data, samples[grasp])
+    extents = finger_extents(model, data, tcp_site, R_site_tcp, sides, found.geoms)
     # Fingers that swing reach farther out somewhere on the way from open to closed on something.
-    opened = order[int(np.abs(joint - roles.open_qpos).argmin())]
-    first, last = sorted((int(opened), int(around)))
+    first, last = sorted((int(order[opened]), int(order[grasp])))
     on_the_way = sweep.qpos[np.unique(np.linspace(first, last, _TIP_SAMPLES).round().astype(int))]
-    extents["tip_depth"] = max(
-        fingertip_depth(model, data, qpos, tcp_site, R_site_tcp, left | right) for qpos in on_the_way
-    )
-    controls = np.empty((len(order), len(actuator_ids)))
-    for column, actuator in enumerate(actuator_ids):
-        scale, offset = servo_map(model, actuator)
-        controls[:, column] = sweep.lengths[order, column] * scale + offset
-        if model.actuator_ctrllimited[actuator]:
-            controls[:, column] = np.clip(controls[:, column], *model.actuator_ctrlrange[actuator])
+    depths = [fingertip_depth(model, data, qpos, tcp_site, R_site_tcp, sides[0] | sides[1]) for qpos in on_the_way]
     geometry = GripperGeometry(
         joint_samples=frozen_array(joint),
         aperture_samples=frozen_array(aperture),
         centre_samples=frozen_array(centre),
-        control_samples=frozen_array(_extend_to_ends(controls, joint, roles, model, actuator_ids)),
+        control_samples=frozen_array(_controls(model, sweep.lengths[order], joint, roles, actuator_ids)),
         open_joint=roles.open_qpos,
         closed_joint=roles.closed_qpos,
-        max_aperture=max(0.0, open_gap),
-        min_aperture=max(0.0, closed_gap),
-        pads=(_geom_label(model, pads[0]), _geom_label(model, pads[1])),
-        **extents,
+        max_aperture=max(0.0, float(np.interp(roles.open_qpos, joint, aperture))),
+        min_aperture=max(0.0, float(np.interp(roles.closed_qpos, joint, aperture))),
+        pads=(_geom_label(model, found.geoms[0]), _geom_label(model, found.geoms[1])),
+        **extents | {"tip_depth": max(depths)},
     )
     return DerivedGripper(
         geometry=geometry,
         coupled_samples=frozen_array(sweep.joints[order]),
-        fingers=(_names(model, left), _names(model, right)),
+        fingers=(_names(model, sides[0]), _names(model, sides[1])),
         R_site_tcp=frozen_array(R_site_tcp),
     )
 
@@ -171,22 +160,29 @@ def _check_travel(roles: GripperRoles, joint: Array) -> None:
             )
 
 
-def _extend_to_ends(
-    controls: Array, joint: Array, roles: GripperRoles, model: mujoco.MjModel, actuator_ids: list[int]
+def _controls(
+    model: mujoco.MjModel, lengths: Array, joint: Array, roles: GripperRoles, actuator_ids: list[int]
 ) -> Array:
-    """Return controls whose end samples reach the ends of the control range.
+    """Return the controls that hold each sample, shape (k, actuators); the end samples reach the ends of the control range.
 
     Pads that meet stop the joint just short of the sidecar's closed value; the control must still press.
     """
-    extended = controls.copy()
-    ends = {0: min(roles.open_qpos, roles.closed_qpos), -1: max(roles.open_qpos, roles.closed_qpos)}
-    for end, value in ends.items():
-        if (end == 0 and value <= joint[0]) or (end == -1 and value >= joint[-1]):
-            for column, actuator in enumerate(actuator_ids):
-                low, high = control_range(model, actuator)
-                rising = controls[-1, column] > controls[0, column]
-                extended[end, column] = (low if rising else high) if end == 0 else (high if rising else low)
-    return extended
+    controls = np.empty((len(joint), len(actuator_ids)))
+    for column, actuator in enumerate(actuator_ids):
+        scale, offset = servo_map(model, actuator)
+        controls[:, column] = lengths[:, column] * scale + offset
+        if model.actuator_ctrllimited[actuator]:
+            controls[:, column] = np.clip(controls[:, column], *model.actuator_ctrlrange[actuator])
+    # By column: the controls at the least joint value and at the largest.
+    rising = controls[-1] > controls[0]
+    ranges = np.array([control_range(model, actuator) for actuator in actuator_ids])
+    low, high = np.where(rising, ranges.T, ranges.T[::-1])
+    least, most = sorted((roles.open_qpos, roles.closed_qpos))
+    if least <= joint[0]:
+        controls[0] = low
+    if most >= joint[-1]:
+        controls[-1] = high
+    return controls
 
 
 def _tcp_frame(
@@ -224,12 +220,40 @@ def _tcp_frame(
     return np.column_stack([np.cross(closing, approach), closing, approach])
 
 
+def _gaps(
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
+    samples: Array,
+    tcp: tuple[int, Array],
+    sides: tuple[frozenset[int], frozenset[int]],
+    measured: tuple[tuple[int, int], Array],
+) -> tuple[Array, Array]:
+    """Return the gap and where its middle lies along the closing direction, each (k,), metres.
+
+    Args:
+        model: The robot.
+        data: Its state; it is changed.
+        samples: Configurations, shape (k, nq).
+        tcp: Id of the TCP site, and the rotation from it to the TCP frame.
+        sides: Bodies of both fingers.
+        measured: The pads' geoms, and the gap between them at each sample.
+    """
+    pads, aperture = measured
+    centre = _gap_centres(model, data, samples, *tcp, pads)
+    along = _gaps_at_tcp(model, data, samples, tcp, sides)
+    if along is None:
+        return aperture, centre
+    if _fixed_jaw(model, sides) is not None:
+        return along
+    # Parts beside the hinges of two jaws stay close too, however wide their tips are apart.
+    return (along[0], centre) if along[0].max() > _FAR_WIDER * aperture.max() else (aperture, centre)
+
+
 def _gaps_at_tcp(
     model: mujoco.MjModel,
     data: mujoco.MjData,
     samples: Array,
-    tcp_site: int,
-    R_site_tcp: Array,
+    tcp: tuple[int, Array],
     sides: tuple[frozenset[int], frozenset[int]],
 ) -> tuple[Array, Array] | None:
     """Return gap and its middle along the closing line through the TCP, each (k,), of jaws that swing.
@@ -238,30 +262,26 @@ def _gaps_at_tcp(
     them.
     """
     fixed = _fixed_jaw(model, sides)
-    swinging = [side for side in sides if side is not fixed]
-    hinges = [int(model.body_jntadr[min(side)]) for side in swinging]
+    hinges = [int(model.body_jntadr[min(side)]) for side in sides if side is not fixed]
     if any(hinge < 0 or model.jnt_type[hinge] != mujoco.mjtJoint.mjJNT_HINGE.value for hinge in hinges):
         return None
-    gaps, middles = np.full(len(samples), np.nan), np.full(len(samples), np.nan)
-    local = {g: points_on(model, g, _LINE_WIDTH / 2.0) for side in sides for g in collision_geoms(model, side)}
+    site, R_site_tcp = tcp
+    jaws = [{g: points_on(model, g, _LINE_WIDTH / 2.0) for g in collision_geoms(model, side)} for side in sides]
+    ends = np.full((len(samples), 2), np.nan)
     for k, qpos in enumerate(samples):
         place(model, data, qpos)
-        rotation = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp
-        fronts = []
-        for side, sign in zip(sides, (1.0, -1.0), strict=True):
-            there = [
-                data.geom_xpos[g] + local[g] @ data.geom_xmat[g].reshape(3, 3).T for g in collision_geoms(model, side)
-            ]
-            points = (np.concatenate(there) - data.site_xpos[tcp_site]) @ rotation
-            on_line = points[(np.abs(points[:, 0]) < _LINE_WIDTH) & (np.abs(points[:, 2]) < _LINE_WIDTH)]
-            if len(on_line):
-                # The first side lies at negative y: what faces the other is its greatest.
-                facing = on_line[sign * on_line[:, 1] < _LINE_BEYOND, 1] if side is not fixed else on_line[:, 1]
-                fronts.append(float((sign * facing).max() * sign) if len(facing) else np.nan)
-        if len(fronts) == 2 and np.isfinite(fronts).all():
-            gaps[k], middles[k] = fronts[1] - fronts[0], (fronts[0] + fronts[1]) / 2.0
+        rotation = data.site_xmat[site].reshape(3, 3) @ R_site_tcp
+        for j, (jaw, sign) in enumerate(zip(jaws, (1.0, -1.0), strict=True)):
+            there = [data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T for g, local in jaw.items()]
+            points = (np.concatenate(there) - data.site_xpos[site]) @ rotation
+            reach = np.inf if sides[j] is fixed else _LINE_BEYOND
+            # The first side lies at negative y: what faces the other is its greatest.
+            on_line = (np.abs(points[:, [0, 2]]) < _LINE_WIDTH).all(axis=1) & (sign * points[:, 1] < reach)
+            ends[k, j] = sign * (sign * points[on_line, 1]).max(initial=-np.inf)
+    ends[~np.isfinite(ends).all(axis=1)] = np.nan
+    gaps, middles = ends[:, 1] - ends[:, 0], ends.sum(axis=1) / 2.0
     known = np.flatnonzero(np.isfinite(gaps))
-    if len(known) < 0.15 * len(samples) or np.nanmax(gaps) < 0.005:
+    if len(known) < _LEAST_ON_LINE * len(samples) or np.nanmax(gaps) < _LEAST_GAP:
         return None
     # Where the jaw has swung off the line the gap is at least what it last was.
     steps = np.arange(len(samples))

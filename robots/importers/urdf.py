@@ -22,11 +22,15 @@ from robosandbox.robots.importers.urdf_lint import check_urdf, numbers
 from robosandbox.shapes.triangles import Mesh
 from robosandbox.types import Array
 
+# Channels, 0 to 1 (a fraction each), of links without a colour. Chosen.
 _GREY = (0.7, 0.7, 0.72, 1.0)
+# Red, green, blue and alpha, as in the URDF specification.
 _COLOUR_NUMBERS = 4
-# Shares of a mimic's travel inside the joint's own limits: all of it, and hardly any.
+# Shares of a mimic's travel inside the joint's own limits: all of it, and hardly any. Chosen.
 _FITS, _FITS_NOT = 0.9, 0.25
 _VISUAL_GROUP, _COLLISION_GROUP = 2, 3
+# Newtons or newton metres from which an effort is a placeholder and no motor's. Chosen.
+_PLACEHOLDER_EFFORT = 1e5
 _MOVING = {"revolute": "HINGE", "continuous": "HINGE", "prismatic": "SLIDE"}
 
 
@@ -108,6 +112,11 @@ def _parse(content: bytes, path: Path) -> Any:
         raise InputError(f"{path.name}: cannot be read as a URDF: {said or type(error).__name__}") from None
 
 
+def _number(value: Any) -> float:
+    """Return an optional attribute's number, 0 where it is left out."""
+    return float(value or 0.0)
+
+
 class _Builder:
     def __init__(self, model: ImportedModel, robot: Any, files: ModelFiles) -> None:
         self.model, self.spec, self.robot, self.files = model, model.spec, robot, files
@@ -151,29 +160,26 @@ class _Builder:
             self._add_mimic(joint)
 
     def _add_joint(self, body: mujoco.MjsBody, joint: Any) -> bool:
+        turns_freely, limit = joint.type == "continuous", joint.limit
         if joint.type not in _MOVING:
             if joint.type != "fixed":
                 self.model.notes.append(f"joint {joint.name!r} is {joint.type}: held fixed, as an arm's base is")
             return False
-        limit = joint.limit
-        if joint.type != "continuous" and limit.lower == limit.upper:
+        if not turns_freely and limit.lower == limit.upper:
             self.model.notes.append(f"joint {joint.name!r} has limits that are equal: held fixed")
             return False
         axis = np.array([1.0, 0.0, 0.0]) if joint.axis is None else np.asarray(joint.axis, dtype=float)
-        added = body.add_joint(
-            name=joint.name, type=getattr(mujoco.mjtJoint, f"mjJNT_{_MOVING[joint.type]}"), axis=axis
-        )
-        if joint.type != "continuous":
-            added.limited = mujoco.mjtLimited.mjLIMITED_TRUE
-            added.range = [float(limit.lower or 0.0), float(limit.upper or 0.0)]
-        else:
-            added.limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        kind = getattr(mujoco.mjtJoint, f"mjJNT_{_MOVING[joint.type]}")
+        added = body.add_joint(name=joint.name, type=kind, axis=axis)
+        added.limited = mujoco.mjtLimited.mjLIMITED_FALSE if turns_freely else mujoco.mjtLimited.mjLIMITED_TRUE
+        if not turns_freely:
+            added.range = [_number(limit.lower), _number(limit.upper)]
         if joint.dynamics is not None:
-            put_scalar(added, "damping", max(0.0, float(joint.dynamics.damping or 0.0)))
-            added.frictionloss = max(0.0, float(joint.dynamics.friction or 0.0))
+            put_scalar(added, "damping", max(0.0, _number(joint.dynamics.damping)))
+            added.frictionloss = max(0.0, _number(joint.dynamics.friction))
         if limit is not None:
-            effort, speed = abs(float(limit.effort or 0.0)), abs(float(limit.velocity or 0.0))
-            if 0.0 < effort < 1e5:
+            effort, speed = abs(_number(limit.effort)), abs(_number(limit.velocity))
+            if 0.0 < effort < _PLACEHOLDER_EFFORT:
                 added.actfrclimited = mujoco.mjtLimited.mjLIMITED_TRUE
                 added.actfrcrange = [-effort, effort]
             if speed > 0.0:

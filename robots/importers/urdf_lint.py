@@ -42,6 +42,7 @@ _POSITIVE = {
     ("sphere", "radius"),
     *((shape, name) for shape in _ROUND for name in ("radius", "length")),
 }
+# The largest length in metres or mass in kg. Chosen so that slips of a unit, as micrometres, are told.
 _LARGEST = 1e6
 
 
@@ -130,32 +131,39 @@ def _check_joint(
         link = "" if element is None else element.get("link", "")
         if link not in links:
             raise InputError(f"{where}: <{end} link={link!r}> is no link of the file{did_you_mean(link, links)}")
-    limit = joint.find("limit")
     if kind in ("revolute", "prismatic"):
-        if limit is None:
-            raise InputError(f"{where}: a {kind} joint takes <limit lower= upper= effort= velocity=>")
-        lower, upper = float(limit.get("lower", 0.0)), float(limit.get("upper", 0.0))
-        if lower > upper:
-            raise InputError(f"{where}: <limit> lower {lower:g} is above upper {upper:g}; swap them")
+        _check_limit(joint.find("limit"), kind, where)
     axis = joint.find("axis")
     if axis is not None and kind not in ("fixed", "floating"):
         values = numbers(axis.get("xyz", "1 0 0")) or [0.0]
         if sum(value * value for value in values) < 1e-12:
             raise InputError(f"{where}: <axis xyz={axis.get('xyz')!r}> has no direction; give a unit vector")
-    mimic = joint.find("mimic")
-    if mimic is not None:
+    _check_mimic(name, joints, where)
+
+
+def _check_limit(limit: ElementTree.Element | None, kind: str, where: str) -> None:
+    if limit is None:
+        raise InputError(f"{where}: a {kind} joint takes <limit lower= upper= effort= velocity=>")
+    lower, upper = float(limit.get("lower", 0.0)), float(limit.get("upper", 0.0))
+    if lower > upper:
+        raise InputError(f"{where}: <limit> lower {lower:g} is above upper {upper:g}; swap them")
+
+
+def _check_mimic(name: str, joints: dict[str, ElementTree.Element], where: str) -> None:
+    """Follow a joint's mimic to the joint that leads them all."""
+    seen = {name}
+    while (mimic := joints[name].find("mimic")) is not None:
         followed = mimic.get("joint", "")
+        if followed not in joints and len(seen) == 1:
+            hint = did_you_mean(followed, joints)
+            raise InputError(f"{where}: <mimic joint={followed!r}> is no joint of the file{hint}")
+        if followed in seen:
+            raise InputError(f"{where}: <mimic> leads in a circle over {followed!r}")
         if followed not in joints:
-            raise InputError(
-                f"{where}: <mimic joint={followed!r}> is no joint of the file{did_you_mean(followed, joints)}"
-            )
-        seen = {name}
-        while followed in joints:
-            if followed in seen:
-                raise InputError(f"{where}: <mimic> leads in a circle over {followed!r}")
-            seen.add(followed)
-            further = joints[followed].find("mimic")
-            followed = "" if further is None else further.get("joint", "")
+            # The joint that names it is told of.
+            return
+        seen.add(followed)
+        name = followed
 
 
 def _check_tree(links: dict[str, ElementTree.Element], joints: dict[str, ElementTree.Element], source: str) -> None:

@@ -13,10 +13,18 @@ from robosandbox.robots.importers.servos import joint_bounds, model_joint_is_sin
 _HINT = re.compile(r"grip|jaw|finger|claw|pinch|knuckle|driver|thumb|hand_?joint", re.IGNORECASE)
 _WRIST = re.compile(r"roll|pitch|yaw|wrist|rotat|swivel|flex", re.IGNORECASE)
 # A finger of a hand, whose tendons are drawn as joints, has up to nine; what tells it from an arm is its length.
+# Number of links in a row up to which a branch may be a finger. Chosen.
 _FINGER_DEPTH = 10
+# Metres from its first joint within which a finger ends. Chosen longer than a hand and shorter than the forearm of a small arm.
 _FINGER_SPAN = 0.25
+# Number of joints that an arm has at least, because with fewer it reaches points of a surface alone.
 _LEAST_ARM = 3
+# Travel of a slide, metres, beyond which it stands for wheels. Chosen longer than rails on which arms are mounted.
 _LONGEST_RAIL = 5.0
+# A jaw that has closed is this near to its counterpart, metres, and opens by this much more at least. Chosen so that a jaw
+# modelled with a gap, or sampled between its vertices, counts as closed.
+_MEETS = 0.012
+_PARTS = 0.015
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,22 +127,12 @@ class _Tree:
 
     def ends(self) -> list[int]:
         """Return the nodes at which an arm may end: where only fingers follow, or nothing does."""
-        found = []
-        for node in [0, *self.parent]:
-            children = self.children.get(node, [])
-            if not children and node:
-                parent = self.parent[node]
-                siblings = self.children[parent]
-                if parent and len(siblings) > 1 and all(self.is_finger(n) for n in siblings):
-                    continue
-                if self._inside_hand(node):
-                    continue
-                found.append(node)
-            elif (
-                node and len(children) > 1 and all(self.is_finger(n) for n in children) and not self._inside_hand(node)
-            ):
-                found.append(node)
-        return found
+        return [node for node in self.parent if self._may_end(node) and not self._inside_hand(node)]
+
+    def _may_end(self, node: int) -> bool:
+        """Tell whether nothing follows on a node, or only the fingers of a hand."""
+        children = self.children.get(node, [])
+        return not children or (len(children) > 1 and all(self.is_finger(n) for n in children))
 
     def _inside_hand(self, node: int) -> bool:
         """Tell whether a node is itself part of a finger of some palm above."""
@@ -172,43 +170,58 @@ def tendon_joints(model: mujoco.MjModel, tendon: int) -> list[int]:
     return [int(model.wrap_objid[w]) for w in wraps if model.wrap_type[w] == mujoco.mjtWrap.mjWRAP_JOINT.value]
 
 
-def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
+@dataclass(frozen=True, slots=True)
+class _Ending:
+    """How a way from the base ends: the nodes of the arm, the palm, the nodes of the hand, and why these."""
+
+    path: list[int]
+    palm: int
+    hand: list[int]
+    evidence: str
+    confidence: float
+
+
+def _ending(model: mujoco.MjModel, tree: _Tree, end: int) -> _Ending:
     path = [end]
     while tree.parent.get(path[-1], 0):
         path.append(tree.parent[path[-1]])
     path.reverse()
-    children = tree.children.get(end, [])
-    palm, hand = end, tree.below(end) if children else []
-    evidence, confidence = "no joint beyond the last link closes on anything: no gripper", 0.9
-    if hand:
-        evidence, confidence = f"{len(children)} short branches on one body", 0.95
-    else:
-        closes, why = _is_jaw(model, tree, end)
-        if closes and len(path) > _LEAST_ARM:
-            hand, palm = [end], tree.parent[end]
-            path, evidence, confidence = path[:-1], why, 0.9
-    driving = _driving_base(model, tree, path)
-    arm = [j for node in path for j in tree.joints_of(node) if j in tree.driven and j not in driving]
-    # What carries something else besides the arm (a torso with a head, a base with wheels) is held.
-    for node in path:
-        others = [
-            n
-            for n in tree.children.get(tree.parent.get(node, 0), ())
-            if n != node and tree.is_active(n) and tree.depth(n) > 1
-        ]
-        if others and tree.parent.get(node, 0):
-            above = path[: path.index(node)]
-            held = {j for n in above for j in tree.joints_of(n)}
-            rest = [j for j in arm if j not in held]
-            arm = rest if len(rest) >= _LEAST_ARM else arm
+    branches = tree.children.get(end, [])
+    if branches:
+        return _Ending(path, end, tree.below(end), f"{len(branches)} short branches on one body", 0.95)
+    why = _why_jaw(model, tree, end) if len(path) > _LEAST_ARM else None
+    if why is not None:
+        return _Ending(path[:-1], tree.parent[end], [end], why, 0.9)
+    return _Ending(path, end, [], "no joint beyond the last link closes on anything: no gripper", 0.9)
+
+
+def _chain_to(model: mujoco.MjModel, tree: _Tree, end: int) -> Chain | None:
+    ending = _ending(model, tree, end)
+    driving = _driving_base(model, tree, ending.path)
+    arm = [j for node in ending.path for j in tree.joints_of(node) if j in tree.driven and j not in driving]
+    arm = _without_torso(tree, ending.path, arm)
     if len(arm) < _LEAST_ARM:
         return None
-    joints = tuple(j for node in hand for j in tree.joints_of(node))
+    joints = tuple(j for node in ending.hand for j in tree.joints_of(node))
     actuators = tuple(sorted({a for j in joints for a in tree.driven.get(j, ())}))
-    palm_body = _palm_body(model, palm, hand)
-    if hand and not actuators:
+    palm, evidence = _palm_body(model, ending.palm, ending.hand), ending.evidence
+    if ending.hand and not actuators:
         joints, evidence = (), "the joints beyond the last link have no actuator"
-    return Chain(tuple(arm), palm_body, joints, actuators, evidence, confidence)
+    return Chain(tuple(arm), palm, joints, actuators, evidence, ending.confidence)
+
+
+def _without_torso(tree: _Tree, path: list[int], arm: list[int]) -> list[int]:
+    """Return the joints that carry nothing but this arm: a torso with a head and a base with wheels are held."""
+    for k, node in enumerate(path):
+        above = tree.parent.get(node, 0)
+        if not above:
+            continue
+        others = [n for n in tree.children[above] if n != node and tree.is_active(n) and tree.depth(n) > 1]
+        held = {j for n in path[:k] for j in tree.joints_of(n)}
+        rest = [j for j in arm if j not in held]
+        if others and len(rest) >= _LEAST_ARM:
+            arm = rest
+    return arm
 
 
 def _driving_base(model: mujoco.MjModel, tree: _Tree, path: list[int]) -> set[int]:
@@ -237,37 +250,43 @@ def _palm_body(model: mujoco.MjModel, palm: int, hand: list[int]) -> int:
     return with_shape[-1] if with_shape else palm
 
 
-def _is_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> tuple[bool, str]:
-    """Tell whether a last joint closes its link against the one before it, as a jaw does."""
+def _why_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> str | None:
+    """Say why a last joint closes its link against the one before it, as a jaw does; None where it does not."""
     joints = tree.joints_of(node)
     if len(joints) != 1:
-        return False, ""
+        return None
     joint, parent = joints[0], tree.parent.get(node, 0)
-    joint_name, body_name = str(model.joint(joint).name), str(model.body(node).name)
-    if _WRIST.search(joint_name) and not _HINT.search(joint_name):
-        return False, ""
-    named = next((name for name in (joint_name, body_name) if _HINT.search(name)), None)
-    mine = _geoms(model, tree, node)
-    other = _geoms(model, tree, parent)
+    names = [str(model.joint(joint).name), str(model.body(node).name)]
+    hinted = [name for name in names if _HINT.search(name)]
+    if _WRIST.search(names[0]) and names[0] not in hinted:
+        return None
+    mine, other = _geoms(model, tree, node), _geoms(model, tree, parent)
     if not mine or not other:
-        return bool(named), f"{named!r} by its name"
+        return f"{hinted[0]!r} by its name" if hinted else None
+    gaps = _swept_gaps(model, joint, mine, other)
+    least = min(gaps)
+    closes = least < _MEETS and max(gaps) > least + _PARTS
+    if hinted and (closes or not _WRIST.search(hinted[0])):
+        return f"{hinted[0]!r} by its name" + (", and it closes on the link before it" if closes else "")
+    # A wrist folds back on its forearm too, at the end of a wide range; a jaw has a fixed jaw beside it.
+    end_only = gaps.index(least) in (0, len(gaps) - 1) and float(np.median(gaps)) > least + _PARTS / 3.0
+    if closes and end_only and model.body_weldid[parent] and _stands_beside(model, tree, node, joint):
+        return "the last link closes on a fixed jaw of the one before it"
+    return None
+
+
+def _swept_gaps(model: mujoco.MjModel, joint: int, mine: list[int], other: list[int]) -> list[float]:
+    """Return the distance from a link's far end to the link before it at places over the joint's range, metres."""
     low, high = (float(bound[joint]) for bound in joint_bounds(model))
     data = mujoco.MjData(model)
     address = int(model.jnt_qposadr[joint])
-    swept = []
+    gaps = []
     for value in np.linspace(low, high, 9):
         data.qpos[:] = model.qpos0
         data.qpos[address] = value
         mujoco.mj_fwdPosition(model, data)
-        swept.append(_far_gap(model, data, joint, mine, other))
-    closes = min(swept) < 0.012 and max(swept) > min(swept) + 0.015
-    if named and (closes or not _WRIST.search(named)):
-        return True, f"{named!r} by its name" + (", and it closes on the link before it" if closes else "")
-    # A wrist folds back on its forearm too, at the end of a wide range; a jaw has a fixed jaw beside it.
-    end_only = swept.index(min(swept)) in (0, len(swept) - 1) and float(np.median(swept)) > min(swept) + 0.005
-    if closes and end_only and model.body_weldid[parent] and _stands_beside(model, tree, node, joint):
-        return True, "the last link closes on a fixed jaw of the one before it"
-    return False, ""
+        gaps.append(_far_gap(model, data, joint, mine, other))
+    return gaps
 
 
 def _geoms(model: mujoco.MjModel, tree: _Tree, node: int) -> list[int]:
@@ -278,14 +297,14 @@ def _geoms(model: mujoco.MjModel, tree: _Tree, node: int) -> list[int]:
 
 def _far_gap(model: mujoco.MjModel, data: mujoco.MjData, joint: int, mine: list[int], other: list[int]) -> float:
     """Return the distance from the moving link's far end to the fixed link, metres."""
-    points = _surface(model, data, mine)
+    points = surface_points(model, data, mine)
     anchor, axis = data.xanchor[joint], data.xaxis[joint]
     lever = points - anchor
     if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
         lever = lever - np.outer(lever @ axis, axis)
     distance = np.linalg.norm(lever, axis=1)
     far = points[distance > 0.6 * distance.max()]
-    fixed = _surface(model, data, other)
+    fixed = surface_points(model, data, other)
     far = far[:: max(1, len(far) // 200)]
     fixed = fixed[:: max(1, len(fixed) // 1500)]
     return float(np.linalg.norm(far[:, None] - fixed[None], axis=2).min())
@@ -295,15 +314,15 @@ def _stands_beside(model: mujoco.MjModel, tree: _Tree, node: int, joint: int) ->
     """Tell whether the fixed link reaches about as far beyond the joint as the moving one."""
     data = tree.data
     anchor = data.xanchor[joint]
-    moving = _surface(model, data, _geoms(model, tree, node)) - anchor
-    fixed = _surface(model, data, _geoms(model, tree, tree.parent[node])) - anchor
+    moving = surface_points(model, data, _geoms(model, tree, node)) - anchor
+    fixed = surface_points(model, data, _geoms(model, tree, tree.parent[node])) - anchor
     far = moving[np.linalg.norm(moving, axis=1).argmax()]
     ahead = far / np.linalg.norm(far)
     return bool((fixed @ ahead).max() > 0.6 * np.linalg.norm(far))
 
 
-def _surface(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np.ndarray:
-    """Return points on geoms in the world: a mesh's vertices, the corners of anything else's box."""
+def surface_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np.ndarray:
+    """Return points on geoms in the world, (k, 3), metres: a mesh's vertices, the corners of anything else's box."""
     found = []
     for g in geoms:
         if model.geom_type[g] == mujoco.mjtGeom.mjGEOM_MESH.value:
@@ -316,8 +335,3 @@ def _surface(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np
             local = model.geom_aabb[g, :3] + signs * model.geom_aabb[g, 3:]
         found.append(data.geom_xpos[g] + local @ data.geom_xmat[g].reshape(3, 3).T)
     return np.concatenate(found) if found else np.zeros((1, 3))
-
-
-def surface_points(model: mujoco.MjModel, data: mujoco.MjData, geoms: list[int]) -> np.ndarray:
-    """Return points on geoms in the world, shape (k, 3)."""
-    return _surface(model, data, geoms)
