@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -33,6 +33,7 @@ _MOST_PIECES = 4
 _MIDDLE = 0.2
 _LEAST_INNER = 0.012
 _FEW = 5
+_FEWEST_OF_RIM = 4
 _POOREST = 0.9
 _VAGUE = 0.006
 # What the share of a family that a hull explains is worth, as cost.
@@ -62,7 +63,7 @@ def find_containers(
 ) -> tuple[list[Container], list[Group], FrameSet]:
     """Return the containers, each with its outer hull and all its pieces, and the groups that are none of theirs.
 
-    The scenery comes back with what lies in a container of its own colour as pieces of their own.
+    The frames come back with what lies in a container of its own colour as pieces of their own.
 
     Args:
         groups: What was seen.
@@ -78,20 +79,28 @@ def find_containers(
             rest += family
             continue
         kind, hull, members = found
-        every = dict.fromkeys((*members.segments, *(s for item in family for s in item.segments)))
-        own, inside, frames = split_contents(hull, [s for s in every if _belongs(s.points, hull)], frames)
+        every = dict.fromkeys((*members.segments, *_segments(family)))
+        of_hull = [segment for segment in every if _belongs(segment.points, hull)]
+        own, inside, frames = split_contents(hull, of_hull, frames)
         containers.append((kind, hull, Group(tuple(own)) if own else members))
-        taken = {id(segment) for segment in every if _belongs(segment.points, hull)}
         contents += group(inside)
-        left = [tuple(s for s in item.segments if id(s) not in taken) for item in family]
+        left = [tuple(segment for segment in item.segments if segment not in of_hull) for item in family]
         rest += [Group(segments) for segments in left if segments]
-    # What stands before a container may part a piece from the others.
-    for number, (kind, hull, members) in enumerate(containers):
-        strays = [item for item in rest if same_colour(item, members) and _belongs(item.points, hull)]
-        rest = [item for item in rest if not any(item is stray for stray in strays)]
-        added = (segment for stray in strays for segment in stray.segments)
-        containers[number] = (kind, hull, Group((*members.segments, *added)))
+    for number, container in enumerate(containers):
+        containers[number], rest = _with_strays(container, rest)
     return containers, rest + contents, frames
+
+
+def _segments(groups: Iterable[Group]) -> tuple[Segment, ...]:
+    return tuple(segment for item in groups for segment in item.segments)
+
+
+def _with_strays(container: Container, rest: Sequence[Group]) -> tuple[Container, list[Group]]:
+    """Return a container with the pieces that something before it has parted from the others, and what else is left."""
+    kind, hull, members = container
+    strays = [item for item in rest if same_colour(item, members) and _belongs(item.points, hull)]
+    whole = Group((*members.segments, *_segments(strays)))
+    return (kind, hull, whole), [item for item in rest if item not in strays]
 
 
 def kind_by_proportions(kind: ObjectKind, hull: Fit, kinds: Collection[ObjectKind]) -> ObjectKind:
@@ -119,9 +128,8 @@ def _as_known(family: Sequence[Group], found: Container | None, known: Sequence[
     for kind, hull in known:
         if found is not None and found[1].shape == hull.shape and _as_large(found[1], hull):
             continue
-        share = _at_shell(points, hull)
-        if share > _SHELL:
-            return kind, hull, Group(tuple(segment for item in family for segment in item.segments))
+        if _at_shell(points, hull) > _SHELL:
+            return kind, hull, Group(_segments(family))
     return found
 
 
@@ -197,28 +205,28 @@ def _adjoin(a: Group, b: Group) -> bool:
 
 def _as_container(chosen: Sequence[Group], family: Sequence[Group], frames: FrameSet, worst: float) -> Container | None:
     """Return the container that these groups of a family make, None where they make none at a cost below `worst`."""
-    members = chosen[0] if len(chosen) == 1 else Group(tuple(segment for item in chosen for segment in item.segments))
-    points = members.points
-    if len(points) < _LEAST_POINTS:
+    members = chosen[0] if len(chosen) == 1 else Group(_segments(chosen))
+    rim = _rim(members, frames.table.height)
+    if rim is None:
         return None
-    rim = float(percentiles(points[:, 2], [96.0])[0])
-    if rim - frames.table.height < 2.0 * _RIM + _HOLLOW / 2.0:
-        return None
-    low, high = members.bounds
-    if _has_a_top(points, low, high, rim) or not _walled(points, (low + high)[:2] / 2.0):
-        return None
-    seen = outer(members, [segment for item in family for segment in item.segments], rim, frames)
-    fits: list[tuple[ObjectKind, Fit]] = []
-    for usual, shape in _HULLS:
-        found = fit(shape, seen, frames.table.height)
-        if found is not None:
-            fits.append((usual, found))
-    for usual, found in sorted(fits, key=lambda option: option[1].cost):
-        if found.cost >= worst:
-            return None
+    seen = outer(members, _segments(family), rim, frames)
+    fits = [(usual, fit(shape, seen, frames.table.height)) for usual, shape in _HULLS]
+    cheap = [(usual, found) for usual, found in fits if found is not None and found.cost < worst]
+    for usual, found in sorted(cheap, key=lambda option: option[1].cost):
         if _holds_something(found) and not _shows_gaps(found, frames) and _is_hollow(found, frames):
             return usual, found, members
     return None
+
+
+def _rim(members: Group, table: float) -> float | None:
+    """Return the height at which walls all around end, metres; None where there are none."""
+    points, (low, high) = members.points, members.bounds
+    if len(points) < _LEAST_POINTS:
+        return None
+    rim = float(percentiles(points[:, 2], [96.0])[0])
+    too_low = rim - table < 2.0 * _RIM + _HOLLOW / 2.0
+    walled = not too_low and not _has_a_top(points, low, high, rim) and _walled(points, (low + high)[:2] / 2.0)
+    return rim if walled else None
 
 
 def _has_a_top(points: Array, low: Array, high: Array, rim: float) -> bool:
@@ -290,15 +298,10 @@ def outer(members: Group, kin: Sequence[Segment], rim: float, frames: FrameSet) 
         frames: Where they are seen.
     """
     rows, surfaces = [], []
-    for camera, segmented in frames.by_camera.items():
-        own = [segment for segment in members.segments if segment.frame.camera == camera]
-        if not own:
-            continue
+    for segmented, own, points in members.views(frames):
         rows.append(tangents(own, segmented, kin))
-        points = np.vstack([segment.points for segment in own])
         top = points[points[:, 2] > rim - _RIM]
-        if len(top) >= 4:
-            surfaces.append(Surface(top, segmented.frame.position, 0.1 / max(segmented.frame.noise, 0.0015)))
-    return Evidence(
-        Rows.stack(rows), Surface.stack(surfaces or [Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)])
-    )
+        if len(top) >= _FEWEST_OF_RIM:
+            surfaces.append(Surface.of_frame(top, segmented.frame))
+    elsewhere = Surface(members.points, np.array([0.0, 0.0, 2.0]), 1.0)
+    return Evidence(Rows.stack(rows), Surface.stack(surfaces or [elsewhere]))

@@ -49,14 +49,18 @@ class TagNumbers:
         return [(by_number[thing.tag], thing) for thing in things if thing.tag is not None and thing.tag in by_number]
 
 
-def displaced(tracks: Iterable[Track], pairs: Sequence[tuple[Track, Thing]], things: Iterable[Thing]) -> list[Track]:
-    """Return the known things that cannot be where they were thought to be: something with a number is there instead."""
+def displaced(tracks: Iterable[Track], things: Iterable[Thing]) -> list[Track]:
+    """Return the things known so far that cannot be where they were: something else with a number is there.
+
+    Args:
+        tracks: Known things that no thing of the look continues.
+        things: What the look shows.
+    """
     there = [thing for thing in things if thing.tag is not None]
     return [
         track
         for track in tracks
-        if not any(track is known for known, _ in pairs)
-        and any(
+        if any(
             float(np.linalg.norm(track.thing.fit.centre - thing.fit.centre)) < float(min(thing.fit.half))
             for thing in there
         )

@@ -72,19 +72,22 @@ def find_drawers(families: Sequence[list[Group]], frames: FrameSet) -> tuple[lis
     found = []
     for grip in [item for family in families for item in family if _may_be_grip(item, frames.table.height)]:
         for family in left:
-            if any(item is grip for item in family) or not _near(family, grip):
-                continue
-            drawer = _as_drawer(family, grip, frames)
+            drawer = None if grip in family or not _near(family, grip) else _as_drawer(family, grip, frames)
             if drawer is not None:
-                # What is cut off of the grip, or of the arm that it sits on, is of it too.
-                others = [each for each in left if each is not family]
-                grips = [item for each in others for item in each if item is grip or _is_of_grip(item, drawer)]
-                segments = (segment for item in grips if item is not grip for segment in item.segments)
-                found.append(replace(drawer, members=Group((*drawer.members.segments, *segments))))
-                kept = ([item for item in each if not any(item is one for one in grips)] for each in others)
-                left = [each for each in kept if each]
+                left.remove(family)
+                drawer, left = _with_grip(drawer, grip, left)
+                found.append(drawer)
                 break
     return found, [item for family in left for item in family]
+
+
+def _with_grip(drawer: Drawer, grip: Group, left: Sequence[list[Group]]) -> tuple[Drawer, list[list[Group]]]:
+    """Return a drawer with what is cut off of the grip, or of the arm that it sits on, and the families without it."""
+    cut_off = [item for family in left for item in family if item is not grip and _is_of_grip(item, drawer)]
+    segments = (segment for item in cut_off for segment in item.segments)
+    whole = Group((*drawer.members.segments, *segments))
+    kept = ([item for item in family if item is not grip and item not in cut_off] for family in left)
+    return replace(drawer, members=whole), [family for family in kept if family]
 
 
 def _may_be_grip(item: Group, table: float) -> bool:
@@ -111,42 +114,39 @@ def _near(family: Sequence[Group], grip: Group) -> bool:
 
 
 def _as_drawer(family: Sequence[Group], grip: Group, frames: FrameSet) -> Drawer | None:
+    """Return the drawer that a family makes with a grip before it, None where its shape is another."""
     members = Group(tuple(segment for item in family for segment in item.segments))
-    top = float(np.percentile(members.points[:, 2], 98))
-    rows, surfaces = [], []
-    for camera, segmented in frames.by_camera.items():
-        own = [segment for segment in members.segments if segment.frame.camera == camera]
-        if own:
-            rows.append(tangents(own, segmented, grip.segments))
-            points = np.vstack([segment.points for segment in own])
-            points = points[points[:, 2] > top - _TOP]
-            surfaces.append(Surface(points, segmented.frame.position, 0.1 / max(segmented.frame.noise, 0.0015)))
-    seen = Evidence(Rows.stack(rows), Surface.stack(surfaces))
+    seen = _outline(members, grip, frames)
     whole = fit("box", seen, frames.table.height) if len(seen.surface.points) else None
     if whole is None or whole.cost > _POOREST or 2.0 * whole.sizes[2] < _LEAST_HEIGHT:
         return None
     facing = _facing(whole, grip)
-    if facing is None:
+    rounded = (fit(shape, seen, frames.table.height) for shape in _ROUND)
+    if facing is None or any(other is not None and other.cost < whole.cost for other in rounded):
         return None
-    for shape in _ROUND:
-        rounded = fit(shape, seen, frames.table.height)
-        if rounded is not None and rounded.cost < whole.cost:
-            return None
-    whole = facing
-    length = 2.0 * float(whole.sizes[0])
-    depth = _cabinet(members, whole, frames)
+    length = 2.0 * float(facing.sizes[0])
+    depth = _cabinet(members, facing, frames)
     opening = length - depth if length - depth > _SHUT else 0.0
     depth = length - opening
-    along = whole.axes[:, 0]
     hull = replace(
-        whole,
-        centre=whole.centre + opening / 2.0 * along,
-        sizes=np.array([depth / 2.0, whole.sizes[1], whole.sizes[2]]),
+        facing,
+        centre=facing.centre + opening / 2.0 * facing.axes[:, 0],
+        sizes=np.array([depth / 2.0, facing.sizes[1], facing.sizes[2]]),
     )
     if 2.0 * hull.sizes[:2].min() < _LEAST_SIDE:
         # A wall with something before it is no cabinet.
         return None
     return Drawer(hull, opening, Group((*members.segments, *grip.segments)), seen)
+
+
+def _outline(members: Group, grip: Group, frames: FrameSet) -> Evidence:
+    """Return what tells the box around cabinet and box: tangents, and points on the top."""
+    top = float(np.percentile(members.points[:, 2], 98))
+    rows, surfaces = [], []
+    for segmented, own, points in members.views(frames):
+        rows.append(tangents(own, segmented, grip.segments))
+        surfaces.append(Surface.of_frame(points[points[:, 2] > top - _TOP], segmented.frame))
+    return Evidence(Rows.stack(rows), Surface.stack(surfaces))
 
 
 def _facing(whole: Fit, grip: Group) -> Fit | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import combinations
@@ -10,6 +11,7 @@ from math import dist
 import numpy as np
 from scipy.spatial import KDTree
 
+from robosandbox.perception.frames import FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.types import Array
@@ -43,6 +45,13 @@ class Group:
         """The corners (3,), (3,) of its points' box, single outliers left out."""
         low, high = percentiles(self.points, [1.0, 99.0])
         return low, high
+
+    def views(self, frames: FrameSet) -> Iterator[tuple[SegmentedFrame, list[Segment], Array]]:
+        """Yield each frame that shows it, with its pieces there and their points in the world, (n, 3)."""
+        for camera, segmented in frames.by_camera.items():
+            own = [segment for segment in self.segments if segment.frame.camera == camera]
+            if own:
+                yield segmented, own, np.vstack([segment.points for segment in own])
 
 
 def group(segments: list[Segment]) -> list[Group]:

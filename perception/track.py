@@ -22,6 +22,7 @@ _KNOWN_SIZE = 0.001
 _CONTAINER_SIZE = 0.0001
 _REFITTED = 0.5
 _MOST_LOOKS = 6
+_LEAST_WEIGHT = 0.05
 FADING = 0.97
 SURELY = 0.6
 _CLEARLY = 0.9
@@ -47,7 +48,7 @@ class Track:
 
     id: str
     thing: Thing
-    by_camera: int = 1
+    looks: int = 1
     hidden: bool = False
     confidence: float = 1.0
     tag: int | None = None
@@ -88,39 +89,51 @@ def update_from(track: Track, thing: Thing) -> None:
     if old.shape.opens and thing.shape.opens:
         total = thing.size[1] + (thing.opening or 0.0)
         track.thing = replace(old, opening=opened(old.size, total), group=thing.group, seen=thing.seen)
-        track.confidence = max(thing.confidence, track.confidence * FADING)
-        return
     if old.shape.opens or (old.shape.holds_things and not thing.shape.holds_things):
         # A container half hidden shows a wall or two; that it is one is known.
         track.confidence = max(track.confidence * FADING, thing.confidence)
+    elif _is_as_clear(old, thing) and float(np.linalg.norm(old.fit.centre - thing.fit.centre)) <= _STILL:
+        _average(track, thing)
+    else:
+        _look_anew(track, thing)
+
+
+def _is_as_clear(old: Thing, thing: Thing) -> bool:
+    """Tell whether a look shows a thing as what it was, about as surely."""
+    return thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
+
+
+def _look_anew(track: Track, thing: Thing) -> None:
+    """Take a look that shows a thing elsewhere, less clearly, or as something else, unless what is known explains it as well."""
+    old = track.thing
+    unmoved = cost_of(old.fit, thing.seen)
+    found = thing
+    if unmoved > max(_EXPLAINED, thing.fit.cost + _AS_WELL) and (
+        not _is_as_clear(old, thing) or _changed(track, thing)
+    ):
+        found = _with_known_size(thing, old)
+    if unmoved <= max(_EXPLAINED, found.fit.cost + _AS_WELL):
+        # Half hidden it may look like something else; what was known explains it as well, where it was.
+        track.confidence = max(track.confidence * FADING, thing.confidence)
         return
-    clearly = thing.kind == old.kind and thing.confidence > _AS_CLEAR * old.confidence
-    if not clearly or float(np.linalg.norm(old.fit.centre - thing.fit.centre)) > _STILL:
-        unmoved = cost_of(old.fit, thing.seen)
-        free = thing
-        if unmoved > max(_EXPLAINED, free.fit.cost + _AS_WELL):
-            thing = free if clearly and not _changed(track, free) else _with_known_size(free, old)
-        if unmoved <= max(_EXPLAINED, thing.fit.cost + _AS_WELL):
-            # Half hidden it may look like something else; what was known explains it as well, where it was.
-            track.confidence = max(track.confidence * FADING, free.confidence)
-            return
-        if _changed(track, thing) and _is_seen_no_better(track, thing):
-            # Things do not grow or shrink; with no better a view this is a wrong one.
-            track.confidence *= FADING
-            return
-        if _is_partial_view(track, thing):
-            # A corner of it that shows among others tells that it is there, and less well than was known where.
-            track.confidence *= FADING
-            return
-        found = aligned(thing.fit, old.fit)
-        size, pose = described(thing.kind, found)
-        track.thing = replace(thing, fit=found, size=size, pose=pose)
-        track.by_camera, track.confidence = 1, thing.confidence
-        if not _same_size(old, found):
-            track.tangents = _tangents(thing)
+    # Things do not grow or shrink: with no better a view another size is a wrong one. A corner of it that shows among others
+    # tells that it is there, and less well than was known where.
+    if (_changed(track, found) and _is_seen_no_better(track, found)) or _is_partial_view(track, found):
+        track.confidence *= FADING
         return
-    share = thing.confidence / (thing.confidence + min(track.by_camera, _MOST_LOOKS) * max(old.confidence, 0.05))
-    track.by_camera += 1
+    place = aligned(found.fit, old.fit)
+    size, pose = described(found.kind, place)
+    track.thing = replace(found, fit=place, size=size, pose=pose)
+    track.looks, track.confidence = 1, found.confidence
+    if not _same_size(old, place):
+        track.tangents = _tangents(found)
+
+
+def _average(track: Track, thing: Thing) -> None:
+    """Average a look with those before, each weighted by how clearly it shows the thing."""
+    old = track.thing
+    share = thing.confidence / (thing.confidence + min(track.looks, _MOST_LOOKS) * max(old.confidence, _LEAST_WEIGHT))
+    track.looks += 1
     seen = aligned(thing.fit, old.fit)
     better = seen if thing.confidence > old.confidence else old.fit
     # Half hidden it tells where it is; how large it is has been seen better.

@@ -37,6 +37,34 @@ _WORST = 10.0
 
 
 @dataclass
+class Matching:
+    """Which things of a look are which that are remembered.
+
+    Attributes:
+        tracks: Remembered things that the look has not shown so far.
+        things: Things of the look that are none of them so far.
+        by_place: What is where it was, or has a number that was read.
+        by_looks: What has turned up elsewhere.
+        named: What the task describes and has not been seen before, with its id.
+        gone: Of `tracks` those whose place is seen to be empty.
+    """
+
+    tracks: list[Track]
+    things: list[Thing]
+    by_place: list[tuple[Track, Thing]] = field(default_factory=list)
+    by_looks: list[tuple[Track, Thing]] = field(default_factory=list)
+    named: dict[Thing, str] = field(default_factory=dict)
+    gone: list[Track] = field(default_factory=list)
+
+    def settle(self, pairs: list[tuple[Track, Thing]]) -> list[tuple[Track, Thing]]:
+        """Take pairs out of what is left, and return them."""
+        tracks, things = {track for track, _ in pairs}, {thing for _, thing in pairs}
+        self.tracks = [track for track in self.tracks if track not in tracks]
+        self.things = [thing for thing in self.things if thing not in things]
+        return pairs
+
+
+@dataclass
 class Tracker:
     """All that is remembered.
 
@@ -96,58 +124,77 @@ class Tracker:
         """
         known_before = frozenset(self.tracks)
         free = [track for track in self.tracks.values() if track.id != held]
-        pairs = self._recognized(free, things)
-        self._rename_by_tag(pairs)
-        for track in displaced(free, pairs, things):
-            self.lost[track.id] = self.tracks.pop(track.id)
-            free.remove(track)
-        left = [track for track in free if track.id not in {track.id for track, _ in pairs}]
-        new = [thing for thing in things if not any(thing is known for _, known in pairs)]
-        gone = [track for track in left if seen_through(track.thing, frames)]
-        moved = self._assign(gone, new, near=False)
-        new = [thing for thing in new if not any(thing is known for _, known in moved)]
-        named = self._declared(new)
-        new = [thing for thing in new if not any(thing is known for _, known in named)]
-        # What nobody has described, and looks like something out of sight, is that.
-        hidden = [track for track in left if not any(track is known for known, _ in moved) and track not in gone]
-        back = self._assign(hidden, new, near=False)
-        drawers = [(replace(track), track.thing.opening) for track in free if track.thing.opening is not None]
-        for track, thing in (*pairs, *moved, *back):
-            if is_its_contents(track, thing, pairs):
-                # Half covered it is seen amiss; what lies in it, and is seen where it lay, tells where it is.
+        found = self._match(free, things, frames)
+        drawers = [replace(track) for track in free if track.thing.opening is not None]
+        for track, thing in (*found.by_place, *found.by_looks):
+            # Half covered a container is seen amiss; what lies in it, and is seen where it lay, tells where it is.
+            if is_its_contents(track, thing, found.by_place):
                 track.confidence *= FADING
             else:
                 update_from(track, thing)
-        seen = {track.id for track, _ in (*moved, *back)}
-        for track in left:
-            if track.id in seen:
-                continue
-            if track in gone:
-                if not self._falls_into_something(track):
-                    self.lost[track.id] = self.tracks.pop(track.id)
-            else:
+        self._miss(found.tracks, found.gone)
+        self._slide_contents(drawers, [track for track in free if track.hidden])
+        sizes = {item.id: item.size for item in self.declared}
+        for thing, name in found.named.items():
+            self.tracks[name] = Track(name, as_described(thing, sizes[name]), confidence=thing.confidence)
+        for thing in found.things:
+            if self._is_strange(thing, hand, known_before):
+                self._add_stranger(thing)
+        self._recognize_strangers(held)
+        for name in [name for name, track in self.lost.items() if name in self.tracks or track.tangents == 0]:
+            del self.lost[name]
+
+    def _match(self, tracks: Sequence[Track], things: Sequence[Thing], frames: FrameSet) -> Matching:
+        """Return which things these tracks are; what something with a number has displaced is lost."""
+        found = Matching(list(tracks), list(things))
+        found.by_place = found.settle(self._recognized(found))
+        self._rename_by_tag(found.by_place)
+        for track in displaced(found.tracks, things):
+            self._lose(track)
+            found.tracks.remove(track)
+        found.gone = [track for track in found.tracks if seen_through(track.thing, frames)]
+        found.by_looks = found.settle(self._assign(found.gone, found.things))
+        found.named = {thing: name for name, thing in self._declared(found.things)}
+        found.things = [thing for thing in found.things if thing not in found.named]
+        # What nobody has described, and looks like something out of sight, is that.
+        hidden = [track for track in found.tracks if track not in found.gone]
+        found.by_looks += found.settle(self._assign(hidden, found.things))
+        return found
+
+    def _miss(self, tracks: Iterable[Track], gone: Sequence[Track]) -> None:
+        """Take what the look does not show to be hidden; of those that it shows to be gone, to have fallen into something or lost."""
+        for track in tracks:
+            if track not in gone:
                 track.hidden = True
                 track.confidence *= FADING
-        unseen = [track for track in free if track.hidden and track.id in self.tracks]
-        for before, opening in drawers:
-            now = self.tracks[before.id].thing.opening if before.id in self.tracks else None
-            slide_contents(before, (opening if now is None else now) - opening, unseen)
-        for name, thing in named:
-            known = next(item for item in self.declared if item.id == name)
-            self.tracks[name] = Track(name, as_described(thing, known.size), confidence=thing.confidence)
-        new = [thing for thing in new if not any(thing is known for _, known in back)]
-        for thing in new:
-            if not self._is_strange(thing, hand, known_before):
-                continue
-            turned_up = self._assign(
-                [track for track in self.lost.values() if track.id not in self.tracks], [thing], near=False
-            )
-            name = turned_up[0][0].id if turned_up else self._invented(thing)
-            self.tracks[name] = Track(name, thing, confidence=thing.confidence)
-            if not turned_up:
-                self.strangers[name] = set()
-        self._recognize_strangers(held)
-        self.lost = {name: track for name, track in self.lost.items() if name not in self.tracks and track.tangents > 0}
+            elif not self._falls_into_something(track):
+                self._lose(track)
+
+    def _lose(self, track: Track) -> None:
+        """Remember a thing that is not where it was apart from those whose place is known."""
+        self.lost[track.id] = self.tracks.pop(track.id)
+
+    def _slide_contents(self, drawers: Iterable[Track], hidden: Iterable[Track]) -> None:
+        """Move hidden things with the drawers that they lie in.
+
+        Args:
+            drawers: As they were before the look.
+            hidden: What the look did not show.
+        """
+        unseen = [track for track in hidden if track.id in self.tracks]
+        for before in drawers:
+            now = self.tracks.get(before.id, before).thing.opening
+            was = before.thing.opening or 0.0
+            slide_contents(before, (was if now is None else now) - was, unseen)
+
+    def _add_stranger(self, thing: Thing) -> None:
+        """Take a thing that nobody has described for a lost one that looks like it, else give it a name of its own."""
+        lost = [track for track in self.lost.values() if track.id not in self.tracks]
+        turned_up = self._assign(lost, [thing])
+        name = turned_up[0][0].id if turned_up else self._invented(thing)
+        self.tracks[name] = Track(name, thing, confidence=thing.confidence)
+        if not turned_up:
+            self.strangers[name] = set()
 
     def _recognize_strangers(self, held: str | None) -> None:
         """Give a stranger the name of a lost thing that it comes to look like, and that was never seen beside it."""
@@ -159,13 +206,13 @@ class Tracker:
             if name != held and name in seen and self.tracks[name].tangents > 0
         ]
         for known in [track for track in self.lost.values() if track.id not in self.tracks]:
-            apart = [
-                track
+            apart = {
+                track.thing: track
                 for track in clear
                 if known.id not in self.strangers.get(track.id, ()) and track.tag in (None, self.numbers.on(known))
-            ]
-            for _, thing in self._assign([known], [track.thing for track in apart], near=False):
-                stranger = next(track for track in apart if track.thing is thing)
+            }
+            for _, thing in self._assign([known], list(apart)):
+                stranger = apart[thing]
                 del self.strangers[stranger.id]
                 clear.remove(stranger)
                 self.rename(stranger.id, known.id)
@@ -183,21 +230,24 @@ class Tracker:
 
         Of what lies on and against each other in a bin pieces are seen that look like other things.
         """
-        for vessel in self.tracks.values():
-            if vessel.thing.shape.holds_things and lies_in(thing.fit.centre, vessel.thing.fit):
-                if thing.shape.holds_things and vessel.id in known:
-                    # A hollow between things in a bin is no bowl.
-                    return True
-                for other in self.tracks.values():
-                    alike = colour_difference(other.thing.rgb, thing.rgb) < _COLOUR_GATE
-                    if (
-                        other is not vessel
-                        and (other.hidden or other.id in known)
-                        and alike
-                        and lies_in(other.thing.fit.centre, vessel.thing.fit)
-                    ):
-                        return True
-        return False
+        vessels = [
+            vessel
+            for vessel in self.tracks.values()
+            if vessel.thing.shape.holds_things and lies_in(thing.fit.centre, vessel.thing.fit)
+        ]
+        if thing.shape.holds_things and any(vessel.id in known for vessel in vessels):
+            # A hollow between things in a bin is no bowl.
+            return True
+        alike = [
+            other
+            for other in self.tracks.values()
+            if (other.hidden or other.id in known) and colour_difference(other.thing.rgb, thing.rgb) < _COLOUR_GATE
+        ]
+        return any(
+            other is not vessel and lies_in(other.thing.fit.centre, vessel.thing.fit)
+            for vessel in vessels
+            for other in alike
+        )
 
     def _falls_into_something(self, track: Track) -> bool:
         """Take a thing that vanished over a container to lie in it, not very surely; say whether there is one."""
@@ -224,7 +274,8 @@ class Tracker:
         sure = [thing for thing in things if thing.confidence >= _LEAST_CONFIDENCE]
         owners = [self.numbers.owner(thing) for thing in sure]
         owned = [(name, thing) for name, thing in zip(owners, sure, strict=True) if name and name not in self.tracks]
-        sure = [thing for thing in sure if not any(thing is known for _, known in owned)]
+        taken = [thing for _, thing in owned]
+        sure = [thing for thing in sure if thing not in taken]
         names = names_for(
             [(thing.kind, thing.size, thing.rgb) for thing in sure],
             self.declared,
@@ -233,12 +284,16 @@ class Tracker:
         )
         return [*owned, *((name, thing) for name, thing in zip(names, sure, strict=True) if name is not None)]
 
-    def _recognized(self, tracks: Sequence[Track], things: Sequence[Thing]) -> list[tuple[Track, Thing]]:
+    def _recognized(self, left: Matching) -> list[tuple[Track, Thing]]:
         """Return which things known ones are: by a number that was read, else by place."""
-        sure = self.numbers.sure(tracks, things)
-        left = [track for track in tracks if not any(track is known for known, _ in sure)]
-        new = [thing for thing in things if not any(thing is known for _, known in sure)]
-        return [*sure, *self._assign(left, new, near=True)]
+        sure = self.numbers.sure(left.tracks, left.things)
+        tracks, things = {track for track, _ in sure}, {thing for _, thing in sure}
+        by_place = self._assign(
+            [track for track in left.tracks if track not in tracks],
+            [thing for thing in left.things if thing not in things],
+            near=True,
+        )
+        return [*sure, *by_place]
 
     def _rename_by_tag(self, pairs: Sequence[tuple[Track, Thing]]) -> None:
         """Give what turns out to carry a described number the name of that description; what had the name takes the other's."""
@@ -259,19 +314,17 @@ class Tracker:
         r, g, b = (float(value) for value in thing.rgb)
         return invented(colour_name((r, g, b)), thing.kind, self.tracks, thing.tag)
 
-    def _assign(self, tracks: Sequence[Track], things: Sequence[Thing], *, near: bool) -> list[tuple[Track, Thing]]:
+    def _assign(
+        self, tracks: Sequence[Track], things: Sequence[Thing], *, near: bool = False
+    ) -> list[tuple[Track, Thing]]:
         """Return which track each thing continues, all at once at the least total difference."""
         if not tracks or not things:
             return []
-        costs = np.array(
-            [
-                [
-                    _unlike(track.thing, thing, near=near) + _WORST * self.numbers.differ(track, thing)
-                    for thing in things
-                ]
-                for track in tracks
-            ]
-        )
+
+        def cost(track: Track, thing: Thing) -> float:
+            return _unlike(track.thing, thing, near=near) + _WORST * self.numbers.differ(track, thing)
+
+        costs = np.array([[cost(track, thing) for thing in things] for track in tracks])
         from scipy.optimize import linear_sum_assignment
 
         rows, columns = linear_sum_assignment(np.minimum(costs, _WORST))

@@ -183,24 +183,32 @@ def _recognized(value: Any, tools: Sequence[Tool], wrappers: int = 0) -> Call | 
     value = _unpacked(value)
     if wrappers > _MOST_WRAPPERS:
         return None
-    if isinstance(value, list):
-        only = _recognized(value[0], tools, wrappers + 1) if len(value) == 1 else None
-        return only or _listed(value, tools)
-    if not isinstance(value, dict):
-        return None
+    match value:
+        case [only]:
+            return _recognized(only, tools, wrappers + 1) or _listed(value, tools)
+        case list():
+            return _listed(value, tools)
+        case dict():
+            return _in_object(value, tools, wrappers)
+        case _:
+            return None
+
+
+def _in_object(value: dict[str, Any], tools: Sequence[Tool], wrappers: int) -> Call | None:
+    """Return the tool that a JSON object calls: by its arguments alone, as its only key, within a wrapper, or by name."""
     known = {tool.name for tool in tools}
     said = {key: item for key, item in value.items() if key not in _REMARKS}
     bare = next((tool for tool in tools if tool.keys and tool.keys <= said.keys()), None)
     if bare is not None and not ({"name", "tool", "function"} & said.keys()):
         return _with_list(Call(bare.name, said), tools)
-    if len(said) == 1:
-        (key,) = said
-        if key in known:
-            return _with_list(Call(key, _unpacked(said[key])), tools)
-        if key in _WRAPPERS and not isinstance(said[key], str):
-            return _recognized(said[key], tools, wrappers + 1)
-    call = as_call(value)
-    return _with_list(call, tools) if call is not None and call.name in known else None
+    match list(said.items()):
+        case [(name, arguments)] if name in known:
+            return _with_list(Call(name, _unpacked(arguments)), tools)
+        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
+            return _recognized(wrapped, tools, wrappers + 1)
+        case _:
+            call = as_call(value)
+            return _with_list(call, tools) if call is not None and call.name in known else None
 
 
 def _with_list(call: Call, tools: Sequence[Tool]) -> Call:

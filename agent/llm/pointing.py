@@ -90,8 +90,7 @@ class PointingPerception(RgbdPerception):
         Raises:
             PlannerError: The model gives no usable answer, and none has been named before.
         """
-        known = {track.id for track in self.tracks}
-        self._named &= known
+        self._named &= {track.id for track in self.tracks}
         new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
         segmented = self.frames.by_camera.get(self._camera)
         if not new or segmented is None:
@@ -104,19 +103,22 @@ class PointingPerception(RgbdPerception):
             self.notes = (*self.notes, f"new things keep plain names: {error}")
             return
         for item in pointed:
-            place = point_at(segmented.frame, item.x, item.y)
-            track = None if place is None else _nearest(self.tracks, place)
-            if track is None:
-                self.notes = (
-                    *self.notes,
-                    f"the model points at {item.name!r} at pixel ({item.x:.0f}, {item.y:.0f}), where nothing is measured",
-                )
-            elif track in new and track.id not in self._named:
-                name = _free(_as_id(item.name), {each.id for each in self.tracks} - {track.id})
-                if name != track.id:
-                    self.rename(track.id, name)
-                self._named.add(name)
+            self._name(item, segmented.frame, new)
         self._named |= {track.id for track in new}
+
+    def _name(self, item: Pointed, frame: Frame, new: Sequence[Track]) -> None:
+        """Give what the model points at its name, where it is new; note it where nothing is measured."""
+        place = point_at(frame, item.x, item.y)
+        track = None if place is None else _nearest(self.tracks, place)
+        if track is None:
+            pixel = f"({item.x:.0f}, {item.y:.0f})"
+            note = f"the model points at {item.name!r} at pixel {pixel}, where nothing is measured"
+            self.notes = (*self.notes, note)
+        elif track in new and track.id not in self._named:
+            name = _free(_as_id(item.name), {each.id for each in self.tracks} - {track.id})
+            if name != track.id:
+                self.rename(track.id, name)
+            self._named.add(name)
 
     def _ask(self, frame: Frame) -> Sequence[Pointed]:
         height, width = frame.depth.shape

@@ -84,12 +84,12 @@ def _support(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
         # Beads may lie in several containers and beside them.
         whole = len(found) == 1 and sum(found.values()) == len(parts)
         return {"in": next(iter(found)) if whole else found}
-    base = next((other.id for other in others if not other.shape.holds_things and on_top(item, other)), None)
+    # What stands on a thing in a container stands on that thing.
+    below = sorted(others, key=lambda other: other.shape.holds_things)
+    base = next((other.id for other in below if on_top(item, other)), None)
     if base is None:
-        base = next((other.id for other in vessels if on_top(item, other)), None)
-    if base is not None:
-        return {"on": base}
-    return {"on": "table"} if on_table(item, scene.table_height) else {}
+        return {"on": "table"} if on_table(item, scene.table_height) else {}
+    return {"on": base}
 
 
 def _contents(vessel: DetectedObject, scene: ObservedScene) -> list[str] | dict[str, int]:

@@ -9,8 +9,8 @@ where the answer is read.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
 
 from robosandbox.agent.signatures import BOUNDS, bounds
 
@@ -18,9 +18,29 @@ _NOTES = frozenset({"description", "default"})
 # What the grammars of local servers and of the vendors' services have in common.
 _KEPT = frozenset({"type", "enum", "const", "required", "minItems", "maxItems", "minLength", "maxLength"}) | _NOTES
 _OF_ONE = frozenset({"items", "additionalProperties"})
-_OF_SEVERAL = frozenset({"anyOf", "prefixItems"})
 # What restricts no answer, or is carried over in another way.
 _SILENT = frozenset({"$ref", "$defs", "$schema", "$id", "title", "examples", "discriminator", *BOUNDS})
+
+
+class _Carried(NamedTuple):
+    """How a keyword is carried over: under which name, and its value by way of what reduces a schema within it."""
+
+    name: str
+    carry: Callable[[Callable[[Any], Any], Any], Any]
+
+
+def _each(inner: Callable[[Any], Any], schemas: list[Any]) -> list[Any]:
+    return [inner(item) for item in schemas]
+
+
+_CARRIED = {
+    **{key: _Carried(key, lambda inner, value: value) for key in _KEPT},
+    **{key: _Carried(key, lambda inner, value: inner(value)) for key in _OF_ONE},
+    **{key: _Carried(key, _each) for key in ("anyOf", "prefixItems")},
+    # A grammar tells which alternatives fit, not whether only one does.
+    "oneOf": _Carried("anyOf", _each),
+    "properties": _Carried("properties", lambda inner, fields: {name: inner(field) for name, field in fields.items()}),
+}
 
 
 def decodable(schema: Mapping[str, Any]) -> dict[str, Any]:
@@ -51,22 +71,11 @@ def _reduced(schema: Mapping[str, Any], names: Mapping[str, str], definitions: d
     if "$ref" in schema:
         reference = {"$ref": names[schema["$ref"]]} if schema["$ref"] in names else {}
         return reference | {key: schema[key] for key in schema if key in _NOTES}
-    found: dict[str, Any] = {}
+    # Beside patterns "additionalProperties" speaks of what no pattern fits, which a grammar without them cannot tell.
+    carried = _CARRIED if "patternProperties" not in schema else {k: v for k, v in _CARRIED.items() if k not in _OF_ONE}
+    found = {carried[key].name: carried[key].carry(inner, value) for key, value in schema.items() if key in carried}
     told = bounds(schema)
-    for key, value in schema.items():
-        if key in _KEPT:
-            found[key] = value
-        elif key == "properties":
-            found[key] = {name: inner(field) for name, field in value.items()}
-        elif key in _OF_SEVERAL:
-            found[key] = [inner(item) for item in value]
-        elif key == "oneOf":
-            # A grammar tells which alternatives fit, not whether only one does.
-            found["anyOf"] = [inner(item) for item in value]
-        elif key in _OF_ONE and "patternProperties" not in schema:
-            found[key] = inner(value)
-        elif key not in _SILENT:
-            told.append(f"{key} {json.dumps(value)}")
+    told += [f"{key} {json.dumps(schema[key])}" for key in schema if key not in carried and key not in _SILENT]
     if told:
         found["description"] = f"{found.get('description', '')} ({', '.join(told)})".strip()
     return found

@@ -12,12 +12,15 @@ import numpy as np
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
+# Number of samples from one end to the other, so that the gap between two of them is 1 to 2 mm of a wide gripper. Chosen.
 _SAMPLES = 64
+# Simulated time of one wait for rest and of the way, seconds, the number of waits, and the speed at rest, rad/s or m/s. Chosen:
+# servos of real grippers close within a second.
 _SETTLE_SECONDS = 0.5
 _SWEEP_SECONDS = 1.5
 _MOST_SETTLES = 8
 _STILL = 0.003
-# Half the depth at which fingers are taken to be locked into one another, metres.
+# Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
 _LOCKED = 0.0005
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
 
@@ -164,44 +167,23 @@ def sweep_gripper(
     for actuator in range(model.nu):
         if actuator not in actuators:
             _hold(model, data, actuator)
-    driven = _driven_addresses(model, joints_wanted)
-    for joint in _inside(model, joints_wanted):
+    inside = _inside(model, joints_wanted)
+    for joint in inside:
         # Fingers that start outside their limits may start inside one another.
         if model.jnt_limited[joint]:
             address = model.jnt_qposadr[joint]
             data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[joint])
     apart = _end_apart(model, still, data, joints_wanted, actuators, ranges)
-    frozen = data.qpos.copy()
-    dofs = _driven_dofs(model, joints_wanted)
-    settle = int(_SETTLE_SECONDS / model.opt.timestep)
-    steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
-
-    def advance(fraction: float, count: int) -> None:
-        data.ctrl[actuators] = ranges[:, 0] + fraction * (ranges[:, 1] - ranges[:, 0])
-        for _ in range(max(1, count // 10)):
-            mujoco.mj_step(still, data, 10)
-            # The arm is no part of the sweep: it is put back, however its own servos pull.
-            arm = frozen.copy()
-            arm[driven] = data.qpos[driven]
-            data.qpos[:] = arm
-            speed = np.zeros(model.nv)
-            speed[dofs] = data.qvel[dofs]
-            data.qvel[:] = speed
-
-    def rest(fraction: float) -> None:
-        for _ in range(_MOST_SETTLES):
-            advance(fraction, settle)
-            if float(np.abs(data.qvel[dofs]).max(initial=0.0)) < _STILL:
-                return
-
+    drive = _Drive(still, data, inside, actuators, ranges)
     if apart:
-        rest(1.0)
-    rest(0.0)
+        drive.rest(1.0)
+    drive.rest(0.0)
     joints, lengths, qpos = [], [], []
+    steps = max(1, int(_SWEEP_SECONDS / model.opt.timestep / _SAMPLES))
     for k in range(_SAMPLES + 1):
-        advance(k / _SAMPLES, steps if k else 0)
+        drive.advance(k / _SAMPLES, steps if k else 0)
         if k == _SAMPLES:
-            rest(1.0)
+            drive.rest(1.0)
         place(model, data, data.qpos)
         joints.append(data.qpos[addresses].copy())
         lengths.append(data.actuator_length[actuators].copy())
@@ -211,6 +193,47 @@ def sweep_gripper(
     if exploded or not np.isfinite(qpos).all():
         raise ValueError("makes the simulation diverge when it is driven over its range")
     return Sweep(np.array(joints), np.array(lengths), np.array(qpos))
+
+
+class _Drive:
+    """Moves a gripper's joints by its servos; the arm is put back after every few steps, however its own servos pull.
+
+    Args:
+        model: The robot in which the gripper touches nothing but itself.
+        data: Its state.
+        joints: Ids of all joints below the palm.
+        actuators: Ids of the gripper's.
+        ranges: Controls of both ends, shape (actuators, 2).
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], actuators: list[int], ranges: Array
+    ) -> None:
+        self._model, self._data = model, data
+        self._driven, self._dofs = model.jnt_qposadr[joints], model.jnt_dofadr[joints]
+        self._actuators, self._ranges = actuators, ranges
+        self._frozen = data.qpos.copy()
+
+    def advance(self, fraction: float, count: int) -> None:
+        """Step about `count` times with the controls at a fraction of the way between their ends."""
+        data, ranges = self._data, self._ranges
+        data.ctrl[self._actuators] = ranges[:, 0] + fraction * (ranges[:, 1] - ranges[:, 0])
+        for _ in range(max(1, count // 10)):
+            mujoco.mj_step(self._model, data, 10)
+            arm = self._frozen.copy()
+            arm[self._driven] = data.qpos[self._driven]
+            data.qpos[:] = arm
+            speed = np.zeros(self._model.nv)
+            speed[self._dofs] = data.qvel[self._dofs]
+            data.qvel[:] = speed
+
+    def rest(self, fraction: float) -> None:
+        """Drive there until nothing moves, or long enough."""
+        settle = int(_SETTLE_SECONDS / self._model.opt.timestep)
+        for _ in range(_MOST_SETTLES):
+            self.advance(fraction, settle)
+            if float(np.abs(self._data.qvel[self._dofs]).max(initial=0.0)) < _STILL:
+                return
 
 
 def _end_apart(
@@ -284,14 +307,6 @@ def _inside(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
     root = palm_of(model, joint_ids)
     inside = {body for body in range(model.nbody) if _is_below(model, body, root)} - {root}
     return [j for j in range(model.njnt) if int(model.jnt_bodyid[j]) in inside]
-
-
-def _driven_addresses(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
-    return [int(model.jnt_qposadr[j]) for j in _inside(model, joint_ids)]
-
-
-def _driven_dofs(model: mujoco.MjModel, joint_ids: list[int]) -> list[int]:
-    return [int(model.jnt_dofadr[j]) for j in _inside(model, joint_ids)]
 
 
 def _is_below(model: mujoco.MjModel, body: int, root: int) -> bool:

@@ -80,36 +80,31 @@ def derive_gripper(
         InputError: The gripper cannot be driven from open to closed; the message says why.
     """
     data = mujoco.MjData(model)
-    for address, value in arm_q.items():
-        data.qpos[address] = value
+    data.qpos[list(arm_q)] = list(arm_q.values())
     joint_ids = [model.joint(name).id for name in roles.joints]
     actuator_ids = [model.actuator(name).id for name in roles.actuator_names]
-    primary = roles.joints.index(roles.primary_joint)
     try:
         sweep = sweep_gripper(model, data, joint_ids, actuator_ids)
     except ValueError as error:
         raise InputError(f"gripper.actuator: {list(roles.actuator_names)} {error}") from None
-    order = _increasing(sweep.joints[:, primary])
-    joint, samples = sweep.joints[order, primary], sweep.qpos[order]
+    primary = sweep.joints[:, roles.joints.index(roles.primary_joint)]
+    order = _increasing(primary)
+    joint, samples = primary[order], sweep.qpos[order]
     _check_travel(roles, joint)
-    opened, closed = (int(np.abs(joint - value).argmin()) for value in (roles.open_qpos, roles.closed_qpos))
-
+    opened, closed = (int(np.abs(joint - end).argmin()) for end in (roles.open_qpos, roles.closed_qpos))
     groups = moving_groups(model, joint_ids)
     tcp = (int(model.site_bodyid[tcp_site]), model.site_pos[tcp_site].copy())
     found = find_pads(model, data, groups, samples[closed], samples[opened], tcp)
     every = opposed_pads(model, data, groups, found, samples[closed], samples[opened])
     sides = (found.left.union(*(pair.left for pair in every)), found.right.union(*(pair.right for pair in every)))
     aperture = samples_gap(model, data, samples, found.geoms)
-
     place(model, data, samples[grasp_sample(aperture)])
     R_site_tcp = _tcp_frame(model, data, tcp_site, sides, [pair.geoms for pair in every], oriented)
     aperture, centre = _gaps(model, data, samples, (tcp_site, R_site_tcp), sides, (found.geoms, aperture))
     grasp = grasp_sample(aperture)
     place(model, data, samples[grasp])
     extents = finger_extents(model, data, tcp_site, R_site_tcp, sides, found.geoms)
-    # Fingers that swing reach farther out somewhere on the way from open to closed on something.
-    first, last = sorted((int(order[opened]), int(order[grasp])))
-    on_the_way = sweep.qpos[np.unique(np.linspace(first, last, _TIP_SAMPLES).round().astype(int))]
+    on_the_way = _between(sweep.qpos, int(order[opened]), int(order[grasp]))
     depths = [fingertip_depth(model, data, qpos, tcp_site, R_site_tcp, sides[0] | sides[1]) for qpos in on_the_way]
     geometry = GripperGeometry(
         joint_samples=frozen_array(joint),
@@ -129,6 +124,13 @@ def derive_gripper(
         fingers=(_names(model, sides[0]), _names(model, sides[1])),
         R_site_tcp=frozen_array(R_site_tcp),
     )
+
+
+def _between(qpos: Array, opened: int, grasp: int) -> Array:
+    """Return configurations from open to closed on something: fingers that swing reach farther out somewhere on the way."""
+    first, last = sorted((opened, grasp))
+    some: Array = qpos[np.unique(np.linspace(first, last, _TIP_SAMPLES).round().astype(int))]
+    return some
 
 
 def _increasing(values: Array) -> Indices:

@@ -11,8 +11,9 @@ from robosandbox.errors import InputError
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.gripper.calibrate import moving_groups, palm_of, place, sweep_gripper
 from robosandbox.robots.gripper.collision import refine_fingers
+from robosandbox.robots.gripper.geometry import samples_gap
 from robosandbox.robots.gripper.grasp_frame import grasp_sample, mean_frame, measure_tcp
-from robosandbox.robots.gripper.pads import find_pads, openness, opposed_pads, pad_gap
+from robosandbox.robots.gripper.pads import Pads, find_pads, openness, opposed_pads
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints
 from robosandbox.robots.infer.tcp import is_tool
@@ -41,6 +42,37 @@ class InferredGripper:
     findings: dict[str, Finding]
 
 
+@dataclass(frozen=True, slots=True)
+class _Travel:
+    """A gripper driven over its range: its sides, both ends, where it holds things, its pads, and their gap at each sample, metres."""
+
+    groups: list[frozenset[int]]
+    closed: Array
+    opened: Array
+    grasp: Array
+    pads: Pads
+    gaps: Array
+
+
+def _travel(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], actuators: list[int]) -> _Travel:
+    """Return what driving a gripper shows.
+
+    Raises:
+        ValueError: It cannot be driven.
+        InputError: Its sides do not meet.
+    """
+    single = np.isin(model.jnt_type, (mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_HINGE))
+    for j in np.flatnonzero(single & model.jnt_limited.astype(bool)):
+        address = model.jnt_qposadr[j]
+        data.qpos[address] = np.clip(data.qpos[address], *model.jnt_range[j])
+    sweep = sweep_gripper(model, data, joints, actuators)
+    groups = moving_groups(model, joints)
+    closed, opened = sorted((sweep.qpos[0], sweep.qpos[-1]), key=lambda qpos: openness(model, data, groups, qpos))
+    pads = find_pads(model, data, groups, closed, opened)
+    gaps = np.maximum(samples_gap(model, data, sweep.qpos, pads.geoms), 0.0)
+    return _Travel(groups, closed, opened, sweep.qpos[grasp_sample(gaps)], pads, gaps)
+
+
 def infer_gripper(
     imported: ImportedModel, gripper: tuple[str, ...], arm: tuple[str, ...], chain: Chain
 ) -> tuple[InferredGripper | None, Finding]:
@@ -57,66 +89,52 @@ def infer_gripper(
     data = mujoco.MjData(model)
     joints = [model.joint(name).id for name in gripper]
     actuators = [a for a in range(model.nu) if set(actuator_joints(model, a)) & set(joints)]
-    low, high = model.jnt_range[:, 0], model.jnt_range[:, 1]
-    limited = model.jnt_limited.astype(bool)
-    for j in range(model.njnt):
-        if limited[j] and model.jnt_type[j] in (2, 3):
-            address = model.jnt_qposadr[j]
-            data.qpos[address] = np.clip(data.qpos[address], low[j], high[j])
     try:
-        sweep = sweep_gripper(model, data, joints, actuators)
-        groups = moving_groups(model, joints)
-        first, last = sweep.qpos[0], sweep.qpos[-1]
-        if openness(model, data, groups, first) <= openness(model, data, groups, last):
-            closed, opened = first, last
-        else:
-            closed, opened = last, first
-        pads = find_pads(model, data, groups, closed, opened)
+        travel = _travel(model, data, joints, actuators)
     except (ValueError, InputError) as error:
         return None, Finding(0.5, f"{', '.join(gripper)} is no gripper that could be measured: {error}")
-    gaps = np.empty(len(sweep.qpos))
-    for k, qpos in enumerate(sweep.qpos):
-        place(model, data, qpos)
-        gaps[k] = max(0.0, pad_gap(model, data, pads.geoms)[0])
-    grasp = sweep.qpos[grasp_sample(gaps)]
-    primary = _primary(model, joints, actuators)
-    address = int(model.jnt_qposadr[primary])
-    place(model, data, closed)
+    place(model, data, travel.closed)
     palm = palm_of(model, joints)
-    last_joint = model.joint(arm[-1]).id
-    axes = np.vstack([data.xmat[palm].reshape(3, 3).T, data.xaxis[last_joint][None]])
-    every = opposed_pads(model, data, groups, pads, closed, opened)
-    frame = mean_frame([measure_tcp(model, data, pair, closed, grasp, axes) for pair in every], axes)
-    place(model, data, closed)
+    axes = np.vstack([data.xmat[palm].reshape(3, 3).T, data.xaxis[model.joint(arm[-1]).id][None]])
+    every = opposed_pads(model, data, travel.groups, travel.pads, travel.closed, travel.opened)
+    frame = mean_frame([measure_tcp(model, data, pair, travel.closed, travel.grasp, axes) for pair in every], axes)
+    place(model, data, travel.closed)
     position, why, sure = _snap_to_frame(model, data, palm, frame.position, frame.approach, frame.closing)
     R_palm = data.xmat[palm].reshape(3, 3)
     rotation = R_palm.T @ np.column_stack([np.cross(frame.closing, frame.approach), frame.closing, frame.approach])
     local = R_palm.T @ (position - data.xpos[palm])
-    open_value, closed_value = (round(float(qpos[address]), 4) for qpos in (opened, closed))
-    widest, narrowest = float(gaps.max()), float(gaps.min())
-    if abs(open_value - closed_value) < 1e-4:
-        return None, Finding(0.5, f"{model.joint(primary).name} does not move under its actuator")
-    names = [str(model.actuator(a).name) for a in actuators]
-    roles = GripperRoles(
-        joints=gripper,
-        primary_joint=str(model.joint(primary).name),
-        actuator=next(iter(names)) if len(names) == 1 else None,
-        actuators=tuple(names) if len(names) > 1 else (),
-        open_qpos=open_value,
-        closed_qpos=closed_value,
-    )
+    roles = _roles(model, gripper, _primary(model, joints, actuators), actuators, travel)
+    if abs(roles.open_qpos - roles.closed_qpos) < 1e-4:
+        return None, Finding(0.5, f"{roles.primary_joint} does not move under its actuator")
+    widest, narrowest = 1000 * float(travel.gaps.max()), 1000 * float(travel.gaps.min())
     findings = {
         "gripper.joints": Finding(chain.confidence, chain.evidence),
-        "gripper.primary_joint": Finding(0.95, f"driven by {', '.join(repr(name) for name in names)}"),
-        "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest * 1000:.0f} mm apart there"),
-        "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest * 1000:.1f} mm apart there"),
+        "gripper.primary_joint": Finding(0.95, f"driven by {', '.join(map(repr, roles.actuator_names))}"),
+        "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest:.0f} mm apart there"),
+        "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest:.1f} mm apart there"),
         "ee_site.inject.xyz": Finding(sure, why),
         "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the gripper, y along the closing of its pads"),
     }
     tip = max(0.0, frame.tip - float((position - frame.position) @ frame.approach))
-    hand = InferredGripper(roles, str(model.body(palm).name), local, rotation, opened.copy(), tip, findings)
-    kind = "one jaw moves" if len(moving_groups(model, joints)) == 2 and len(joints) == 1 else f"{len(joints)} joints"
-    return hand, Finding(0.95, f"{kind}; opens to {widest * 1000:.0f} mm")
+    hand = InferredGripper(roles, str(model.body(palm).name), local, rotation, travel.opened.copy(), tip, findings)
+    kind = "one jaw moves" if len(travel.groups) == 2 and len(joints) == 1 else f"{len(joints)} joints"
+    return hand, Finding(0.95, f"{kind}; opens to {widest:.0f} mm")
+
+
+def _roles(
+    model: mujoco.MjModel, gripper: tuple[str, ...], primary: int, actuators: list[int], travel: _Travel
+) -> GripperRoles:
+    """Return a measured gripper's part of a sidecar."""
+    names = tuple(str(model.actuator(a).name) for a in actuators)
+    address = int(model.jnt_qposadr[primary])
+    return GripperRoles(
+        joints=gripper,
+        primary_joint=str(model.joint(primary).name),
+        actuator=names[0] if len(names) == 1 else None,
+        actuators=names if len(names) > 1 else (),
+        open_qpos=round(float(travel.opened[address]), 4),
+        closed_qpos=round(float(travel.closed[address]), 4),
+    )
 
 
 def _primary(model: mujoco.MjModel, joints: list[int], actuators: list[int]) -> int:

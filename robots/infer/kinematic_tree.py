@@ -256,23 +256,32 @@ def _why_jaw(model: mujoco.MjModel, tree: _Tree, node: int) -> str | None:
     if len(joints) != 1:
         return None
     joint, parent = joints[0], tree.parent.get(node, 0)
-    names = [str(model.joint(joint).name), str(model.body(node).name)]
-    hinted = [name for name in names if _HINT.search(name)]
-    if _WRIST.search(names[0]) and names[0] not in hinted:
+    hinted = _hinted(str(model.joint(joint).name), str(model.body(node).name))
+    if hinted is None:
         return None
     mine, other = _geoms(model, tree, node), _geoms(model, tree, parent)
     if not mine or not other:
-        return f"{hinted[0]!r} by its name" if hinted else None
+        return f"{hinted!r} by its name" if hinted else None
     gaps = _swept_gaps(model, joint, mine, other)
+    closes = min(gaps) < _MEETS and max(gaps) > min(gaps) + _PARTS
+    if hinted and (closes or not _WRIST.search(hinted)):
+        return f"{hinted!r} by its name" + (", and it closes on the link before it" if closes else "")
+    fixed = (
+        closes and _closes_at_an_end(gaps) and model.body_weldid[parent] and _stands_beside(model, tree, node, joint)
+    )
+    return "the last link closes on a fixed jaw of the one before it" if fixed else None
+
+
+def _hinted(joint: str, body: str) -> str | None:
+    """Return the name that speaks of a gripper, "" where neither does; None where the joint is called a wrist's."""
+    hinted = next((name for name in (joint, body) if _HINT.search(name)), "")
+    return None if _WRIST.search(joint) and hinted != joint else hinted
+
+
+def _closes_at_an_end(gaps: list[float]) -> bool:
+    """Tell whether the gap is least at one end of the range: a wrist folds back on its forearm on the way through a wide one."""
     least = min(gaps)
-    closes = least < _MEETS and max(gaps) > least + _PARTS
-    if hinted and (closes or not _WRIST.search(hinted[0])):
-        return f"{hinted[0]!r} by its name" + (", and it closes on the link before it" if closes else "")
-    # A wrist folds back on its forearm too, at the end of a wide range; a jaw has a fixed jaw beside it.
-    end_only = gaps.index(least) in (0, len(gaps) - 1) and float(np.median(gaps)) > least + _PARTS / 3.0
-    if closes and end_only and model.body_weldid[parent] and _stands_beside(model, tree, node, joint):
-        return "the last link closes on a fixed jaw of the one before it"
-    return None
+    return gaps.index(least) in (0, len(gaps) - 1) and float(np.median(gaps)) > least + _PARTS / 3.0
 
 
 def _swept_gaps(model: mujoco.MjModel, joint: int, mine: list[int], other: list[int]) -> list[float]:

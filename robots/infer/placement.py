@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 
 import mujoco
@@ -13,16 +13,30 @@ from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
 _DOWN = np.array([0.0, 0.0, -1.0])
+# Angles from straight down at which the tool is tried, radians, the first as good as straight. Chosen: arms with five joints,
+# as the SO-101, reach down only aslant.
 _TILTS = (0.03, 0.3, 0.6, 1.0)
+# Number of distances that are tried from the base outwards, and the heights over the table in metres at which the tool must
+# point down at each: at a small object, and above it. Chosen.
 _RADII = 26
 _HEIGHTS = (0.02, 0.10)
+# Width of a workspace, metres, from which no tool that is more aslant is tried. Chosen: room for two cubes of 24 mm.
 _LEAST_BAND = 0.06
+# Where on the table the middle of a workspace comes, metres along x: where the bundled tasks have their objects, as seen from
+# the bundled arm. Chosen.
 _WORK_X = 0.13
 _TABLE_HALF = 0.5
+# How far from the table's edge a base stays, metres. Chosen: half of a foot.
 _BASE_MARGIN = 0.05
+# Length of the mean of unit vectors, a fraction, below which an arm reaches all around and looks nowhere. Chosen.
 _FORWARD = 0.15
+# How far wheels stay over the table, metres. Chosen so that they do not rub on it.
 _WHEEL_CLEARANCE = 0.005
+# Number of starts from which a home is descended to at each point. Chosen.
 _HOME_STARTS = 14
+# Heights at which a home is looked for, as shares of the workspace's middle distance, the best first, and the least one in
+# metres; and the score from which a home is good enough. Chosen: half an arm's reach up, its view over the table is free.
+_HOME_HEIGHTS, _LEAST_HOME_HEIGHT, _GOOD_HOME = (0.55, 0.4, 0.7, 0.3), 0.08, 0.35
 
 
 @dataclass(frozen=True, slots=True)
@@ -207,33 +221,39 @@ def find_home(
             return Home(q, f"keyframe {title!r} of the model: tool down, clear of itself and the table", 0.95)
         rejected.append(f"{title!r} {fault}")
     note = f"; not its keyframes: {', '.join(rejected[:2])}" if rejected else ""
+    best = _optimized(kinematics, space, collides)
+    if best is not None:
+        how = f"optimized: tool down over the table, far from limits and singularities{note}"
+        return Home(_rounded(kinematics, best), how, 0.85)
+    q, positions, approaches = kinematics.samples()
+    order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
+    free = next((k for k in order if collides(q[k]) is None), order[0])
+    how = f"the sampled posture that points down best; check it on the picture{note}"
+    return Home(_rounded(kinematics, q[free]), how, 0.3)
+
+
+def _optimized(kinematics: Kinematics, space: Workspace, collides: Callable[[Array], str | None]) -> Array | None:
+    """Return the best posture, shape (n,), with the tool down over the middle of the workspace, at the first height that has a good one."""
     best: tuple[float, Array] | None = None
-    for height in (0.55, 0.4, 0.7, 0.3):
+    for height in _HOME_HEIGHTS:
         for distance in (space.middle, 0.75 * space.middle + 0.25 * space.near):
-            point = space.point(distance, max(0.08, height * space.middle))
-            for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
-                solved = kinematics.descend(point, _DOWN, start, max(0.03, space.tilt))
-                if solved is None:
-                    continue
-                q = _unwound(kinematics, solved)
+            point = space.point(distance, max(_LEAST_HOME_HEIGHT, height * space.middle))
+            for q in _postures(kinematics, space, point):
                 score = _score(kinematics, space, q)
                 better = best is None or score > best[0]
                 if better and not kinematics.is_singular(q, space.far) and collides(q) is None:
                     best = (score, q)
-        if best is not None and best[0] > 0.35:
+        if best is not None and best[0] > _GOOD_HOME:
             break
-    if best is not None:
-        return Home(
-            _rounded(kinematics, best[1]),
-            f"optimized: tool down over the table, far from limits and singularities{note}",
-            0.85,
-        )
-    q, positions, approaches = kinematics.samples()
-    order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
-    free = next((k for k in order if collides(q[k]) is None), order[0])
-    return Home(
-        _rounded(kinematics, q[free]), f"the sampled posture that points down best; check it on the picture{note}", 0.3
-    )
+    return None if best is None else best[1]
+
+
+def _postures(kinematics: Kinematics, space: Workspace, point: Array) -> Iterator[Array]:
+    """Yield configurations (n,) that hold the tool down at a point (3,)."""
+    for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
+        solved = kinematics.descend(point, _DOWN, start, max(_TILTS[0], space.tilt))
+        if solved is not None:
+            yield _unwound(kinematics, solved)
 
 
 def _rounded(kinematics: Kinematics, q: Array) -> Array:

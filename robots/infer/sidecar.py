@@ -17,7 +17,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
-from robosandbox.robots.infer.gripper import InferredGripper, infer_gripper
+from robosandbox.robots.infer.gripper import infer_gripper
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find_chains
 from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
 from robosandbox.robots.infer.reach import collision_test, with_table
@@ -32,10 +32,11 @@ from robosandbox.robots.sidecar import (
     InjectedSite,
     Sidecar,
 )
-from robosandbox.types import TABLE_HEIGHT, quat_xyzw_from_matrix
+from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
 
-# Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by.
+# Cosine of how far off the last link's own direction a tool frame may point, to be one that a gripper is mounted by. Chosen:
+# 45 degrees, because such frames lie along the link or across it.
 _ALONG = 0.7
 
 
@@ -117,72 +118,88 @@ def infer_imported(
     Raises:
         InputError: No arm is found in it.
     """
-    model = compile_spec(imported.spec, imported.path.name)
-    chain, choices = choose_chain(model, imported.path.name, arm)
+    source = imported.path.name
+    model = compile_spec(imported.spec, source)
+    chain, choices = choose_chain(model, source, arm)
     names = tuple(str(model.joint(j).name) for j in chain.joints)
     gripper_names = tuple(str(model.joint(j).name) for j in chain.gripper_joints)
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = str(model.body(chain.palm).name)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
-    hand: InferredGripper | None = None
+    hand, findings["gripper"] = None, Finding(chain.confidence, chain.evidence)
     if gripper_names:
         hand, findings["gripper"] = infer_gripper(imported, gripper_names, names, chain)
-        if hand is not None:
-            findings |= hand.findings
-    else:
-        findings["gripper"] = Finding(chain.confidence, chain.evidence)
     if hand is None:
         ensure_solid_tool(imported, names[-1])
-    model = compile_spec(imported.spec, imported.path.name)
+    model = compile_spec(imported.spec, source)
     joints = tuple(model.joint(name).id for name in names)
     if hand is not None:
+        findings |= hand.findings
         palm, position, rotation, start = hand.palm, hand.tool, hand.rotation, hand.open_qpos
     else:
         palm, position, rotation, findings["ee_site.inject.xyz"] = flange_tool(model, joints, palm)
         start = model.qpos0.copy()
-    tool = Tool(model.body(palm).id, position, rotation)
-    kinematics = Kinematics(model, joints, tool, start)
-    floor = base_bottom(model, joints)
-    space = find_workspace(kinematics, floor, collision_test(model, kinematics))
-    down = "straight down" if space.tilt < 0.1 else f"within {np.degrees(space.tilt):.0f} deg of down"
-    findings["reach"] = Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead")
-    # Planning starts at home, and takes no overlap for clear.
-    table = with_table(imported.spec, imported.path.name, space.floor)
-    clear = collision_test(table, kinematics, deepest=0.0)
-    home = find_home(kinematics, space, names, imported.keyframes, clear)
-    findings["arm.home_qpos"] = Finding(home.confidence, home.evidence)
-    xyz, yaw = base_pose(space, table_height)
-    turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
-    findings["base_pose.xyz"] = Finding(
-        0.9 if space.tilt < 0.5 else 0.5,
-        f"stands on the table; the middle of its reach, {space.middle:.2f} m ahead, comes to x = {xyz[0] + space.middle:.2f}{turned}",
-    )
+    kinematics = Kinematics(model, joints, Tool(model.body(palm).id, position, rotation), start)
+    place = _place(imported, kinematics, base_bottom(model, joints), names, table_height)
     actuators = _actuators(model, joints)
-    findings["arm.actuators"] = Finding(
-        1.0, "made by the import, one per joint" if set(actuators) <= imported.made_actuators else "drive these joints"
-    )
+    made = set(actuators) <= imported.made_actuators
+    findings |= place.findings
+    findings["arm.actuators"] = Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
     sidecar = Sidecar(
-        arm=ArmRoles(joints=names, actuators=actuators, home_qpos=tuple(float(v) for v in home.q)),
+        arm=ArmRoles(joints=names, actuators=actuators, home_qpos=tuple(float(v) for v in place.home)),
         gripper=_with_attachment(hand.roles, attachment) if hand else None,
-        ee_site=EeSite(
-            inject=InjectedSite(
-                attach_body=palm,
-                xyz=(round(float(position[0]), 4), round(float(position[1]), 4), round(float(position[2]), 4)),
-                quat_xyzw=_rounded(quat_xyzw_from_matrix(rotation)),
-            )
-        ),
-        base_pose=BasePose(xyz=xyz, quat_xyzw=_rounded((0.0, 0.0, float(np.sin(yaw / 2.0)), float(np.cos(yaw / 2.0))))),
+        ee_site=_site(palm, position, rotation),
+        base_pose=place.base,
     )
     return Inference(
         model=imported,
         sidecar=sidecar,
         findings=findings,
         choices=choices,
-        workspace=space,
+        workspace=place.space,
         open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},
         tip=hand.tip if hand else 0.0,
         notes=tuple(imported.notes),
     )
+
+
+def _site(palm: str, position: Array, rotation: Array) -> EeSite:
+    """Return the TCP as a site on the palm, to a tenth of a millimetre."""
+    x, y, z = (round(float(value), 4) for value in position)
+    return EeSite(
+        inject=InjectedSite(attach_body=palm, xyz=(x, y, z), quat_xyzw=_rounded(quat_xyzw_from_matrix(rotation)))
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Place:
+    """Where an arm stands and starts: what it reaches, its home (n,), its base, and the evidence."""
+
+    space: Workspace
+    home: Array
+    base: BasePose
+    findings: dict[str, Finding]
+
+
+def _place(
+    imported: ImportedModel, kinematics: Kinematics, floor: float, names: tuple[str, ...], table_height: float
+) -> _Place:
+    """Return where an arm stands on a table so that it works there; `floor` is its foot's height in its own frame, metres."""
+    space = find_workspace(kinematics, floor, collision_test(kinematics.model, kinematics))
+    # Planning starts at home, and takes no overlap for clear.
+    table = with_table(imported.spec, imported.path.name, space.floor)
+    home = find_home(kinematics, space, names, imported.keyframes, collision_test(table, kinematics, deepest=0.0))
+    xyz, yaw = base_pose(space, table_height)
+    down = "straight down" if space.tilt < 0.1 else f"within {np.degrees(space.tilt):.0f} deg of down"
+    turned = f", turned by {np.degrees(yaw):.0f} deg so that its workspace lies ahead" if abs(yaw) > 1e-3 else ""
+    ahead = f"the middle of its reach, {space.middle:.2f} m ahead, comes to x = {xyz[0] + space.middle:.2f}{turned}"
+    findings = {
+        "reach": Finding(0.9, f"the tool points {down} at the table {space.near:.2f}..{space.far:.2f} m ahead"),
+        "arm.home_qpos": Finding(home.confidence, home.evidence),
+        "base_pose.xyz": Finding(0.9 if space.tilt < 0.5 else 0.5, f"stands on the table; {ahead}"),
+    }
+    turn = (0.0, 0.0, float(np.sin(yaw / 2.0)), float(np.cos(yaw / 2.0)))
+    return _Place(space, home.q, BasePose(xyz=xyz, quat_xyzw=_rounded(turn)), findings)
 
 
 def choose_chain(model: mujoco.MjModel, source: str, arm: str | None) -> tuple[Chain, tuple[str, ...]]:

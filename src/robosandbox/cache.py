@@ -153,27 +153,32 @@ def _decoded(kind: Any, data: Any) -> Any:
     """
     origin, arguments = typing.get_origin(kind), typing.get_args(kind)
     if origin in (typing.Union, type(int | None)):
-        if data is None and type(None) in arguments:
-            return None
-        return _decoded(next(item for item in arguments if item is not type(None)), data)
+        inner = next(item for item in arguments if item is not type(None))
+        return None if data is None and type(None) in arguments else _decoded(inner, data)
     if (origin or kind) is np.ndarray:
         return _array(data)
     if origin is tuple:
-        if not isinstance(data, list):
-            raise DamagedEntryError(f"{data!r} is no list")
-        inner = [arguments[0]] * len(data) if arguments[-1:] == (...,) else list(arguments)
-        return tuple(_decoded(item, each) for item, each in zip(inner, data, strict=True))
+        return _tuple(arguments, data)
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
-        hints = typing.get_type_hints(kind)
-        names = [field.name for field in dataclasses.fields(kind)]
-        if not isinstance(data, dict) or sorted(data) != sorted(names):
-            raise DamagedEntryError(f"{kind.__name__} has other fields")
-        return kind(**{name: _decoded(hints[name], data[name]) for name in names})
-    if kind is float and type(data) is int:
-        return data
-    if not isinstance(kind, type) or not isinstance(data, kind):
+        return _dataclass(kind, data)
+    if not isinstance(data, kind) and not (kind is float and type(data) is int):
         raise DamagedEntryError(f"{data!r} is no {kind}")
     return data
+
+
+def _tuple(arguments: tuple[Any, ...], data: Any) -> tuple[Any, ...]:
+    if not isinstance(data, list):
+        raise DamagedEntryError(f"{data!r} is no list")
+    inner = [arguments[0]] * len(data) if arguments[-1:] == (...,) else list(arguments)
+    return tuple(_decoded(item, each) for item, each in zip(inner, data, strict=True))
+
+
+def _dataclass(kind: type, data: Any) -> Any:
+    hints = typing.get_type_hints(kind)
+    names = [field.name for field in dataclasses.fields(kind)]
+    if not isinstance(data, dict) or sorted(data) != sorted(names):
+        raise DamagedEntryError(f"{kind.__name__} has other fields")
+    return kind(**{name: _decoded(hints[name], data[name]) for name in names})
 
 
 def _array(data: Any) -> np.ndarray[Any, Any]:

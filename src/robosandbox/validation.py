@@ -112,34 +112,36 @@ def explain(error: ValidationError, model: type[BaseModel]) -> str:
 
 
 def _one_line(detail: ErrorDetails, model: type[BaseModel]) -> str:
-    path, kind, context = _path(detail, model), detail["type"], detail.get("ctx", {})
-    value = _shown(detail["input"])
-    field = str(detail["loc"][-1]) if detail["loc"] else ""
-    if kind == "extra_forbidden":
-        names = _fields_at(model, detail["loc"][:-1])
-        where = path.rpartition(".")[0]
-        prefix = f"{where}: " if where else ""
-        hint = did_you_mean(field, names)
-        return f"{prefix}unknown field {_shown(field)}{hint or '; it takes ' + ', '.join(names)}"
-    if kind == "missing":
-        return f"{path}: is missing; {_wanted(model, detail['loc'])}"
-    if kind == "value_error":
-        message = " ".join(str(context.get("error", detail["msg"])).split())
-        head, colon, rest = message.partition(": ")
-        # A check over several fields names its field first.
-        if colon and _FIELD.fullmatch(head):
-            return f"{path + '.' if path else ''}{head}: {rest}"
-        return f"{path}: {message}" if path else message
-    if kind == "union_tag_not_found":
-        tag = str(context["discriminator"]).strip("'")
-        return f"{path}.{tag}: is missing; give one of {', '.join(_tags_at(model, detail['loc']))}"
-    if kind in ("union_tag_invalid", "literal_error", "enum"):
-        raw = str(context.get("expected_tags") or context["expected"])
-        valid = [item.strip().strip("'") for item in raw.replace(" or ", ", ").split(",")]
-        shown = context.get("tag", detail["input"])
-        tag = f".{str(context['discriminator']).strip(chr(39))}" if kind == "union_tag_invalid" else ""
-        return f"{path}{tag}: {_shown(shown)} is not one of {', '.join(valid)}{did_you_mean(str(shown), valid)}"
-    return f"{path}: {value}: {_plain(detail)}"
+    path, context = _path(detail, model), detail.get("ctx", {})
+    match detail["type"]:
+        case "extra_forbidden":
+            names = _fields_at(model, detail["loc"][:-1])
+            where, field = path.rpartition(".")[0], str(detail["loc"][-1])
+            hint = did_you_mean(field, names) or f"; it takes {', '.join(names)}"
+            return f"{where}{': ' * bool(where)}unknown field {_shown(field)}{hint}"
+        case "missing":
+            return f"{path}: is missing; {_wanted(model, detail['loc'])}"
+        case "value_error":
+            return _refused(path, " ".join(str(context.get("error", detail["msg"])).split()))
+        case "union_tag_not_found":
+            tag = str(context["discriminator"]).strip("'")
+            return f"{path}.{tag}: is missing; give one of {', '.join(_tags_at(model, detail['loc']))}"
+        case "union_tag_invalid" | "literal_error" | "enum" as kind:
+            raw = str(context.get("expected_tags") or context["expected"])
+            valid = [item.strip().strip("'") for item in raw.replace(" or ", ", ").split(",")]
+            shown = context.get("tag", detail["input"])
+            tag = f".{str(context['discriminator']).strip(chr(39))}" if kind == "union_tag_invalid" else ""
+            return f"{path}{tag}: {_shown(shown)} is not one of {', '.join(valid)}{did_you_mean(str(shown), valid)}"
+        case _:
+            return f"{path}: {_shown(detail['input'])}: {_plain(detail)}"
+
+
+def _refused(path: str, message: str) -> str:
+    """Return what a check of our own says about a field; a check over several fields names its field first."""
+    head, colon, rest = message.partition(": ")
+    if colon and _FIELD.fullmatch(head):
+        return f"{path}{'.' * bool(path)}{head}: {rest}"
+    return f"{path}: {message}" if path else message
 
 
 def _plain(detail: ErrorDetails) -> str:

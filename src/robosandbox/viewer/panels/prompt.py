@@ -35,6 +35,11 @@ class PromptPanel:
 
     def hear(self, news: News) -> None:
         """Take news."""
+        if self._take_of_operator(news) or self._take_of_episode(news):
+            self._draw()
+
+    def _take_of_operator(self, news: News) -> bool:
+        """Take what the operator does; say whether it was that."""
         match news:
             case operator.Began(doing, what):
                 self._phase, self._said = "", None
@@ -44,20 +49,6 @@ class PromptPanel:
                 self._phase = ""
             case operator.Answered(_, answer):
                 self._answer(answer)
-            case events.Planned(plan, replan):
-                self._answer(plan)
-                self._phase = "planned anew" if replan else "planned"
-            case events.SkillStarted(call, index, _):
-                self._steps[index] = (str(call), "running")
-            case events.PhaseEntered(_, phase):
-                self._phase = phase
-            case events.SkillEnded(call, result):
-                self._mark(call, "done")
-                for effect in result.side_effects:
-                    self._steps.append((effect, "waiting"))
-            case events.SkillFailed(call, error):
-                self._mark(call, "failed")
-                self._said = (f"{call} at {error.phase}: {error.message}", "red")
             case operator.Finished(episode, verdict):
                 self._said = _outcome(episode, verdict)
             case operator.Went(how):
@@ -69,8 +60,28 @@ class PromptPanel:
             case operator.Complaint(message):
                 self._said = (message, "red")
             case _:
-                return
-        self._draw()
+                return False
+        return True
+
+    def _take_of_episode(self, news: News) -> bool:
+        """Take what the robot does; say whether it was that."""
+        match news:
+            case events.Planned(plan, replan):
+                self._answer(plan)
+                self._phase = "planned anew" if replan else "planned"
+            case events.SkillStarted(call, index, _):
+                self._steps[index] = (str(call), "running")
+            case events.PhaseEntered(_, phase):
+                self._phase = phase
+            case events.SkillEnded(call, result):
+                self._mark(call, "done")
+                self._steps += [(effect, "waiting") for effect in result.side_effects]
+            case events.SkillFailed(call, error):
+                self._mark(call, "failed")
+                self._said = (f"{call} at {error.phase}: {error.message}", "red")
+            case _:
+                return False
+        return True
 
     def _answer(self, answer: Plan | Refusal) -> None:
         if isinstance(answer, Refusal):
