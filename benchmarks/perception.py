@@ -29,8 +29,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from robosandbox.perception.colour import COLOURS, colour_name
-from robosandbox.perception.recognize import Thing
 from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
+from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.perception.evidence import Surface
-from robosandbox.perception.fit import Fit, normals_on
+from robosandbox.perception.fit import Fit
 from robosandbox.perception.frame import Table
 from robosandbox.perception.frames import BARE_STRIDE, FrameSet, SegmentedFrame
 from robosandbox.perception.quantiles import median
@@ -34,7 +34,7 @@ def albedo_of(segments: tuple[Segment, ...], found: Fit, frames: FrameSet, *, ho
         light = _light(segment, frames.table, frames.by_camera[segment.frame.camera])
         if light is None:
             continue
-        normals = normals_on(found, Surface(segment.points, segment.frame.position, 1.0))
+        normals = found.normals_on(Surface(segment.points, segment.frame.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
             # Of a container rim and floor face up; what lies between them are walls.

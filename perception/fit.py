@@ -12,9 +12,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from robosandbox.perception.evidence import Evidence, Surface
+from robosandbox.perception.faces import faces_of
 from robosandbox.perception.plane_fit import plane_tilt
 from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.silhouette import Rows
@@ -104,6 +104,11 @@ class Fit:
             return self.sizes
         radius = float(self.sizes[0])
         return np.array([radius, radius, float(self.sizes[-1]) if len(self.sizes) > 1 else radius])
+
+    def normals_on(self, surface: Surface) -> Array:
+        """Return the outward normal (n, 3) of the face that each point lies on, of those that the camera sees."""
+        normals, face, _ = faces_of(self.shape, self.centre, self.sizes, self.axes, surface)
+        return normals if face is None else normals[face]
 
     @property
     def top(self) -> float:
@@ -227,7 +232,7 @@ def _refined_or_none(
 
 def cost_of(known: Fit, seen: Evidence) -> float:
     """Return how badly a known shape, where it was, explains measurements: their mean squared, clipped residual."""
-    surface, normals = seen.surface, normals_on(known, seen.surface)
+    surface, normals = seen.surface, known.normals_on(seen.surface)
     on_faces = Rows(normals, np.einsum("ij,ij->i", normals, surface.points), surface.weights)
     every = Rows.stack([seen.rows, on_faces])
     rest = (every.values - every.normals @ known.centre - known.terms(every.normals) @ known.sizes) * every.weights
@@ -283,7 +288,7 @@ def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: flo
     rest = np.empty(len(certain))
     last = False
     for iteration in range(_ITERATIONS + 1):
-        faces, face, rest[planes:] = _faces(shape, centre, sizes, axes_of(shape, yaw), surface)
+        faces, face, rest[planes:] = faces_of(shape, centre, sizes, axes_of(shape, yaw), surface)
         normals = np.concatenate([fixed.normals, faces])
         design = np.empty((len(normals), len(stiffness)))
         design[:, :3] = normals
@@ -319,48 +324,3 @@ def _refined(start: Fit, fixed: Rows, surface: Surface, prior: Prior, least: flo
             yaw += min(max(float(change[count]), -_MOST_TURN), _MOST_TURN)
         last = settled or iteration == _ITERATIONS - 1
     raise AssertionError("the last iteration returns")
-
-
-def normals_on(found: Fit, surface: Surface) -> Array:
-    """Return the outward normal (n, 3) of a fitted shape's face that each point lies on, of those that the camera sees."""
-    normals, face, _ = _faces(found.shape, found.centre, found.sizes, found.axes, surface)
-    return normals if face is None else normals[face]
-
-
-def _faces(
-    shape: Form, centre: Array, sizes: Array, axes: Array, surface: Surface
-) -> tuple[Array, NDArray[np.intp] | None, Array]:
-    """Return the faces that points lie on, of those that the camera sees.
-
-    Returns:
-        Their outward normals (j, 3); which of them each point lies on, (n,), None where each has one of its own; and how
-        far out of it each point is, (n,), metres.
-    """
-    if shape == "box":
-        local = axes.T @ surface.rows - (axes.T @ centre)[:, None]
-        away = (axes.T @ surface.rows_to_camera) < 0.0
-        out = np.where(away, -local, local) - sizes[:, None]
-        face = (out[1] > out[0]).astype(np.intp)
-        most = np.maximum(out[0], out[1])
-        face[out[2] > most] = 2
-        # The faces' normals, those that point against the axes last.
-        face += 3 * away.take(face * away.shape[1] + np.arange(away.shape[1]))
-        return np.concatenate([axes.T, -axes.T]), face, np.maximum(most, out[2])
-    offset = surface.points - centre
-    if shape == "sphere":
-        length = _lengths(offset)
-        return offset / np.maximum(length, 1e-9)[:, None], None, length - sizes[0]
-    axis = axes[:, 2]
-    along = offset @ axis
-    across = offset - along[:, None] * axis
-    radius = _lengths(across)
-    sign = np.copysign(1.0, surface.to_camera @ axis)
-    above, beside = sign * along - sizes[1], radius - sizes[0]
-    flat = above > beside
-    across /= np.maximum(radius, 1e-9)[:, None]
-    across[flat] = sign[flat, None] * axis
-    return across, None, np.maximum(above, beside)
-
-
-def _lengths(vectors: Array) -> Array:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.perception.frames import FrameSet
-from robosandbox.perception.recognize import Thing
+from robosandbox.perception.thing import Thing
 
 _SEEN_THROUGH = 0.03
 _SHARE_THROUGH = 0.6

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from robosandbox.perception.fit import Fit
-from robosandbox.perception.recognize import Thing
+from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import SURELY, Track
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array

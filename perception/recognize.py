@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
@@ -22,8 +21,9 @@ from robosandbox.perception.shape_prior import GAIN, WORST, Known, as_one_of, ca
 from robosandbox.perception.silhouette import Rows, tangents
 from robosandbox.perception.stacks import Parts, cut, cut_at, ledges
 from robosandbox.perception.support import Form
-from robosandbox.shapes import Shape, shape_of
-from robosandbox.types import Array, ObjectKind, Pose
+from robosandbox.perception.thing import Thing, described
+from robosandbox.shapes import shape_of
+from robosandbox.types import Array, ObjectKind
 
 _CORRELATED = 9.0
 _LEAST_SIGMA = 0.0015
@@ -48,49 +48,6 @@ _WELL = 0.45
 _TOLERABLY = 0.9
 _WORSE = 0.3
 _SHAPES: tuple[Form, ...] = get_args(Form)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True, eq=False)
-class Thing:
-    """Something that was recognized.
-
-    Attributes:
-        kind: Its shape.
-        size: Metres, as its shape names them.
-        pose: In the world.
-        rgb: Its colour, channels 0..1, (3,).
-        confidence: 0..1.
-        sigma: Standard deviations of x, y, z, metres, and of the heading, radians, (4,).
-        group: The pieces that it was seen by.
-        fit: Its hull as fitted.
-        seen: What it was fitted to.
-        resting: Height of what it stands on, metres; None in the air.
-        opening: For a drawer: how far it is open, metres.
-        tag: Number of the tag that was read on it; None where none was.
-    """
-
-    kind: ObjectKind
-    size: tuple[float, ...]
-    pose: Pose
-    rgb: Array
-    confidence: float
-    sigma: Array
-    group: Group
-    fit: Fit
-    seen: Evidence
-    resting: float | None
-    opening: float | None = None
-    tag: int | None = None
-
-    @property
-    def shape(self) -> Shape:
-        """What its kind answers for."""
-        return shape_of(self.kind)
-
-    @property
-    def top(self) -> float:
-        """Height of its highest point, metres."""
-        return self.fit.top
 
 
 def recognize(
@@ -295,26 +252,6 @@ def _thing(
         seen=seen,
         resting=resting,
     )
-
-
-def described(kind: ObjectKind, found: Fit) -> tuple[tuple[float, ...], Pose]:
-    """Return size and pose, as its shape names them, of a kind whose outer hull is fitted."""
-    sizes = [float(value) for value in found.sizes]
-    shape = shape_of(kind)
-    # Containers have their origin in their bottom face.
-    origin = np.array([*found.centre[:2], found.bottom]) if shape.holds_things else found.centre
-    return shape.size_of_hull(sizes), Pose.from_matrix(origin, found.axes)
-
-
-def aligned(found: Fit, known: Fit) -> Fit:
-    """Return the same box with its axes named such that its heading is nearest to a known one's."""
-    if found.shape == "lying" and known.shape == "lying":
-        return replace(found, yaw=found.yaw + np.pi * round((known.yaw - found.yaw) / np.pi))
-    if found.shape != "box" or known.shape != "box":
-        return found
-    quarters = round((known.yaw - found.yaw) / (np.pi / 2.0))
-    sizes = found.sizes[[1, 0, 2]] if quarters % 2 else found.sizes
-    return replace(found, yaw=found.yaw + quarters * np.pi / 2.0, sizes=sizes)
 
 
 def _support(members: Group, things: Sequence[Thing], frames: FrameSet) -> float:

@@ -12,11 +12,12 @@ from robosandbox.perception.frame import Frame, Image, Mask, Table, check_frame,
 from robosandbox.perception.frames import FrameSet, segment_frame
 from robosandbox.perception.groups import group
 from robosandbox.perception.holding import Hands
-from robosandbox.perception.recognize import Thing, recognize
+from robosandbox.perception.recognize import recognize
 from robosandbox.perception.robot_mask import RobotMask
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
+from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
 from robosandbox.protocols import Driver

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from robosandbox.perception.frame import Frame, Image, Mask, Table, as_picture
 from robosandbox.perception.quantiles import median
-from robosandbox.perception.recognize import Thing
+from robosandbox.perception.thing import Thing
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
 from robosandbox.types import Array
 

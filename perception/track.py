@@ -9,8 +9,8 @@ import numpy as np
 from robosandbox.perception.colour import colour_name
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit, Prior, cost_of, fit
-from robosandbox.perception.recognize import Thing, aligned, described
 from robosandbox.perception.shape_prior import AS_MUCH
+from robosandbox.perception.thing import Thing, aligned, described
 from robosandbox.types import DetectedObject, Pose
 
 _STILL = 0.004

@@ -8,23 +8,20 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from robosandbox.perception.colour import colour_name
-from robosandbox.perception.data_association import TagNumbers, displaced
+from robosandbox.perception.data_association import COLOUR_GATE, Matching, TagNumbers, displaced
 from robosandbox.perception.drawers import opened
 from robosandbox.perception.fit import Fit
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.free_space import seen_through
 from robosandbox.perception.naming import Declared, colour_difference, invented, names_for
 from robosandbox.perception.occlusion import is_its_contents, lies_in
-from robosandbox.perception.recognize import Thing
 from robosandbox.perception.shape_prior import Known
+from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import FADING, SURELY, Track, carry, update_from
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array, ObjectKind, Pose
 from robosandbox.world.relations import inside
 
-_GATE = 0.05
-_COLOUR_GATE = 30.0
-_SIZE_GATE = 0.45
 _LEAST_CONFIDENCE = 0.15
 _STRANGER_CONFIDENCE = 0.25
 _AT_HAND = 0.06
@@ -33,35 +30,6 @@ _FALLEN = 0.4
 _MAYBE = 0.25
 _PIECE = 0.01
 _SLID = 0.0005
-_WORST = 10.0
-
-
-@dataclass
-class Matching:
-    """Which things of a look are which that are remembered.
-
-    Attributes:
-        tracks: Remembered things that the look has not shown so far.
-        things: Things of the look that are none of them so far.
-        by_place: What is where it was, or has a number that was read.
-        by_looks: What has turned up elsewhere.
-        named: What the task describes and has not been seen before, with its id.
-        gone: Of `tracks` those whose place is seen to be empty.
-    """
-
-    tracks: list[Track]
-    things: list[Thing]
-    by_place: list[tuple[Track, Thing]] = field(default_factory=list)
-    by_looks: list[tuple[Track, Thing]] = field(default_factory=list)
-    named: dict[Thing, str] = field(default_factory=dict)
-    gone: list[Track] = field(default_factory=list)
-
-    def settle(self, pairs: list[tuple[Track, Thing]]) -> list[tuple[Track, Thing]]:
-        """Take pairs out of what is left, and return them."""
-        tracks, things = {track for track, _ in pairs}, {thing for _, thing in pairs}
-        self.tracks = [track for track in self.tracks if track not in tracks]
-        self.things = [thing for thing in self.things if thing not in things]
-        return pairs
 
 
 @dataclass
@@ -153,12 +121,12 @@ class Tracker:
             self._lose(track)
             found.tracks.remove(track)
         found.gone = [track for track in found.tracks if seen_through(track.thing, frames)]
-        found.by_looks = found.settle(self._assign(found.gone, found.things))
+        found.by_looks = found.settle(self.numbers.assign(found.gone, found.things))
         found.named = {thing: name for name, thing in self._declared(found.things)}
         found.things = [thing for thing in found.things if thing not in found.named]
         # What nobody has described, and looks like something out of sight, is that.
         hidden = [track for track in found.tracks if track not in found.gone]
-        found.by_looks += found.settle(self._assign(hidden, found.things))
+        found.by_looks += found.settle(self.numbers.assign(hidden, found.things))
         return found
 
     def _miss(self, tracks: Iterable[Track], gone: Sequence[Track]) -> None:
@@ -190,7 +158,7 @@ class Tracker:
     def _add_stranger(self, thing: Thing) -> None:
         """Take a thing that nobody has described for a lost one that looks like it, else give it a name of its own."""
         lost = [track for track in self.lost.values() if track.id not in self.tracks]
-        turned_up = self._assign(lost, [thing])
+        turned_up = self.numbers.assign(lost, [thing])
         name = turned_up[0][0].id if turned_up else self._invented(thing)
         self.tracks[name] = Track(name, thing, confidence=thing.confidence)
         if not turned_up:
@@ -211,7 +179,7 @@ class Tracker:
                 for track in clear
                 if known.id not in self.strangers.get(track.id, ()) and track.tag in (None, self.numbers.on(known))
             }
-            for _, thing in self._assign([known], list(apart)):
+            for _, thing in self.numbers.assign([known], list(apart)):
                 stranger = apart[thing]
                 del self.strangers[stranger.id]
                 clear.remove(stranger)
@@ -241,7 +209,7 @@ class Tracker:
         alike = [
             other
             for other in self.tracks.values()
-            if (other.hidden or other.id in known) and colour_difference(other.thing.rgb, thing.rgb) < _COLOUR_GATE
+            if (other.hidden or other.id in known) and colour_difference(other.thing.rgb, thing.rgb) < COLOUR_GATE
         ]
         return any(
             other is not vessel and lies_in(other.thing.fit.centre, vessel.thing.fit)
@@ -288,7 +256,7 @@ class Tracker:
         """Return which things known ones are: by a number that was read, else by place."""
         sure = self.numbers.sure(left.tracks, left.things)
         tracks, things = {track for track, _ in sure}, {thing for _, thing in sure}
-        by_place = self._assign(
+        by_place = self.numbers.assign(
             [track for track in left.tracks if track not in tracks],
             [thing for thing in left.things if thing not in things],
             near=True,
@@ -313,22 +281,6 @@ class Tracker:
     def _invented(self, thing: Thing) -> str:
         r, g, b = (float(value) for value in thing.rgb)
         return invented(colour_name((r, g, b)), thing.kind, self.tracks, thing.tag)
-
-    def _assign(
-        self, tracks: Sequence[Track], things: Sequence[Thing], *, near: bool = False
-    ) -> list[tuple[Track, Thing]]:
-        """Return which track each thing continues, all at once at the least total difference."""
-        if not tracks or not things:
-            return []
-
-        def cost(track: Track, thing: Thing) -> float:
-            return _unlike(track.thing, thing, near=near) + _WORST * self.numbers.differ(track, thing)
-
-        costs = np.array([[cost(track, thing) for thing in things] for track in tracks])
-        from scipy.optimize import linear_sum_assignment
-
-        rows, columns = linear_sum_assignment(np.minimum(costs, _WORST))
-        return [(tracks[r], things[c]) for r, c in zip(rows, columns, strict=True) if costs[r, c] < 1.0]
 
 
 def slide_contents(drawer: Track, out: float, tracks: Iterable[Track]) -> None:
@@ -357,7 +309,7 @@ def as_described(thing: Thing, size: tuple[float, ...]) -> Thing:
 
 def _is_part(thing: Thing, known: Thing) -> bool:
     """Tell whether a new thing is but a piece of a known one, cut off by what stands before it."""
-    if colour_difference(thing.rgb, known.rgb) > _COLOUR_GATE:
+    if colour_difference(thing.rgb, known.rgb) > COLOUR_GATE:
         return False
     half = known.fit.sizes
     if known.fit.shape != "box":
@@ -368,15 +320,3 @@ def _is_part(thing: Thing, known: Thing) -> bool:
         local[:, 0] += known.opening * np.clip(-local[:, 0] / half[0], 0.0, 1.0)
     local = np.abs(local)
     return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)
-
-
-def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
-    """Return how different two looks at a thing are: below 1 they may be of the same."""
-    distance = float(np.linalg.norm(old.fit.centre - new.fit.centre))
-    colour = colour_difference(old.rgb, new.rgb) / _COLOUR_GATE
-    size = float(np.abs(np.log(old.shape.extents(old.size) / new.shape.extents(new.size))).mean()) / _SIZE_GATE
-    if near:
-        # What was clearly seen to be solid does not become hollow where it stands.
-        changed = new.shape.holds_things and not old.shape.holds_things and old.confidence > SURELY
-        return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
-    return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.perception.frames import FrameSet, SegmentedFrame
-from robosandbox.perception.recognize import Thing
 from robosandbox.perception.tags import Tag
+from robosandbox.perception.thing import Thing
 from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
 from robosandbox.world.relations import support

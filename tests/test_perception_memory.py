@@ -12,9 +12,9 @@ from robosandbox.perception.frame import Table
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.groups import Group
 from robosandbox.perception.occlusion import is_its_contents
-from robosandbox.perception.recognize import Thing, described
 from robosandbox.perception.shape_prior import Known, candidates
 from robosandbox.perception.silhouette import Rows
+from robosandbox.perception.thing import Thing, described
 from robosandbox.perception.track import Track, update_from
 from robosandbox.perception.tracker import Tracker
 from robosandbox.tasks.session import open_session

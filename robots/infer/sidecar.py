@@ -118,20 +118,19 @@ def infer_imported(
     Raises:
         InputError: No arm is found in it.
     """
-    source = imported.path.name
-    model = compile_spec(imported.spec, source)
-    chain, choices = choose_chain(model, source, arm)
+    model = compile_spec(imported.spec, imported.path.name)
+    chain, choices = choose_chain(model, imported.path.name, arm)
     names = tuple(str(model.joint(j).name) for j in chain.joints)
     gripper_names = tuple(str(model.joint(j).name) for j in chain.gripper_joints)
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
-    palm = str(model.body(chain.palm).name)
+    palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
     hand, findings["gripper"] = None, Finding(chain.confidence, chain.evidence)
     if gripper_names:
         hand, findings["gripper"] = infer_gripper(imported, gripper_names, names, chain)
     if hand is None:
         ensure_solid_tool(imported, names[-1])
-    model = compile_spec(imported.spec, source)
+    model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
     if hand is not None:
         findings |= hand.findings
@@ -143,8 +142,7 @@ def infer_imported(
     place = _place(imported, kinematics, base_bottom(model, joints), names, table_height)
     actuators = _actuators(model, joints)
     made = set(actuators) <= imported.made_actuators
-    findings |= place.findings
-    findings["arm.actuators"] = Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
+    driven = Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
     sidecar = Sidecar(
         arm=ArmRoles(joints=names, actuators=actuators, home_qpos=tuple(float(v) for v in place.home)),
         gripper=_with_attachment(hand.roles, attachment) if hand else None,
@@ -154,7 +152,7 @@ def infer_imported(
     return Inference(
         model=imported,
         sidecar=sidecar,
-        findings=findings,
+        findings={**findings, **place.findings, "arm.actuators": driven},
         choices=choices,
         workspace=place.space,
         open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import chain
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from robosandbox.grasp.pieces import Pieces
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.robot import GripperGeometry, Robot
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
@@ -47,23 +48,30 @@ class AnalyticTopDown:
         if robot.gripper is None:
             return
         geometry = robot.gripper.geometry
-        cut = Pieces(target, pieces) if pieces else None
-        solids = cut.solids() if cut else [Solid(part) for part in _parts(target)] or [Solid(target)]
-        floor = min(-float(solid.support(-UP[None])[0]) for solid in solids)
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
-        across = [Antipodal(each, geometry, floor=floor, base=robot.base_position).tiers() for each in solids]
-        sides = [sideways(target, geometry, robot.base_position)] if is_filled(target, scene) else []
-        for tiers in (sides, _merged(across), rim_tiers(target, geometry, floor)):
-            for tier in tiers:
-                if tier and near is None:
-                    near = neighbours(target, scene)
-                for grasp in _ranked([grasp for grasp in tier if cut is None or cut.meets(grasp)], hand):
-                    if has_room(grasp, near or (), geometry):
-                        yield grasp
-                    else:
-                        crowded.append(grasp)
+        for tier in _tiers(target, scene, geometry, robot.base_position, pieces):
+            near = neighbours(target, scene) if near is None else near
+            for grasp in _ranked(tier, hand):
+                if has_room(grasp, near, geometry):
+                    yield grasp
+                else:
+                    crowded.append(grasp)
         yield from crowded
+
+
+def _tiers(
+    target: DetectedObject, scene: ObservedScene, geometry: GripperGeometry, base: Array, pieces: Sequence[Array]
+) -> Iterator[list[Grasp]]:
+    """Yield tiers of grasps that are not empty: from the side where it is full, across, and around the rim."""
+    cut = Pieces(target, pieces) if pieces else None
+    solids = cut.solids() if cut else [Solid(part) for part in _parts(target)] or [Solid(target)]
+    floor = min(-float(solid.support(-UP[None])[0]) for solid in solids)
+    across = [Antipodal(each, geometry, floor=floor, base=base).tiers() for each in solids]
+    sides = [sideways(target, geometry, base)] if is_filled(target, scene) else []
+    for tier in chain(sides, _merged(across), rim_tiers(target, geometry, floor)):
+        if met := [grasp for grasp in tier if cut is None or cut.meets(grasp)]:
+            yield met
 
 
 def _parts(target: DetectedObject) -> list[DetectedObject]:
