@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.interpret import interpret
+from robosandbox.agent.language.interpret import forget_readings, interpret
 from robosandbox.agent.language.replan import replan
+from robosandbox.agent.language.worded import learn
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
@@ -19,10 +20,12 @@ class StubPlanner:
         """Plan with these skills only.
 
         Args:
-            skills: The skills at hand; only their names are read.
+            skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
         """
         self._skills = tuple(skill.name for skill in skills)
+        if learn(skills):
+            forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
 

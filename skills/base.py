@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.abilities import GripperAbilities
+from robosandbox.skills.words import Words
 from robosandbox.types import SkillCall, SkillResult
 from robosandbox.world.contracts import contract_of, error_for, first_refuted, lost
 from robosandbox.world.predicate import View
@@ -32,11 +33,13 @@ class Skill:
 
     Attributes:
         name: As calls name it.
+        words: What makes it sayable; None for what the grammar knows by itself or programs alone call.
     """
 
     name: ClassVar[str]
     run: Any
     contract: Any = None
+    words: ClassVar[Words | None] = None
 
     @cached_property
     def description(self) -> str:

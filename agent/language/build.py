@@ -33,6 +33,7 @@ from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.together import check_sides, fused, is_tower, swapped
 from robosandbox.agent.language.whereto import check_where_told
+from robosandbox.agent.language.worded import known, resolved
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
 
 
@@ -360,6 +361,16 @@ class _Builder(Deciding):
                 )
                 if call.skill in skills and (not names or thing in names) and not elsewhere and not other_way:
                     raise RefusedError(RefusalCode.IMPOSSIBLE, f"You asked me not to, and {call} would do it.", names)
+
+    def _worded(self, command: Command) -> None:
+        self._check_skill(command.skill)
+        names, _ = self._objects(command)
+        words = known()[command.skill]
+        others = resolved(words, command.slots, lambda ref: self.ground.one(ref, lambda other: True, names).ids[0])
+        for name in names:
+            self._need_empty(f"{command.skill.replace('_', ' ')} {name}")
+            self._note_moved(name)
+            self._add(command.skill, **{words.object: name, **others})
 
     def _home(self, command: Command) -> None:
         self._add("home")

@@ -10,6 +10,7 @@ from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replac
 from robosandbox.agent.language.modifiers import STATES
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS
+from robosandbox.agent.language.worded import worded
 from robosandbox.agent.language.wordlist import word_set
 
 _POSTURES = frozenset({"standing", "sitting", "lying", "resting", "waiting", "parked"})
@@ -108,7 +109,7 @@ class Commands(Conditions):
         return found
 
     def _verb_first(self, i: int) -> Found[Command]:
-        found: Found[Command] = []
+        found: Found[Command] = worded(self, i)
         for j, verb in self.tag(i, "VERB") if self._asks(i) else []:
             if verb == "home":
                 found.append((j, Command("home")))

@@ -49,14 +49,17 @@ class Hands:
         self.came_from = dict(discourse.origins)
 
     def _add(self, skill: str, others: Sequence[dict[str, Any]] = (), **arguments: Any) -> None:
+        self._check_skill(skill)
+        alternatives = tuple(SkillCall(skill=skill, arguments=other) for other in others)
+        self.steps.append(Step(SkillCall(skill=skill, arguments=arguments), alternatives))
+
+    def _check_skill(self, skill: str) -> None:
         if skill not in self.skills:
             raise RefusedError(
                 RefusalCode.UNSUPPORTED,
                 f"This needs {skill!r}, which this robot has no skill for; it can {listed(sorted(self.skills))}.",
                 sorted(self.skills),
             )
-        alternatives = tuple(SkillCall(skill=skill, arguments=other) for other in others)
-        self.steps.append(Step(SkillCall(skill=skill, arguments=arguments), alternatives))
 
     def _need_empty(self, what: str, name: str | None = None) -> None:
         held = self.world.held

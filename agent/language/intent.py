@@ -27,6 +27,7 @@ Verb = Literal[
     "empty",
     "nothing",
     "either",
+    "worded",
 ]
 
 
@@ -226,6 +227,8 @@ class Command(NamedTuple):
         unless: It must not be there.
         branches: For either: what is done where the condition of its first command holds, and what otherwise.
         subject: What the condition tells a state of ("the drawer"); None where it asks whether there is such a thing.
+        skill: For worded: which skill says itself how it is asked for.
+        slots: For worded: what else was said, by argument.
     """
 
     verb: Verb
@@ -242,6 +245,8 @@ class Command(NamedTuple):
     unless: bool = False
     subject: Ref | None = None
     branches: tuple[tuple[Command, ...], ...] = ()
+    skill: str = ""
+    slots: tuple[tuple[str, Any], ...] = ()
 
 
 class Element(NamedTuple):

@@ -89,6 +89,12 @@ def interpret(
     return made
 
 
+def forget_readings() -> None:
+    """Read sentences anew that were read before; words were learnt since."""
+    for remembered in (_read, _said, _in_plain_words, _plainer, _corrected):
+        remembered.cache_clear()
+
+
 def read(prompt: str, scene: ObservedScene, skills: Sequence[str]) -> Readings | Refusal:
     """Return the readings of a sentence, the plainest first, or a refusal that names what was not understood."""
     ids = tuple(item.id for item in scene.objects)

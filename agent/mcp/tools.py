@@ -24,6 +24,7 @@ from robosandbox.types import (
     SkillResult,
     StrictModel,
 )
+from robosandbox.world.arguments import terms
 from robosandbox.world.verifier import MAX_STEPS, verify
 
 LOOK, PLAN, CHECK, REFUSE = "look", "plan", "check_plan", "refuse"
@@ -75,7 +76,7 @@ def catalogue(skills: Sequence[Skill[Any]]) -> list[types.Tool]:
     moving = [
         types.Tool(
             name=skill.name,
-            description=skill.description,
+            description=f"{skill.description} {terms(skill)}".strip(),
             input_schema={"type": "object", **skill.schema},
             annotations=types.ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False),
         )

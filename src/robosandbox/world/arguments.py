@@ -7,6 +7,7 @@ from typing import Any, Protocol
 
 from robosandbox.types import ObservedScene
 from robosandbox.world.contracts import Contract, contract_of, find, lookup
+from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.predicate import View
 
 # Stands for a number of which only the type matters, within the bounds of all skills here.
@@ -44,6 +45,21 @@ def fitting(skill: Described, argument: str, scene: ObservedScene) -> list[str]:
         return not any(find(need, view).is_refuted for need in about)
 
     return [item.id for item in scene.objects if fits(item.id)]
+
+
+def terms(skill: Described) -> str:
+    """Return what a skill needs and brings about, in a sentence with its arguments' names; "" without a contract."""
+    contract = _contract(skill, {})
+    if contract is None:
+        return ""
+    needs, gives = (", ".join(_named(one) for one in facts) for facts in (contract.needs, contract.gives))
+    return f"Needs {needs or 'nothing'}; brings about {gives}."
+
+
+def _named(one: Fact) -> str:
+    return (
+        str(one).replace("*", "") if HELD not in one.arguments else str(one.resolved({HELD: "held"})).replace("*", "")
+    )
 
 
 def _objects(skill: Described, given: Mapping[str, Any]) -> tuple[str, ...]:

@@ -1,0 +1,143 @@
+"""Turn: turn an object about the vertical where it stands."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated
+
+from pydantic import Field
+
+from robosandbox.errors import InvalidArgumentError, Phase
+from robosandbox.protocols import SkillContext
+from robosandbox.skills.base import Skill
+from robosandbox.skills.pick import Pick
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.placing import place
+from robosandbox.skills.words import Slot, Words
+from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+from robosandbox.world.changes import TURN_TOLERANCE, turn_between
+from robosandbox.world.contracts import Contract
+from robosandbox.world.facts import fact
+from robosandbox.world.relations import Relation, bottom, centre, inside, on_top
+from robosandbox.world.spots import Spot, yaw_to_align
+from robosandbox.world.standing import AT_TOLERANCE
+
+# Grips that a turn may take: an arm's last joint goes about half a turn at a time, and what is asked may be a whole one.
+_GRIPS = 4
+# Of what is left to turn, what is tried with one grip, the most first.
+_SHARES = (1.0, 0.75, 0.5, 0.25)
+
+
+class Turn(Skill):
+    """Turn an object about the vertical."""
+
+    name = "turn"
+    words = Words(
+        verbs=("turn", "rotate", "spin", "swivel", "twist", "turn {} around", "align", "line {} up", "square"),
+        object="object",
+        slots=(
+            Slot(
+                argument="angle",
+                kind="angle",
+                prepositions=("by", "through", ""),
+                phrases=(
+                    ("a quarter turn", math.pi / 2.0),
+                    ("a half turn", math.pi),
+                    ("half a turn", math.pi),
+                    ("halfway", math.pi),
+                    ("around", math.pi),
+                    ("round", math.pi),
+                ),
+                endings=(
+                    ("clockwise", -1.0),
+                    ("counterclockwise", 1.0),
+                    ("counter clockwise", 1.0),
+                    ("anticlockwise", 1.0),
+                    ("to the left", 1.0),
+                    ("left", 1.0),
+                    ("to the right", -1.0),
+                    ("right", -1.0),
+                ),
+            ),
+            Slot(
+                argument="align_with",
+                kind="object",
+                prepositions=("to align with", "to match", "parallel to", "parallel with", "in line with", "with"),
+            ),
+        ),
+        required=("angle", "align_with"),
+    )
+
+    def contract(self, *, object: str, angle: float | None, align_with: str | None) -> Contract:
+        """Return what turning an object needs and brings about."""
+        goal = fact("turned", object, angle or 0.0) if align_with is None else fact("aligned", object, align_with)
+        other = () if align_with is None else (fact("distinct", object, align_with), fact("has_heading", align_with))
+        return Contract(
+            needs=(*other, fact("has_heading", object), fact("hand_empty"), *Pick().contract(object=object).needs),
+            gives=(goal, fact("hand_empty")),
+        )
+
+    def run(
+        self,
+        ctx: SkillContext,
+        *,
+        object: str,
+        angle: Annotated[float, Field(ge=-2.0 * math.pi, le=2.0 * math.pi)] | None = None,
+        align_with: str | None = None,
+    ) -> SkillResult:
+        """Turn an object about the vertical where it stands, by an angle or until its sides are parallel to another's.
+
+        Args:
+            object: Id of the object.
+            angle: By how much, radians; counterclockwise seen from above is positive.
+            align_with: Id of the object whose sides its own shall be parallel to, in place of an angle.
+
+        Raises:
+            InvalidArgumentError: Neither or both of angle and align_with are given.
+            SkillError: As pick and place_at raise them.
+        """
+        if (angle is None) == (align_with is None):
+            raise InvalidArgumentError(f"{self.name}: give either angle or align_with", phase=Phase.CHECK)
+        start = Manipulator(ctx)
+        before = start.find(object)
+        wanted = angle if angle is not None else yaw_to_align(before.pose, start.find(align_with or "").pose)
+        support = _under(before, start.start)
+        left = math.remainder(wanted, math.tau)
+        for _ in range(_GRIPS):
+            if abs(left) < TURN_TOLERANCE / 2.0:
+                break
+            Pick().run(ctx, object=object)
+            arm = Manipulator(ctx)
+            held = arm.find(object)
+            # The fingers may have turned it while they closed.
+            left = math.remainder(wanted - turn_between(before, held), math.tau)
+            spot = Spot(before.pose.xyz[:2], bottom(before), tuple(share * left for share in _SHARES))
+            place(
+                arm,
+                held,
+                [spot],
+                skill=self.name,
+                target="table",
+                allowed=support,
+                check=lambda placed, scene: _stayed(before, placed),
+            )
+            after = Manipulator(ctx).find(object)
+            left = math.remainder(wanted - turn_between(before, after), math.tau)
+        return SkillResult(
+            skill=self.name,
+            detail={"object": object, "angle_deg": math.degrees(wanted), "off_deg": math.degrees(left)},
+        )
+
+
+def _under(item: DetectedObject, scene: ObservedScene) -> tuple[str, ...]:
+    """Return what an object stands on or lies in, as motion planning calls it."""
+    others = [other for other in scene.objects if other.id != item.id]
+    below = [other.id for other in others if on_top(item, other) or (other.shape.holds_things and inside(item, other))]
+    return ("table", *below)
+
+
+def _stayed(before: DetectedObject, placed: DetectedObject) -> Relation:
+    """Tell whether an object stands where it stood."""
+    off = math.dist(centre(before)[:2], centre(placed)[:2])
+    lifted = abs(bottom(placed) - bottom(before))
+    return Relation(off < AT_TOLERANCE and lifted < AT_TOLERANCE, {"off_mm": 1e3 * off, "step_mm": 1e3 * lifted})
