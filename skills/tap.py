@@ -67,10 +67,13 @@ class Tap(Skill):
             ObjectNotFoundError: It is not seen.
             InvalidArgumentError: It has no top of its own, or something stands on it.
             AlreadyHoldingError: The gripper is full.
+            UnsupportedError: The driver feels no touch.
             UnreachableError: Its top is out of reach.
             CollisionError: Something is in the way.
             TapError: Nothing was felt there, or the object was moved.
         """
+        # Before the hand moves.
+        require(ctx.sim, "wrist_wrench", "a tap ends where the object is felt")
         arm = Manipulator(ctx)
         before = arm.find(object)
         if arm.sim.robot.gripper is not None:
@@ -97,7 +100,6 @@ class Tap(Skill):
 
 def _touch(arm: Manipulator, target: DetectedObject) -> float:
     """Go down until the object is felt, and up again; return the most that was felt, N."""
-    require(arm.sim, "wrist_wrench", "a tap ends where the object is felt")
     arm.ctx.enter(Phase.PLAN)
     arm.use(arm.look())
     failures: list[SkillError] = []

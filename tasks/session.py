@@ -14,7 +14,7 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
-from robosandbox.drivers import driver_factory, simulated
+from robosandbox.drivers import driver_factory, fitted, simulated
 from robosandbox.errors import InputError
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
@@ -233,7 +233,7 @@ def open_session(
         scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
         chosen = chosen.model_copy(update={"scene": scene})
     # Before masses are varied by seed.
-    chosen = chosen.model_copy(update={"scene": weighed(chosen.scene)})
+    chosen = chosen.model_copy(update={"scene": weighed(fitted(driver, chosen.scene))})
     skills = load_skills()
     sim: Driver
     options = dict(planner_options or {})

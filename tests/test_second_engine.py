@@ -7,31 +7,28 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
-from robosandbox.agent.agent import Agent
-from robosandbox.agent.context import AgentContext
-from robosandbox.agent.planner import StubPlanner
 from robosandbox.drivers import load_driver
-from robosandbox.errors import InputError, UnsupportedError
-from robosandbox.grasp.analytic import AnalyticTopDown
-from robosandbox.motion.ik import DLSMotionPlanner
-from robosandbox.perception.factory import Setup
-from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.evaluate import evaluate
+from robosandbox.errors import ErrorCode, InputError, UnsupportedError
+from robosandbox.tasks.bench import BenchSettings, run_bench
+from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
 from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.session import open_session
 from robosandbox.testing import check_driver
 from robosandbox.types import Pose, Scene, SceneObject
 
 pytest.importorskip("robosandbox_pybullet", reason="the group `engines` is not installed")
 
 from robosandbox_pybullet.driver import PyBulletDriver
+from robosandbox_pybullet.world import ROBOT_MODEL
 
+# Share of episodes that have to succeed, as the issue tracker asks; benchmarks/drivers.py measures it on more seeds.
+BARS = {"hardware": 0.95, "pybullet": 0.9}
 # What a millimetre's worth of 42 degrees over 480 pixels at 1.3 m allows for, metres.
 _PIXEL = 0.003
 
 
 def opened(scene: Scene) -> PyBulletDriver:
-    driver = load_driver("pybullet", {"scene": scene})
+    driver = load_driver("pybullet", scene)
     assert isinstance(driver, PyBulletDriver)
     return driver
 
@@ -121,19 +118,25 @@ def test_every_shape_comes_to_rest_on_the_table() -> None:
 
 @pytest.mark.parametrize("name", ["put_in_bin", "push_left"])
 def test_a_task_is_done_from_pixels_and_judged_by_the_engine(name: str) -> None:
-    task = find_task(name)
-    driver = opened(task.scene)
-    skills = load_skills()
-    ctx = AgentContext(
-        sim=driver,
-        perception=RgbdPerception(setup=Setup.of(driver.scene)),
-        grasp=AnalyticTopDown(),
-        motion=DLSMotionPlanner(),
-    )
-    try:
-        start = driver.referee()
-        episode = Agent(ctx=ctx, skills=skills, planner=StubPlanner(skills)).run(task.prompt)
+    with open_session(name, driver="pybullet", perception="rgbd", seed=1) as session:
+        assert session.task.scene.robot_urdf == ROBOT_MODEL
+        episode = session.run()
         assert episode.success, episode
-        assert evaluate(task.success, start, driver.referee, driver.wait).success
-    finally:
-        driver.close()
+        assert session.judge().success
+
+
+def test_a_tap_is_refused_for_want_of_a_sense() -> None:
+    with open_session("tap_cube", driver="pybullet", perception="rgbd") as session:
+        error = session.run().error
+        assert error is not None and error.code is ErrorCode.UNSUPPORTED
+        assert "wrist_wrench" in error.message
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("driver", [pytest.param("hardware", marks=pytest.mark.gl), "pybullet"])
+def test_the_standard_tasks_are_done_from_pixels(driver: str) -> None:
+    tasks = [find_task(entry.name) for entry in task_entries() if entry.suite == STANDARD_SUITE]
+    rows = list(run_bench(tasks, 2, settings=BenchSettings(driver=driver, perception="rgbd")))
+    assert [row for row in rows if row.claimed and not row.success] == []
+    missed = [(row.task, row.seed, row.detail) for row in rows if not row.success]
+    assert len(missed) <= (1.0 - BARS[driver]) * len(rows), missed

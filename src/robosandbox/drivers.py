@@ -217,6 +217,23 @@ def driver_factory(name: str, options: Mapping[str, Any] | None = None) -> Calla
     return connect
 
 
+def fitted(name: str, scene: Scene) -> Scene:
+    """Return the scene as a driver stands before it: with the driver's own robot, where it brings one.
+
+    What plans, sees and lays out reads the robot from the scene. The factory of a driver that has one robot only has a function
+    `fit(scene)`, which puts that robot in, or refuses a scene that names another.
+
+    Args:
+        name: As `driver_factory` takes it.
+        scene: As a task has it.
+
+    Raises:
+        InputError: The scene names another robot, or there is no such driver.
+    """
+    fit: Callable[[Scene], Scene] | None = getattr(load_plugin("drivers", split_name(name)[0]), "fit", None)
+    return scene if fit is None else fit(scene)
+
+
 def split_name(text: str) -> tuple[str, dict[str, str]]:
     """Return the name and the options of "NAME" or "NAME:key=value,key=value".
 

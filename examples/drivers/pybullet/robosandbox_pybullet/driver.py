@@ -67,9 +67,7 @@ class PyBulletDriver:
     episode: Final = 0
 
     def __init__(self, scene: Scene, *, start_q: Array | None = None) -> None:
-        if (str(scene.robot_urdf) if scene.robot_urdf else None) not in _STANDS_FOR:
-            raise InputError(f"robot_urdf: the driver 'pybullet' has a Panda, not {scene.robot_urdf}; leave it out")
-        self.scene = scene.model_copy(update={"robot_urdf": ROBOT_MODEL, "robot_config": ROBOT_SIDECAR})
+        self.scene = self.fit(scene)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(self.scene).of(nothing)
         self._robot = planning.robot
@@ -85,6 +83,17 @@ class PyBulletDriver:
         self._place(self._robot.home_q if start_q is None else start_q)
         self.wait(_SETTLE_SECONDS)
         self._ticks = 0
+
+    @staticmethod
+    def fit(scene: Scene) -> Scene:
+        """Return the scene with Bullet's Panda in it, which stands in for the bundled one.
+
+        Raises:
+            InputError: The scene names another robot.
+        """
+        if (str(scene.robot_urdf) if scene.robot_urdf else None) not in _STANDS_FOR:
+            raise InputError(f"robot_urdf: the driver 'pybullet' has a Panda, not {scene.robot_urdf}; leave it out")
+        return scene.model_copy(update={"robot_urdf": ROBOT_MODEL, "robot_config": ROBOT_SIDECAR})
 
     @property
     def robot(self) -> Robot:
