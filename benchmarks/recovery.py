@@ -30,10 +30,11 @@ from robosandbox.agent.episode import SkillStarted
 from robosandbox.agent.repairs import find_repairs
 from robosandbox.errors import Repair, SkillError
 from robosandbox.protocols import Simulated
+from robosandbox.sim.intervention import Intervention
 from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.session import Session, open_session
 from robosandbox.testing.causes import out_of_reach
-from robosandbox.testing.faults import ContactMeter, FaultInjector
+from robosandbox.testing.faults import ContactMeter
 from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
 from robosandbox.testing.sampling import Perturbation
 from robosandbox.types import SkillCall
@@ -170,7 +171,7 @@ def _arm(session: Session, perturbation: Perturbation) -> list[Callable[[], None
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []
-    injector = FaultInjector(session.sim)
+    injector = Intervention(session.sim)
     ticks = perturbation.fault(injector)
     if perturbation.at <= 0.0:
         next(ticks, None)

@@ -76,6 +76,10 @@ class Modelled(Simulated, Protocol):
         """Return the object that both sides of the gripper touch."""
         ...
 
+    def contact_forces(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
+        ...
+
     def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
         """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
         ...

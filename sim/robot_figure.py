@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from itertools import pairwise
 from pathlib import Path
-from typing import Any
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
@@ -39,44 +39,7 @@ def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: Workspace, path
     """
     import cv2
 
-    model = compile_spec(imported.spec, imported.path.name)
-    data = mujoco.MjData(model)
-    for name, value in zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True):
-        data.qpos[model.joint(name).qposadr[0]] = value
-    mujoco.mj_fwdPosition(model, data)
-    inject = sidecar.ee_site.inject
-    if inject is None:
-        raise InputError("--picture: draws an injected TCP; this sidecar names a site")
-    body = model.body(inject.attach_body).id
-    R_body = data.xmat[body].reshape(3, 3)
-    tcp = data.xpos[body] + R_body @ np.array(inject.xyz)
-    R_tcp = R_body @ matrix_from_quat_xyzw(inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0))
-    spec = imported.spec.copy()
-    _draw_reach(spec, space)
-    _draw_frame(spec, tcp, R_tcp, 0.12 * max(space.far, 0.3))
-    spec.worldbody.add_light(pos=[1.0, -1.0, 2.5], dir=[-0.4, 0.4, -1.0], castshadow=False)
-    add_sky(spec, "robosandbox_sky")
-    spec.visual.global_.offheight, spec.visual.global_.offwidth = _SIZE
-    spec.visual.quality.shadowsize = 0
-    ahead = np.array([np.cos(space.forward), np.sin(space.forward), 0.0])
-    aside = np.array([ahead[1], -ahead[0], 0.0])
-    middle = np.array([*space.axis, space.floor]) + 0.4 * space.far * ahead + [0.0, 0.0, 0.25 * space.far]
-    views = (
-        (middle, middle + space.far * (0.9 * ahead + 1.9 * aside) + [0.0, 0.0, 0.9 * space.far]),
-        (tcp, tcp + 0.3 * ahead + 0.28 * aside + [0.0, 0.0, 0.08]),
-    )
-    for k, (target, eye) in enumerate(views):
-        _add_camera(spec, f"{_CAMERA}{k}", eye, target)
-    drawn = compile_spec(spec, imported.path.name)
-    still = mujoco.MjData(drawn)
-    still.qpos[:] = data.qpos
-    mujoco.mj_fwdPosition(drawn, still)
-    renderer = OffscreenRenderer(drawn, _SIZE)
-    try:
-        images: list[Any] = [renderer.render(still, f"{_CAMERA}{k}") for k in range(len(views))]
-    finally:
-        renderer.close()
-    picture = np.hstack(images)[:, :, ::-1]
+    picture = np.hstack(_rendered(imported, sidecar, space))[:, :, ::-1]
     encoded, content = cv2.imencode(".png", picture)
     if not encoded:
         raise RenderingError("the picture could not be encoded as PNG")
@@ -84,6 +47,60 @@ def draw_robot(imported: ImportedModel, sidecar: Sidecar, space: Workspace, path
         path.write_bytes(content.tobytes())
     except OSError as error:
         raise InputError(f"--picture: {path}: {error.strerror}") from None
+
+
+def _rendered(imported: ImportedModel, sidecar: Sidecar, space: Workspace) -> list[NDArray[np.uint8]]:
+    """Return both views, RGB."""
+    model = compile_spec(imported.spec, imported.path.name)
+    data = mujoco.MjData(model)
+    for name, value in zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True):
+        data.qpos[model.joint(name).qposadr[0]] = value
+    mujoco.mj_fwdPosition(model, data)
+    tcp, R_tcp = _tcp(model, data, sidecar)
+    spec = imported.spec.copy()
+    _draw_reach(spec, space)
+    _draw_frame(spec, tcp, R_tcp, 0.12 * max(space.far, 0.3))
+    spec.worldbody.add_light(pos=[1.0, -1.0, 2.5], dir=[-0.4, 0.4, -1.0], castshadow=False)
+    add_sky(spec, "robosandbox_sky")
+    spec.visual.global_.offheight, spec.visual.global_.offwidth = _SIZE
+    spec.visual.quality.shadowsize = 0
+    cameras = _add_views(spec, tcp, space)
+    drawn = compile_spec(spec, imported.path.name)
+    still = mujoco.MjData(drawn)
+    still.qpos[:] = data.qpos
+    mujoco.mj_fwdPosition(drawn, still)
+    renderer = OffscreenRenderer(drawn, _SIZE)
+    try:
+        return [renderer.render(still, name) for name in cameras]
+    finally:
+        renderer.close()
+
+
+def _tcp(model: mujoco.MjModel, data: mujoco.MjData, sidecar: Sidecar) -> tuple[Array, Array]:
+    """Return the TCP's position (3,) and rotation (3, 3) in the world."""
+    inject = sidecar.ee_site.inject
+    if inject is None:
+        raise InputError("--picture: draws an injected TCP; this sidecar names a site")
+    body = model.body(inject.attach_body).id
+    R_body = data.xmat[body].reshape(3, 3)
+    tcp = data.xpos[body] + R_body @ np.array(inject.xyz)
+    return tcp, R_body @ matrix_from_quat_xyzw(inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0))
+
+
+def _add_views(spec: mujoco.MjSpec, tcp: Array, space: Workspace) -> list[str]:
+    """Add a camera on the whole robot and one on its gripper; return their names."""
+    ahead = np.array([np.cos(space.forward), np.sin(space.forward), 0.0])
+    aside = np.array([ahead[1], -ahead[0], 0.0])
+    middle = np.array([*space.axis, space.floor]) + 0.4 * space.far * ahead + [0.0, 0.0, 0.25 * space.far]
+    views = (
+        (middle, middle + space.far * (0.9 * ahead + 1.9 * aside) + [0.0, 0.0, 0.9 * space.far]),
+        (tcp, tcp + 0.3 * ahead + 0.28 * aside + [0.0, 0.0, 0.08]),
+    )
+    names = []
+    for number, (target, eye) in enumerate(views):
+        names.append(f"{_CAMERA}{number}")
+        _add_camera(spec, names[-1], eye, target)
+    return names
 
 
 def _draw_frame(spec: mujoco.MjSpec, origin: Array, rotation: Array, length: float) -> None:

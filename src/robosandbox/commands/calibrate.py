@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from pathlib import Path
 from typing import Annotated
 
@@ -26,16 +27,14 @@ def calibrate(
     """Find each camera's pose from a board of tags, and how far it is off."""
     from robosandbox.perception.calibration import calibration_of, find_camera
     from robosandbox.sim.calibration_board import CalibrationBoard
-    from robosandbox.sim.mujoco_backend import MuJoCoBackend
-    from robosandbox.sim.sensors import find_sensor
+    from robosandbox.sim.opening import open_with_board
     from robosandbox.types import Scene
 
     if not all(abs(value) <= 0.5 for value in at):
         raise InputError(f"--at: {at[0]:g} {at[1]:g} is off the table, which spans -0.5..0.5 m")
     board = CalibrationBoard(centre=at)
     scene = Scene(robot_urdf=Path(robot) if robot else None)
-    with MuJoCoBackend(sensor=find_sensor(sensor), board=board) as sim:
-        sim.load(scene)
+    with closing(open_with_board(scene, board, sensor)) as sim:
         found = {name: find_camera(sim.capture(name), board, scene.table_height) for name in sim.cameras}
     if output is not None:
         calibration_of(found).save(output)

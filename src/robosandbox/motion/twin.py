@@ -5,7 +5,8 @@ from __future__ import annotations
 import mujoco
 import numpy as np
 
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.opening import simulate
 from robosandbox.sim.world import World
 from robosandbox.types import GripperState, Observation, ObservedScene, Pose
 
@@ -14,7 +15,7 @@ from robosandbox.types import GripperState, Observation, ObservedScene, Pose
 _SETTLE_SECONDS = 0.2
 
 
-def make_twin(world: World, seen: ObservedScene, state: Observation) -> MuJoCoBackend:
+def make_twin(world: World, seen: ObservedScene, state: Observation) -> Modelled:
     """Return a simulation of what is believed: objects at rest where they are seen, what the hand holds in the hand.
 
     Args:
@@ -39,7 +40,7 @@ def make_twin(world: World, seen: ObservedScene, state: Observation) -> MuJoCoBa
             data.qpos[world.model.jnt_qposadr[joint]] = np.clip(item.opening, *world.model.jnt_range[joint])
     vector = np.empty(mujoco.mj_stateSize(world.model, mujoco.mjtState.mjSTATE_INTEGRATION))
     mujoco.mj_getState(world.model, data, vector, mujoco.mjtState.mjSTATE_INTEGRATION)
-    twin = MuJoCoBackend.over(world, vector)
+    twin = simulate(world, vector)
     twin.wait(_SETTLE_SECONDS)
     return twin
 

@@ -7,88 +7,29 @@ the world share what a fault has done so far, the changed model included, and se
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 
-import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.intervention import Intervention
+from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
 from robosandbox.world.relations import bottom, centre, top
 
-Fault = Callable[["FaultInjector"], Iterator[None]]
+Fault = Callable[[Intervention], Iterator[None]]
 
-_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 _GREASE_PRIORITY = 10
 _BOLT_DAMPING = 1e6
 _JAM_DAMPING = 1e7
 
 
-class FaultInjector:
-    """Changes a world from outside, as a listener to its ticks.
-
-    Args:
-        sim: The world.
-    """
-
-    def __init__(self, sim: MuJoCoBackend) -> None:
-        self.sim = sim
-        self._data = mujoco.MjData(sim.model)
-
-    @contextmanager
-    def state(self) -> Iterator[mujoco.MjData]:
-        """Give the state as MjData to change; what was changed becomes the world's."""
-        model = self.sim.model
-        mujoco.mj_setState(model, self._data, self.sim.snapshot(), _STATE)
-        mujoco.mj_forward(model, self._data)
-        yield self._data
-        vector = np.empty(mujoco.mj_stateSize(model, _STATE))
-        mujoco.mj_getState(model, self._data, vector, _STATE)
-        self.sim.restore(vector)
-
-    def pose(self, name: str) -> Pose:
-        """Return where an object is."""
-        return self.sim.truth().objects[name].pose
-
-    def set_pose(self, name: str, pose: Pose) -> None:
-        """Put an object somewhere, at rest."""
-        with self.state() as data:
-            joint = data.joint(self._joint(name))
-            x, y, z, w = pose.quat_xyzw
-            joint.qpos = [*pose.xyz, w, x, y, z]
-            joint.qvel = np.zeros(6)
-
-    def set_velocity(self, name: str, linear: Array, angular: Array | None = None) -> None:
-        """Give an object's centre a velocity in the world's frame; a turn is in the object's own."""
-        with self.state() as data:
-            joint = data.joint(self._joint(name))
-            joint.qvel[:3] = linear
-            if angular is not None:
-                joint.qvel[3:] = angular
-
-    def geoms(self, name: str) -> NDArray[np.intp]:
-        """Return the geoms of an object's body."""
-        return np.flatnonzero(self.sim.model.geom_bodyid == self.sim.object_bodies[name])
-
-    def dofs(self, name: str) -> slice:
-        """Return the addresses of an object's velocities."""
-        begin = int(self.sim.model.body_dofadr[self.sim.object_bodies[name]])
-        return slice(begin, begin + 6)
-
-    def _joint(self, name: str) -> str:
-        model = self.sim.model
-        return str(model.joint(int(model.body_jntadr[self.sim.object_bodies[name]])).name)
-
-
 def nudge(name: str, offset: Array, speed: float = 0.2) -> Fault:
     """Slide an object by `offset` (2,), metres, at a speed, as by somebody's hand."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         start = world.pose(name).position[:2]
         length = float(np.linalg.norm(offset))
         velocity = np.array([*(offset / length * speed), 0.0])
@@ -105,7 +46,7 @@ def nudge(name: str, offset: Array, speed: float = 0.2) -> Fault:
 def roll(name: str, velocity: Array) -> Fault:
     """Let a round object roll off at `velocity` (2,), m/s; it slows down by itself."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         truth = world.sim.truth().objects[name]
         spin = np.cross([0.0, 0.0, 1.0], [*velocity, 0.0]) / truth.size[0]
         world.set_velocity(name, np.array([*velocity, 0.0]), truth.pose.rotation.T @ spin)
@@ -117,7 +58,7 @@ def roll(name: str, velocity: Array) -> Fault:
 def slip(name: str, friction: float, seconds: float = 2.0) -> Fault:
     """Grease an object until it has left the fingers, or for so many seconds."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         model, geoms = world.sim.model, world.geoms(name)
         before = model.geom_friction[geoms].copy(), model.geom_priority[geoms].copy()
         model.geom_friction[geoms, 0] = friction
@@ -134,7 +75,7 @@ def slip(name: str, friction: float, seconds: float = 2.0) -> Fault:
 def put(name: str, pose: Pose) -> Fault:
     """Put an object somewhere at once."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         world.set_pose(name, pose)
         yield
 
@@ -144,7 +85,7 @@ def put(name: str, pose: Pose) -> Fault:
 def put_on(name: str, target: str, offset: tuple[float, float] = (0.0, 0.0)) -> Fault:
     """Put an object on top of another, `offset` metres from its middle."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         truth = world.sim.truth()
         item, below = truth.objects[name].detected(), truth.objects[target].detected()
         x, y = centre(below)[:2] + offset
@@ -158,7 +99,7 @@ def put_on(name: str, target: str, offset: tuple[float, float] = (0.0, 0.0)) -> 
 def knock(name: str, velocity: Array) -> Fault:
     """Hit an object: it gets `velocity` (3,), m/s, at once."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         world.set_velocity(name, velocity)
         yield
 
@@ -168,7 +109,7 @@ def knock(name: str, velocity: Array) -> Fault:
 def weaken(joint: int, gain: float, limit: float) -> Fault:
     """Leave an arm servo this share of its stiffness, damping and force limit, for good."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         model, actuator = world.sim.model, int(world.sim.robot.actuator_ids[joint])
         model.actuator_gainprm[actuator, 0] *= gain
         model.actuator_biasprm[actuator, 1:3] *= gain
@@ -181,7 +122,7 @@ def weaken(joint: int, gain: float, limit: float) -> Fault:
 def jam(aperture: float, seconds: float | None) -> Fault:
     """Let the gripper's fingers stick `aperture` metres apart, for so many seconds or for good."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         model, gripper = world.sim.model, world.sim.robot.gripper
         assert gripper is not None
         dofs = [
@@ -203,7 +144,7 @@ def jam(aperture: float, seconds: float | None) -> Fault:
 def half_open(aperture: float) -> Fault:
     """Let the gripper open no further than `aperture` metres, for good; what is open further is closed to it."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         model, gripper = world.sim.model, world.sim.robot.gripper
         assert gripper is not None
         geometry = gripper.geometry
@@ -221,7 +162,7 @@ def half_open(aperture: float) -> Fault:
 def bolt(name: str) -> Fault:
     """Fix an object where it is, for good."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         world.sim.model.dof_damping[world.dofs(name)] = _BOLT_DAMPING
         yield
 
@@ -231,7 +172,7 @@ def bolt(name: str) -> Fault:
 def lock(name: str) -> Fault:
     """Fix a drawer's sliding box where it is, for good."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         model = world.sim.model
         box = list(world.sim.body_names).index(f"{name}/box")
         model.dof_damping[int(model.body_dofadr[box])] = _BOLT_DAMPING
@@ -291,7 +232,7 @@ class ContactMeter:
         worst: Per kind of thing ("table", "itself", "objects"): newtons and the two bodies.
     """
 
-    sim: MuJoCoBackend
+    sim: Modelled
     intended: set[str] = field(default_factory=set)
     worst: dict[str, tuple[float, str, str]] = field(default_factory=dict)
 
@@ -319,7 +260,7 @@ class ContactMeter:
 def first_of(*faults: Fault) -> Fault:
     """Return the faults one after the other as one."""
 
-    def run(world: FaultInjector) -> Iterator[None]:
+    def run(world: Intervention) -> Iterator[None]:
         for fault in faults:
             yield from fault(world)
 

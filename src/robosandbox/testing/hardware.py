@@ -14,7 +14,7 @@ from robosandbox.drivers import Capabilities, ControlLoop, require
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
-from robosandbox.sim.mujoco_backend import open_mujoco
+from robosandbox.sim.opening import open_mujoco
 from robosandbox.types import (
     Array,
     GripperState,
@@ -79,9 +79,7 @@ class Hardware:
         felt: Iterable[str] = (),
         start_q: Array | None = None,
     ) -> None:
-        self._plant = open_mujoco(scene, sensor=sensor, felt=felt)
-        if start_q is not None:
-            self._plant.reset(q=start_q)
+        self._plant = open_mujoco(scene, sensor=sensor, felt=felt, start_q=start_q)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         self._planning = PlanningScenes(scene).of(nothing)
         self._kinematics = self._planning.kinematics()

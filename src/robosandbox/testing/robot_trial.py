@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 
 from robosandbox.errors import InputError
+from robosandbox.protocols import Driver
 from robosandbox.robots.check.finding import Check
 from robosandbox.robots.loader import RobotModel
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import open_mujoco
 from robosandbox.tasks.checks import Displaced, Lifted
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
@@ -44,13 +46,12 @@ def try_out(
     blame = next((item.field for item in static if item.field and not item.ok), None)
     doubted = blame or next((item.field for item in static if item.field), None)
     scene = Scene(robot_urdf=path, robot_config=config)
-    sim = MuJoCoBackend()
     try:
-        sim.load(scene)
+        sim = open_mujoco(scene)
     except InputError as error:
-        yield Check("start", False, str(error), blame or _start_field(sim, clear_home, str(error)))
+        yield Check("start", False, str(error), blame or _start_field(scene, robot, clear_home, str(error)))
         return
-    with sim:
+    with closing(sim):
         yield _home_is_held(sim, blame)
         yield _servos_track(sim, blame)
         if robot.gripper is not None:
@@ -69,20 +70,20 @@ def try_out(
         )
 
 
-def _start_field(sim: MuJoCoBackend, clear_home: tuple[float, ...], message: str) -> str:
+def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...], message: str) -> str:
     """Return what to change of a robot that starts inside something: where another home is free, the home."""
     if "'table'" not in message and "'floor'" not in message:
         return "arm.home_qpos"
-    if len(clear_home) != sim.robot.n:
+    if len(clear_home) != len(robot.sidecar.arm.joints):
         return "base_pose.xyz"
     try:
-        sim.reset(q=np.array(clear_home))
+        open_mujoco(scene, start_q=np.array(clear_home)).close()
     except InputError:
         return "base_pose.xyz"
     return "arm.home_qpos"
 
 
-def _home_is_held(sim: MuJoCoBackend, blame: str | None) -> Check:
+def _home_is_held(sim: Driver, blame: str | None) -> Check:
     home = sim.robot.home_q
     sim.wait(1.0)
     off = np.abs(sim.state().q - home)
@@ -100,7 +101,7 @@ def _home_is_held(sim: MuJoCoBackend, blame: str | None) -> Check:
     return Check("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
 
 
-def _servos_track(sim: MuJoCoBackend, blame: str | None) -> Check:
+def _servos_track(sim: Driver, blame: str | None) -> Check:
     robot = sim.robot
     worst, who = 0.0, 0
     for joint in range(robot.n):
@@ -132,7 +133,7 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
     return ramp
 
 
-def _gripper_moves(sim: MuJoCoBackend, blame: str | None) -> Check:
+def _gripper_moves(sim: Driver, blame: str | None) -> Check:
     gripper = sim.robot.gripper
     assert gripper is not None
     geometry = gripper.geometry

@@ -6,7 +6,7 @@ import numpy as np
 
 from robosandbox.shapes import Shape, Size, shapes
 from robosandbox.shapes.body import Free, Piece
-from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.sim.opening import open_mujoco
 from robosandbox.types import TABLE_HEIGHT, Array, DetectedObject, Pose, Scene, SceneObject
 
 # How far a piece may reach beyond the object's support function, and the support function beyond all pieces, metres:
@@ -85,8 +85,7 @@ def _check_rest(item: SceneObject, seen: DetectedObject) -> None:
     low = -float(item.shape.support(seen, np.array([[0.0, 0.0, -1.0]]))[0])
     x, y, z = item.pose.xyz
     standing = item.model_copy(update={"pose": Pose(xyz=(x, y, z - low + TABLE_HEIGHT + 0.001))})
-    sim = MuJoCoBackend()
-    sim.load(Scene(objects=(standing,)))
+    sim = open_mujoco(Scene(objects=(standing,)))
     try:
         now = sim.truth().objects["it"].detected()
         bottom = -float(now.shape.support(now, np.array([[0.0, 0.0, -1.0]]))[0])

@@ -9,7 +9,6 @@ from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any, Self
 
-import mujoco
 import zenoh
 
 from robosandbox.errors import (
@@ -55,6 +54,7 @@ from robosandbox.service.server.studio import Studio
 from robosandbox.service.server.worker import Pace, Worker
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.validation import did_you_mean
+from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
 # A planning skill hears of its cancellation between two samples or solutions.
@@ -407,7 +407,7 @@ class SimServer:
         goals, accepted = self._ledger.dump(ended)
         return SavedWorld(
             boot_id=self.boot_id,
-            mujoco=mujoco.__version__,
+            mujoco=versions()["mujoco"],
             task=self._served.task.model_dump(mode="json"),
             checkpoint=self._served.checkpoint(),
             goals=goals,

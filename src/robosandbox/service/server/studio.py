@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import logging
-import math
 import threading
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -18,8 +16,8 @@ from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
 from robosandbox.service.messages import Picture
 from robosandbox.sim.modelled import Modelled
-from robosandbox.sim.rendering import OffscreenRenderer
-from robosandbox.types import Array, Intrinsics, Pose
+from robosandbox.sim.state_renderer import StateRenderer
+from robosandbox.types import Array
 
 _log = logging.getLogger(__name__)
 _MOST_HZ = 30.0
@@ -76,9 +74,7 @@ class Studio:
         self._requests: list[tuple[View, Deliver, Refuse]] = []
         self._changed = threading.Condition()
         self._stopping = False
-        self._model: mujoco.MjModel | None = None
-        self._data: mujoco.MjData | None = None
-        self._renderer: OffscreenRenderer | None = None
+        self._renderer: StateRenderer | None = None
         self._thread = threading.Thread(target=self._loop, name="cameras", daemon=True)
 
     def start(self) -> None:
@@ -171,39 +167,28 @@ class Studio:
             if moment.sim is not sim:
                 raise BusyError("another task was loaded meanwhile; ask again", evidence=BusyEvidence(doing="load"))
             name = sim.camera_in_model(view.camera)
-            renderer, data = self._prepared(sim)
-            mujoco.mj_setState(sim.model, data, moment.state, mujoco.mjtState.mjSTATE_INTEGRATION)
-            mujoco.mj_forward(sim.model, data)
-            drawn = renderer.render(data, name) if view.kind == "rgb" else renderer.depth(data, name)
+            drawn, lens, pose = self._prepared(sim).draw(moment.state, name, depth=view.kind == "depth")
             self.frames += 1
-            camera = sim.model.camera(name).id
-            fovy = float(sim.model.cam_fovy[camera])
-            # MuJoCo's cameras look along -z with y up.
-            optical = data.cam_xmat[camera].reshape(3, 3) @ np.diag([1.0, -1.0, -1.0])
-            pose = Pose.from_matrix(data.cam_xpos[camera], optical)
-        height, width = drawn.shape[:2]
-        focal = height / 2.0 / math.tan(math.radians(fovy) / 2.0)
         return encode(drawn, view.format), Picture(
             camera=view.camera,
             boot_id=self._boot_id,
             stamp=moment.stamp,
             time=moment.time,
-            intrinsics=Intrinsics(width=width, height=height, fx=focal, fy=focal, cx=width / 2.0, cy=height / 2.0),
+            intrinsics=lens,
             format=view.format,
             pose_camera_in_world=pose,
         )
 
-    def _prepared(self, sim: Modelled) -> tuple[OffscreenRenderer, mujoco.MjData]:
-        if self._renderer is None or self._data is None or self._model is not sim.model:
+    def _prepared(self, sim: Modelled) -> StateRenderer:
+        if self._renderer is None or not self._renderer.draws(sim):
             self._release()
-            self._renderer = OffscreenRenderer(sim.model, sim.render_size)
-            self._model, self._data = sim.model, mujoco.MjData(sim.model)
-        return self._renderer, self._data
+            self._renderer = StateRenderer(sim)
+        return self._renderer
 
     def _release(self) -> None:
         if self._renderer is not None:
             self._renderer.close()
-        self._renderer = self._data = self._model = None
+        self._renderer = None
 
 
 def encode(picture: NDArray[np.uint8] | NDArray[np.float32], format: Format) -> bytes:

@@ -1,0 +1,71 @@
+"""Changes of a simulated world that no robot makes: things put elsewhere, pushed, or given other properties."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from robosandbox.sim.modelled import Modelled
+from robosandbox.types import Array, Pose
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+
+
+class Intervention:
+    """Changes a world from outside: where things are, how fast, and what the model says of them.
+
+    Args:
+        sim: The world.
+    """
+
+    def __init__(self, sim: Modelled) -> None:
+        self.sim = sim
+        self._data = mujoco.MjData(sim.model)
+
+    @contextmanager
+    def state(self) -> Iterator[mujoco.MjData]:
+        """Give the state as MjData to change; what was changed becomes the world's."""
+        model = self.sim.model
+        mujoco.mj_setState(model, self._data, self.sim.snapshot(), _STATE)
+        mujoco.mj_forward(model, self._data)
+        yield self._data
+        vector = np.empty(mujoco.mj_stateSize(model, _STATE))
+        mujoco.mj_getState(model, self._data, vector, _STATE)
+        self.sim.restore(vector)
+
+    def pose(self, name: str) -> Pose:
+        """Return where an object is."""
+        return self.sim.truth().objects[name].pose
+
+    def set_pose(self, name: str, pose: Pose) -> None:
+        """Put an object somewhere, at rest."""
+        with self.state() as data:
+            joint = data.joint(self._joint(name))
+            x, y, z, w = pose.quat_xyzw
+            joint.qpos = [*pose.xyz, w, x, y, z]
+            joint.qvel = np.zeros(6)
+
+    def set_velocity(self, name: str, linear: Array, angular: Array | None = None) -> None:
+        """Give an object's centre a velocity in the world's frame; a turn is in the object's own."""
+        with self.state() as data:
+            joint = data.joint(self._joint(name))
+            joint.qvel[:3] = linear
+            if angular is not None:
+                joint.qvel[3:] = angular
+
+    def geoms(self, name: str) -> NDArray[np.intp]:
+        """Return the geoms of an object's body."""
+        return np.flatnonzero(self.sim.model.geom_bodyid == self.sim.object_bodies[name])
+
+    def dofs(self, name: str) -> slice:
+        """Return the addresses of an object's velocities."""
+        begin = int(self.sim.model.body_dofadr[self.sim.object_bodies[name]])
+        return slice(begin, begin + 6)
+
+    def _joint(self, name: str) -> str:
+        model = self.sim.model
+        return str(model.joint(int(model.body_jntadr[self.sim.object_bodies[name]])).name)

@@ -1,0 +1,213 @@
+"""What the simulated robot and its cameras measure, and what a simulation knows besides: contacts and the true state."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Iterable, Sequence
+
+import mujoco
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.protocols import Guard
+from robosandbox.sim.contacts import Contacts
+from robosandbox.sim.control import ControlledSimulation
+from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
+from robosandbox.sim.states import object_truth
+from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen_array
+
+# MuJoCo's cameras look along -z with y up.
+_OPTICAL = np.diag([1.0, -1.0, -1.0])
+
+
+class SensedSimulation(ControlledSimulation):
+    """A simulation whose robot takes commands, with all that it and its cameras measure.
+
+    Args:
+        control_timestep: Seconds between commands to the servos.
+        render_size: (height, width) of camera pictures, pixels.
+        sensor: What `capture` sees through.
+
+    Attributes:
+        render_size: Likewise.
+        sensor: Likewise.
+    """
+
+    def __init__(self, control_timestep: float, render_size: tuple[int, int], sensor: Sensor) -> None:
+        super().__init__(control_timestep)
+        self.render_size = render_size
+        self.sensor = sensor
+        # An OpenGL context belongs to the thread that draws with it.
+        self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
+        self._past: deque[tuple[float, Array]] = deque()
+
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names that `observe(cameras=...)` takes."""
+        return tuple(self._loaded.cameras)
+
+    def camera_in_model(self, name: str) -> str:
+        """Return what the model calls a camera.
+
+        Raises:
+            InputError: No such camera.
+        """
+        cameras = self._loaded.cameras
+        if name not in cameras:
+            raise InputError(f"camera {name!r} is not one of {', '.join(cameras)}")
+        return cameras[name]
+
+    def state(self, cameras: Sequence[str] = ()) -> Observation:
+        """Return proprioception, and a picture per named camera.
+
+        Raises:
+            InputError: No such camera.
+            RenderingError: No OpenGL on this machine.
+        """
+        world, data = self._loaded, self._live
+        robot = world.robot
+        mujoco.mj_kinematics(world.model, data)
+        images = {name: self._render(name) for name in cameras}
+        return Observation(
+            time=float(data.time),
+            q=frozen_array(data.qpos[robot.qpos_indices]),
+            qd=frozen_array(data.qvel[robot.dof_indices]),
+            tcp_pose=Pose.from_matrix(*robot.tcp(data)),
+            gripper=robot.gripper.state(data) if robot.gripper else None,
+            images=images,
+        )
+
+    def capture(self, camera: str) -> RgbdFrame:
+        """Return what the sensor delivers of a camera now: colour, depth, and how robot and camera stood.
+
+        Raises:
+            InputError: No such camera.
+            RenderingError: No OpenGL on this machine.
+        """
+        name = self.camera_in_model(camera)
+        model, robot, data = self.model, self.robot, self._exposed()
+        rgb, depth = self._renderer(FRAME_SIZE).rgbd(data, name)
+        number = model.camera(name).id
+        pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
+        fingers = data.qpos[robot.gripper.joint_indices] if robot.gripper else np.zeros(0)
+        frame = RgbdFrame(
+            camera=camera,
+            time=float(data.time),
+            rgb=rgb,
+            depth=depth,
+            intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
+            pose_camera_in_world=pose,
+            q=frozen_array(data.qpos[robot.qpos_indices]),
+            gripper_q=frozen_array(fingers),
+        )
+        return self.sensor.sense(frame)
+
+    def truth(self) -> Truth:
+        """Return the simulated state; for judging and ground-truth perception."""
+        world, data = self._loaded, self._live
+        mujoco.mj_kinematics(world.model, data)
+        touching, held = Contacts(world, data).by_object()
+        objects = {
+            item.id: object_truth(
+                world,
+                data,
+                item,
+                size=self._mesh_sizes.get(item.id, item.size),
+                contacts=tuple(sorted(touching.get(item.id, ()))),
+                felt=self._felt.get(item.id, 0.0),
+            )
+            for item in world.scene.objects
+        }
+        return Truth(
+            time=float(data.time),
+            q=frozen_array(data.qpos[world.robot.qpos_indices]),
+            home_q=world.robot.home_q,
+            table_height=world.scene.table_height,
+            objects=objects,
+            held=held,
+        )
+
+    def held(self) -> str | None:
+        """Return the object that both sides of the gripper touch."""
+        return Contacts(self._loaded, self._live).by_object()[1]
+
+    def servo_force(self, joint: int) -> tuple[float, float]:
+        """Return what an arm joint's servo gives now and the most that it can, N m or N; infinite without a limit."""
+        actuator = int(self.robot.actuator_ids[joint])
+        limited = bool(self.model.actuator_forcelimited[actuator])
+        limit = float(np.abs(self.model.actuator_forcerange[actuator]).max()) if limited else np.inf
+        return abs(float(self._live.actuator_force[actuator])), limit
+
+    def contact_forces(self) -> list[tuple[float, int, int]]:
+        """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
+        return Contacts(self._loaded, self._live).of_robot()
+
+    def strongest_contact(self) -> tuple[float, str, str]:
+        """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
+        return Contacts(self._loaded, self._live).strongest()
+
+    def force_on(self, object_id: str | None) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
+        return Contacts(self._loaded, self._live).force_on(object_id)
+
+    def grip_on(self, object_id: str | None) -> float:
+        """Return with how much force each side of the gripper presses on an object, N; None is whatever is there."""
+        return Contacts(self._loaded, self._live).grip_on(object_id)
+
+    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
+        """Return the pairs (robot body, other body) that touch now, without the robot's own."""
+        return Contacts(self._loaded, self._live).of_arm()
+
+    def contacts_around(self, carried: Iterable[str] = ()) -> list[tuple[str, str, float]]:
+        """Return (link or carried object, what it touches, N) of the robot and of these objects, its grip on them left out."""
+        return Contacts(self._loaded, self._live).around(carried)
+
+    def log(self, capacity: int) -> StepRecorder:
+        """Return a log that can take down this world's state; it ends with the model."""
+        return StepRecorder(self._loaded, self._live, capacity)
+
+    def _jumped(self) -> None:
+        self._past.clear()
+        super()._jumped()
+
+    def _tick(self, guards: Sequence[Guard] = ()) -> None:
+        if self.sensor.latency > 0.0:
+            self._remember()
+        super()._tick(guards)
+
+    def _free_renderers(self) -> None:
+        for renderer in self._renderers.values():
+            renderer.close()
+        self._renderers = {}
+
+    def _render(self, camera: str) -> np.ndarray:
+        name = self.camera_in_model(camera)
+        mujoco.mj_camlight(self.model, self._live)
+        return self._renderer(self.render_size).render(self._live, name)
+
+    def _renderer(self, size: tuple[int, int]) -> OffscreenRenderer:
+        key = (threading.get_ident(), size)
+        if key not in self._renderers:
+            self._renderers[key] = OffscreenRenderer(self.model, size)
+        return self._renderers[key]
+
+    def _remember(self) -> None:
+        now = float(self._live.time)
+        self._past.append((now, self._live.qpos.copy()))
+        while len(self._past) > 1 and self._past[1][0] <= now - self.sensor.latency:
+            self._past.popleft()
+
+    def _exposed(self) -> mujoco.MjData:
+        """Return the world as it was when the picture that is delivered now was exposed."""
+        data = self._live
+        moment = float(data.time) - self.sensor.latency
+        if self.sensor.latency > 0.0 and self._past and self._past[-1][0] > 0.0:
+            data = mujoco.MjData(self.model)
+            time, qpos = next((past for past in reversed(self._past) if past[0] <= moment), self._past[0])
+            data.qpos, data.time = qpos, time
+        mujoco.mj_kinematics(self.model, data)
+        mujoco.mj_camlight(self.model, data)
+        return data

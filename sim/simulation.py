@@ -1,0 +1,181 @@
+"""A compiled world and its state in MuJoCo, and how time passes in it: physics steps, control ticks, listeners, guards."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+import mujoco
+import numpy as np
+
+from robosandbox.drivers import ControlLoop
+from robosandbox.errors import InputError
+from robosandbox.protocols import Guard
+from robosandbox.robots.robot import Robot
+from robosandbox.robots.sidecar import Sidecar
+from robosandbox.shapes.mesh_file import mesh_bounds
+from robosandbox.sim.contacts import Contacts
+from robosandbox.sim.world import World
+from robosandbox.types import Array, Scene
+
+_STATE = mujoco.mjtState.mjSTATE_INTEGRATION
+# Settling: how long it may take, how often it is looked at, seconds; how often in a row nothing may have moved faster than
+# this, m/s or rad/s. A cube that falls by a centimetre lies still after 0.3 s.
+_SETTLE_SECONDS = 3.0
+_SETTLE_CHUNK_SECONDS = 0.02
+_CALM_CHUNKS = 5
+_REST_SPEED = 0.005
+
+
+class Simulation:
+    """A world that is simulated.
+
+    Args:
+        control_timestep: Seconds between commands to the servos; a whole multiple of the physics time step.
+
+    Attributes:
+        control_timestep: Likewise.
+        guards: Asked after every control tick.
+        wait_hooks: Called again and again while a scene is loaded and settles. One that raises ends that.
+        jump_hooks: Called after the state was set in another way than by letting time pass.
+        physics_steps: Physics steps since the last reset.
+        episode: Counts how often the world was put into another state than time alone brings.
+    """
+
+    def __init__(self, control_timestep: float) -> None:
+        self.control_timestep = control_timestep
+        self._loop = ControlLoop()
+        self.guards: list[Guard] = self._loop.guards
+        self.wait_hooks: list[Callable[[], None]] = []
+        self.jump_hooks: list[Callable[[], None]] = []
+        self.physics_steps: int = 0
+        self.episode: int = 0
+        self._world: World | None = None
+        self._data: mujoco.MjData | None = None
+        self._substeps = 1
+        self._mesh_sizes: dict[str, tuple[float, ...]] = {}
+        self._felt: dict[str, float] = {}
+
+    @property
+    def world(self) -> World:
+        """The compiled scene."""
+        return self._loaded
+
+    @property
+    def model(self) -> mujoco.MjModel:
+        """The compiled model."""
+        return self._loaded.model
+
+    @property
+    def robot(self) -> Robot:
+        """The robot's indices and measured figures."""
+        return self._loaded.robot
+
+    @property
+    def scene(self) -> Scene:
+        """The scene as loaded or last reset to."""
+        return self._loaded.scene
+
+    @property
+    def sidecar(self) -> Sidecar:
+        """The robot's roles, as written or inferred."""
+        return self._loaded.sidecar
+
+    @property
+    def object_bodies(self) -> Mapping[str, int]:
+        """Body ids of the objects."""
+        return self._loaded.object_bodies
+
+    @property
+    def body_names(self) -> Sequence[str]:
+        """What people call each body."""
+        return self._loaded.names
+
+    @property
+    def time(self) -> float:
+        """Simulated seconds since reset."""
+        return float(self._live.time)
+
+    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
+        """Have `listener` called after every control tick, before the guards; return what ends that."""
+        return self._loop.subscribe(listener)
+
+    def stop(self) -> None:
+        """Command the arm to stay where it is."""
+        robot = self.robot
+        q = self._live.qpos[robot.qpos_indices]
+        self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
+
+    def feel(self, names: Iterable[str]) -> None:
+        """Keep for `truth` the most that the robot presses or pulls these objects with, from now on."""
+        self._felt = dict.fromkeys(names, 0.0)
+
+    def snapshot(self) -> Array:
+        """Return the whole simulated state as one vector."""
+        state = np.empty(mujoco.mj_stateSize(self.model, _STATE))
+        mujoco.mj_getState(self.model, self._live, state, _STATE)
+        return state
+
+    def restore(self, state: Array) -> None:
+        """Go back to a snapshot of this model."""
+        mujoco.mj_setState(self.model, self._live, state, _STATE)
+        mujoco.mj_forward(self.model, self._live)
+        self.episode += 1
+        self._jumped()
+
+    def ask_wait_hooks(self) -> None:
+        """Ask the wait hooks whether to go on; they raise where not."""
+        for hook in self.wait_hooks:
+            hook()
+
+    @property
+    def _loaded(self) -> World:
+        if self._world is None:
+            raise RuntimeError("no scene is loaded; call load(scene) first")
+        return self._world
+
+    @property
+    def _live(self) -> mujoco.MjData:
+        if self._data is None:
+            raise RuntimeError("no scene is loaded; call load(scene) first")
+        return self._data
+
+    def adopt(self, world: World) -> None:
+        """Simulate a compiled world, everything where the model has it."""
+        self._world = world
+        self._data = mujoco.MjData(world.model)
+        self._mesh_sizes = {}
+        for item in world.scene.objects:
+            if item.mesh is not None:
+                low, high = mesh_bounds(item.mesh, item.scale, of=item.id)
+                self._mesh_sizes[item.id] = tuple(float(c) for c in (high - low) / 2.0)
+        substeps = self.control_timestep / world.model.opt.timestep
+        if abs(substeps - round(substeps)) > 1e-6 or round(substeps) < 1:
+            raise InputError(
+                f"control_timestep {self.control_timestep} is no whole multiple of the physics time step "
+                f"{world.model.opt.timestep}"
+            )
+        self._substeps = round(substeps)
+
+    def _settle(self) -> None:
+        """Step until no object has moved for a while; a ball that rolls on is left rolling after a few seconds."""
+        model, data = self.model, self._live
+        dofs = [int(model.body_dofadr[b]) + i for b in self._loaded.owners for i in range(int(model.body_dofnum[b]))]
+        chunk = round(_SETTLE_CHUNK_SECONDS / model.opt.timestep)
+        calm = 0
+        for _ in range(round(_SETTLE_SECONDS / _SETTLE_CHUNK_SECONDS)):
+            self.ask_wait_hooks()
+            mujoco.mj_step(model, data, chunk)
+            calm = calm + 1 if not dofs or np.abs(data.qvel[dofs]).max() < _REST_SPEED else 0
+            if calm >= _CALM_CHUNKS:
+                return
+
+    def _tick(self, guards: Sequence[Guard] = ()) -> None:
+        mujoco.mj_step(self._loaded.model, self._live, self._substeps)
+        self.physics_steps += self._substeps
+        for name, most in self._felt.items():
+            self._felt[name] = max(most, float(np.linalg.norm(Contacts(self._loaded, self._live).force_on(name))))
+        self._loop.ticked(self.stop, guards)
+
+    def _jumped(self) -> None:
+        for hook in self.jump_hooks:
+            hook()
