@@ -18,7 +18,7 @@ from robosandbox.sim.calibration_board import CalibrationBoard
 from robosandbox.types import Array, Pose, RgbdFrame, StrictModel
 from robosandbox.validation import load_yaml_model
 
-_LEAST_TAGS = 3
+_LEAST_TAGS = 3  # Number of tags that must be seen of the board, so that its pose is certain. Chosen.
 
 
 class Calibration(StrictModel):

@@ -25,7 +25,9 @@ COLOURS: dict[str, tuple[tuple[float, float, float], ...]] = {
     "black": ((0.05, 0.05, 0.05), (0.15, 0.15, 0.15)),
 }
 
+# XYZ of the white point D65, a fraction of its Y, as in the sRGB standard (IEC 61966-2-1).
 _D65 = np.array([0.95047, 1.0, 1.08883])
+# Linear sRGB to XYZ: coefficients (a fraction of Y each), as in the sRGB standard (IEC 61966-2-1).
 _RGB_TO_XYZ = np.array(
     [[0.4124564, 0.3575761, 0.1804375], [0.2126729, 0.7151522, 0.0721750], [0.0193339, 0.1191920, 0.9503041]]
 )

@@ -21,26 +21,33 @@ from robosandbox.perception.support import Form
 from robosandbox.shapes import CONTAINER_WALL, shape_of
 from robosandbox.types import Array, ObjectKind
 
+# Metres between groups of one colour that may be one container. Chosen: walls show with gaps between them.
 _NEAR = 0.015
-_SECTORS = 20
+_SECTORS = 20  # Number of directions from the middle in which walls are counted. Chosen.
+# Share of the directions in which something raised must be seen. Chosen: a thing before it may hide a side.
 _CLOSED = 0.7
+# Metres below the highest points that count as the rim, and around a hull that count as its own. Chosen: twice a wall.
 _RIM = 0.008
-_HOLLOW = 0.016
-_WALL = 0.012
-_LEAST_INSIDE = 30
-_LEAST_POINTS = 30
+_HOLLOW = 0.016  # Depth below the rim, metres, from which a point lies inside. Chosen: twice `_RIM`.
+_WALL = 0.012  # Metres from a hull's side that count as its wall. Chosen: three walls, because depth errs at edges.
+_LEAST_INSIDE = 30  # Number of points deep inside that make a hull hollow. Chosen.
+_LEAST_POINTS = 30  # Number of surface points that a container has at least. Chosen.
+# Number of the largest groups that are tried together. Chosen so that at most 15 combinations are fitted.
 _MOST_PIECES = 4
-_MIDDLE = 0.2
+_MIDDLE = 0.2  # Share of the extents around the middle in which a solid thing shows its top. Chosen.
+# Inner half-extent and half height, metres, of the smallest container. Chosen: half of a small cube.
 _LEAST_INNER = 0.012
-_FEW = 5
-_FEWEST_OF_RIM = 4
+_FEW = 5  # Number of points in the middle that tell whether there is a top. Chosen.
+_FEWEST_OF_RIM = 4  # Number of points on the rim that tell of it. Chosen.
+# Cost of the poorest fit that is a container (units: mean squared residual over standard deviation). Chosen.
 _POOREST = 0.9
-_VAGUE = 0.006
-# What the share of a family that a hull explains is worth, as cost.
+_VAGUE = 0.006  # Standard deviation of centre and sizes, metres, from which a fit says too little. Chosen.
+# Cost that a hull which explains the whole family is worth over one that explains nothing of it (units: mean squared residual
+# over standard deviation). Chosen.
 _MORE = 0.8
-_INSIDE = 0.8
-_SHELL = 0.5
-_SAME_SIZE = 0.12
+_INSIDE = 0.8  # Share of a piece's points that lie within a hull it belongs to. Chosen.
+_SHELL = 0.5  # Share of a piece's points that lie at a hull's walls or floor, if it belongs to it. Chosen.
+_SAME_SIZE = 0.12  # Ratio by which two hulls of the same size may differ, less 1. Chosen.
 
 # Where a hull's walls are, as shares of its half-extents; the rim, and what it hides of the table, is left out.
 _ALONG, _UP = (-0.7, -0.35, 0.0, 0.35, 0.7), (-0.5, 0.0, 0.3)
@@ -49,7 +56,7 @@ _WALLS: dict[Form, Array] = {
     "box": np.array([w for u in _ALONG for z in _UP for s in (-0.97, 0.97) for w in ((s, u, z), (u, s, z))]),
     "cylinder": np.array([(0.97 * np.cos(angle), 0.97 * np.sin(angle), z) for angle in _ANGLES for z in _UP]),
 }
-_GAPS = 0.12
+_GAPS = 0.12  # Share of points of a hull's walls behind which something may be seen. Chosen.
 
 # The kind that an open container with a hull counts as, where no other has its proportions.
 _HULLS: tuple[tuple[ObjectKind, Form], ...] = (("bin", "box"), ("bowl", "cylinder"))

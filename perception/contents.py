@@ -14,12 +14,13 @@ from robosandbox.perception.segments import Segment, jumps, segment_of
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array
 
-_LEAST_PIXELS = 40
-_LEAST_RISE = 0.008
-# Depth errs with the distance, and noise must not make a thing of a wall or a floor.
+_LEAST_PIXELS = 40  # Number of pixels that a piece in a container has at least. Chosen.
+_LEAST_RISE = 0.008  # Metres over the floor from which a point is of something else. Chosen: twice a floor.
+# Number of standard deviations of depth by which points must be off floor and walls, because it errs with the distance and
+# noise must not make a thing of them. Chosen.
 _ERRORS = 3.0
-_LEAST_GAP = 0.006
-# A strip beside a wall is that wall, badly placed.
+_LEAST_GAP = 0.006  # Metres from the walls from which a point is of something else. Chosen.
+# Metres from the walls that a piece must reach: a strip beside a wall is that wall, badly placed. Chosen.
 _CLEAR_OF_WALLS = 0.022
 
 

@@ -14,10 +14,8 @@ from robosandbox.perception.track import SURELY, Track
 # Distances, colours and sizes are counted in units; below 1 unit two looks may be at the same thing. Metres: chosen twenty times
 # the error of a position, which is 2.2 mm at its 95th percentile (docs/measured.md), because the thing may have been pushed.
 _GATE = 0.05
-# Difference of colours, channels 0..255, and mean logarithm of the ratio of sizes. Chosen: half and one and a half times as
-# large are told apart.
-COLOUR_GATE = 30.0
-_SIZE_GATE = 0.45
+COLOUR_GATE = 30.0  # CIELAB distance of colours (CIE76) that is one unit. Chosen.
+_SIZE_GATE = 0.45  # Mean logarithm of the ratio of sizes that is one unit. Chosen: 1.57 times as large.
 # A difference that no pair may have, as a number of units. Chosen far above 1.
 _WORST = 10.0
 

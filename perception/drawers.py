@@ -17,25 +17,29 @@ from robosandbox.perception.support import Form
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import Array, Pose
 
+# Extent of a grip, metres, at the most: shapes/drawer.py's is 0.03 high on an arm of 0.04. Chosen with room for noise.
 _LARGEST_GRIP = 0.065
-_GRIP_OVER_TABLE = 0.012
+_GRIP_OVER_TABLE = 0.012  # Metres over the table that a grip begins at least. Chosen: what stands on the table is none.
+# Width and depth of a cabinet, metres, at the least. Chosen: twice `LEAST_DRAWER` of shapes/drawer.py.
 _LEAST_SIDE = 0.06
-_LEAST_HEIGHT = 0.03
+_LEAST_HEIGHT = 0.03  # Height of a cabinet, metres, at the least: `LEAST_DRAWER` as of shapes/drawer.py.
+# Least and largest distance of a grip before the front, metres: shapes/drawer.py's is 0.04. Chosen 0.025 to either side.
 _STAND_OFF = (0.015, 0.065)
-_MIDDLE = 0.018
-_WIDEST = 0.024
+_MIDDLE = 0.018  # Metres by which a grip may be off the middle of the front. Chosen.
+_WIDEST = 0.024  # Width of a grip, metres, at the most: shapes/drawer.py's is 0.014. Chosen with room for noise.
+# Least and largest height of a grip as a share of the cabinet's: shapes/drawer.py's is 0.6. Chosen 0.25 to either side.
 _LEVELS = (0.35, 0.85)
+# Cost of the poorest fit of a box that is a cabinet (units: mean squared residual over standard deviation). Chosen.
 _POOREST = 1.0
-_TOP = 0.012
-_FROM_SIDES = 0.02
-_BIN = 0.006
-_EMPTY = 0.25
-_SHUT = 0.012
-_ROOM = 0.006
-_MOSTLY = 0.8
+_TOP = 0.012  # Metres below the highest points that count as the top. Chosen: four times the depth noise of `rough`.
+_FROM_SIDES = 0.02  # Metres from the sides within which the top is looked along, because edges are ragged. Chosen.
+_BIN = 0.006  # Metres along the top in which points are counted. Chosen.
+_EMPTY = 0.25  # Share of the usual count below which the top has ended. Chosen.
+_SHUT = 0.012  # Opening, metres, below which a drawer counts as shut. Chosen: two bins, as of `_BIN`.
+_ROOM = 0.006  # Metres around a grip's place within which a piece is of it. Chosen.
+_MOSTLY = 0.8  # Share of a piece's points that must lie there. Chosen.
 _ROUND: tuple[Form, ...] = ("lying", "cylinder", "sphere")
-# How far it slides is not seen before it is opened.
-_MOST_OPEN = 0.75
+_MOST_OPEN = 0.75  # How far a drawer opens as a share of its depth, before it was seen open. Chosen.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -21,24 +21,26 @@ from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, TURNS, Form, axes_of, support_terms, turn_terms
 from robosandbox.types import Array
 
+# Step of the headings that are tried, an angle of 6 degrees. Chosen so that the next steps converge from it.
 _GRID = np.radians(6.0)
 _HEADINGS = {shape: np.arange(0.0, turn, _GRID) if turn else np.zeros(1) for shape, turn in TURNS.items()}
-_ITERATIONS = 4
-_SETTLED = 0.0001
-_CLIP = 3.0
-_HUBER = 1.5
-_LOOSE = 1e-3
-_MOST_SHIFT = 0.03
-_MOST_TURN = 0.15
-_LEAST_SIZE = 0.003
-_LEAST_EVIDENCE = 12
+_ITERATIONS = 4  # Number of Gauss-Newton steps. Chosen: the change is below `_SETTLED` by then.
+_SETTLED = 0.0001  # Metres of change below which a fit has settled. Chosen far below the errors.
+_CLIP = 3.0  # Number of standard deviations beyond which a residual costs no more. Chosen.
+_HUBER = 1.5  # Number of standard deviations beyond which a residual weighs less (Huber 1964). Chosen.
+_LOOSE = 1e-3  # Weight of knowing nothing of the centre, 1/m^2, so that the equations can be solved. Chosen.
+_MOST_SHIFT = 0.03  # Metres that one step may move a fit. Chosen.
+_MOST_TURN = 0.15  # Radians that one step may turn it. Chosen.
+_LEAST_SIZE = 0.003  # Half-extent, metres, of any fit. Chosen.
+_LEAST_EVIDENCE = 12  # Number of measurements that a fit needs, because it has up to seven unknowns. Chosen.
 # After so many steps a shape whose cost is this far over another's is given up.
 _TRIES = 2
+# Cost over the best so far from which a fit is given up (units: mean squared residual over standard deviation). Chosen.
 _HOPELESS = 0.25
 # Beside a shape of such a cost one that starts so much above where that one started is not tried.
 _GOOD = 0.5
 _FAR = 1.0
-# Above this cost a box is looked for from more headings, so far apart.
+# Cost from which a box is tried from other starts (units: mean squared residual over standard deviation). Chosen.
 _POOR = 0.6
 _RESTART = np.pi / 8.0
 _UP = np.array([0.0, 0.0, 1.0])

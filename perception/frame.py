@@ -17,21 +17,23 @@ from robosandbox.types import Array, Intrinsics, RgbdFrame
 Image = NDArray[np.float32]
 Mask = NDArray[np.bool_]
 
-LEAST_DEPTH = 0.05
-MOST_DEPTH = 4.0
+LEAST_DEPTH = 0.05  # Least depth, metres, that counts as measured. Chosen below what any sensor gives.
+MOST_DEPTH = 4.0  # Largest depth, metres. Chosen beyond the table from every camera.
 _DARK, _BRIGHT = 12, 250
-_PLANE_STRIDE = 8
+_PLANE_STRIDE = 8  # Number of pixels between those to which the table's plane is fitted. Chosen.
+# Metres from the table's height within which pixels may be the table. Chosen: what a badly calibrated camera is off.
 _PLANE_BAND = 0.03
-_PLANE_LEAST = 170
-_PLANE_TRIMS = 4
-_LEAST_TRIM = 0.001
+_PLANE_LEAST = 170  # Number of such pixels that tell the plane. Chosen.
+_PLANE_TRIMS = 4  # Number of times that what is off is left out and the plane fitted anew. Chosen.
+_LEAST_TRIM = 0.001  # Metres within which nothing is left out. Chosen.
+# Standard deviation of depth where the table is not seen, metres. Chosen: that of `rough` at its distance.
 _USUAL_NOISE = 0.0035
-# How far calibrations are off as a rule: what is seen of a small patch of table does not outweigh it.
+# Standard deviation of a camera's tilt, radians. Chosen: four times `calibration_rotation` of `realsense` in sim/sensors.py.
 _TILT_PRIOR = 0.003
-_SHIFT_PRIOR = 0.004
-_CORRELATED = 4.0
-_MOST_SHIFT = 0.02
-_MOST_TILT = 0.025
+_SHIFT_PRIOR = 0.004  # Standard deviation of its height, metres. Chosen likewise.
+_CORRELATED = 4.0  # Number of pixels whose depth errs alike, of those that are used. Chosen.
+_MOST_SHIFT = 0.02  # Correction of the height, metres, beyond which it is none of the camera's. Chosen.
+_MOST_TILT = 0.025  # The same of the tilt, radians. Chosen.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

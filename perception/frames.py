@@ -13,10 +13,11 @@ from numpy.typing import NDArray
 from robosandbox.perception.frame import Frame, Image, Mask, Table
 from robosandbox.perception.segments import Segment, find_segments, segment_of
 
+# Number of pixels from one to the next of which the bare table is noted. Chosen so that light is still measured near things.
 BARE_STRIDE = 4
-_ON_TABLE = 0.006
-_FROM_EDGE = 0.005
-_TABLE_HUE = 0.15
+_ON_TABLE = 0.006  # Metres from the table's height within which a point is on it. Chosen.
+_FROM_EDGE = 0.005  # Metres from the table's edge within which its light is not measured. Chosen.
+_TABLE_HUE = 0.15  # Difference of shares of the channels, summed, up to which a pixel has the table's colour. Chosen.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,9 +7,10 @@ import numpy as np
 from robosandbox.perception.frames import FrameSet
 from robosandbox.perception.thing import Thing
 
+# Metres behind a thing's front at which something is seen where it was, if it is gone; less for small things. Chosen.
 _SEEN_THROUGH = 0.03
-_SHARE_THROUGH = 0.6
-_ALL_THROUGH = 0.95
+_SHARE_THROUGH = 0.6  # Share of a thing's pixels that must be seen through. Chosen.
+_ALL_THROUGH = 0.95  # The same share of a container, because one sees between its walls. Chosen.
 
 
 def seen_through(thing: Thing, frames: FrameSet) -> bool:

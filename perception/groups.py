@@ -16,12 +16,18 @@ from robosandbox.perception.quantiles import percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.types import Array
 
+# Metres between points of two views that are of the same place. Chosen: four times the 95th percentile of position errors
+# (docs/measured.md).
 _SAME_PLACE = 0.008
+# Share of the points of one view that lie near those of another, of one thing. Chosen: two cameras share little of its
+# surface.
 _LEAST_SHARE = 0.12
-_SAME_CHROMA = 0.06
+_SAME_CHROMA = 0.06  # Distance of shares of red and green up to which two views show one colour. Chosen.
+# What noise adds to it times the sum of the channels (0 to 765): a dark pixel's share says little. Chosen.
 _CHROMA_NOISE = 5.0
-# Of the light on its brightest face the darkest gets this share at least; on black nobody can tell.
+# Share of the light on a thing's brightest face that its darkest gets at least. Chosen below a half of `SIDE_LIGHT`.
 _LEAST_LIGHT = 0.28
+# Difference of brightness, of 765 levels, up to which dark colours are alike, because on black nobody can tell. Chosen.
 _BLACK = 90.0
 
 

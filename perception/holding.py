@@ -16,14 +16,15 @@ from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import Array, GripperState, Observation, Pose
 from robosandbox.world.relations import support
 
+# Metres that the fingers stay open beyond closed, if something is between them. Chosen: no bundled object is thinner.
 _SOMETHING = 0.0015
-_WITHIN = 0.02
-_FITS = 0.012
-_OPENED = 0.003
+_WITHIN = 0.02  # Metres by which a place may be off to be the fingers' or the grip's. Chosen: half of a small cube.
+_FITS = 0.012  # Metres by which the width between the fingers and a thing's extent may differ. Chosen.
+_OPENED = 0.003  # Metres by which the fingers may open and still hold. Chosen.
 _SPARE = 0.5
-_CLOSED = 0.6
-_PRESSING = 0.25
-# Share of the fingers' travel by which they stop short of their command when something is between them: a few times
+_CLOSED = 0.6  # Share of the width at which a thing was gripped below which it has slipped out. Chosen.
+_PRESSING = 0.25  # Share of the gripper's largest force from which it presses on something. Chosen.
+# Share of the fingers' travel by which they stop short of their command when something is between them. Chosen: a few times
 # what encoder noise and the servos' sag make up for on the bundled arms (testing.Hardware draws 0.2 % of it).
 _SHORT_OF_COMMAND = 0.02
 

@@ -11,12 +11,11 @@ from robosandbox.perception.colour import lab_from_rgb
 from robosandbox.shapes import shape_of
 from robosandbox.types import Array, ObjectKind, SceneObject
 
-# Cost of another kind that a camera may take for it, and of any other.
-_LIKE_KIND = 0.3
-_WRONG_KIND = 1.5
-_COLOUR_STEP = 20.0
-_SIZE_STEP = 0.35
-_WORST = 3.0
+_LIKE_KIND = 0.3  # Cost of a kind that a camera may take for the described one; units as of `_COLOUR_STEP`. Chosen.
+_WRONG_KIND = 1.5  # Cost of another kind, units. Chosen: half of what no name may cost.
+_COLOUR_STEP = 20.0  # CIELAB distance of colours (CIE76) that costs one unit. Chosen.
+_SIZE_STEP = 0.35  # Mean logarithm of the ratio of sizes that costs one unit. Chosen: 1.4 times as large.
+_WORST = 3.0  # Cost from which a thing is not the described one, units. Chosen.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

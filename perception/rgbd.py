@@ -24,9 +24,9 @@ from robosandbox.protocols import Driver
 from robosandbox.types import ObservedScene, RgbdFrame
 
 _log = logging.getLogger(__name__)
-# What is seen less clearly is told of, and not acted on.
+# Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
-_AROUND_HELD = 0.003
+_AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
 CAMERAS = ("scene", "top", "wrist")
 
 

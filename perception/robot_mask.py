@@ -10,9 +10,10 @@ from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.perception.frame import Mask
 from robosandbox.types import Array, RgbdFrame
 
+# Pixels around the robot that are taken for it, because errors of joints and calibration move its outline. Chosen.
 _MARGIN_PIXELS = 3
-_NEAR = 0.02
-_IN_FRONT = 0.012
+_NEAR = 0.02  # Depth, metres, below which a point of the robot is taken to be in the lens. Chosen.
+_IN_FRONT = 0.012  # Metres before the robot from which something stands in front of it. Chosen above the depth noise.
 
 
 class RobotMask:

@@ -17,30 +17,53 @@ from robosandbox.types import Array
 
 Labels = NDArray[np.int32]
 
+# Metres beyond the table's edge where things are still looked for. Chosen: half of a small cube; nothing changes at 0.01 or
+# 0.04 (benchmarks/sensitivity.py).
 _EDGE = 0.02
+# Height over the table, metres, from which a pixel belongs to a thing; three times the depth noise where that is more.
+# Nothing is found or lost at 0.003 or 0.012 (benchmarks/sensitivity.py).
 _LEAST_HEIGHT = 0.006
+# Height over the table, metres, up to which something belongs to the scene. Chosen: above the reach of a tabletop arm.
 _HEADROOM = 1.2
+# Step of depth between neighbouring pixels, metres, at which pieces part. With 0.009 three detections of nothing in place of
+# one, with 0.036 none more (benchmarks/sensitivity.py).
 _DEPTH_JUMP = 0.018
-_CHROMA_JUMP = 0.07
+_CHROMA_JUMP = 0.07  # Step in a colour's shares of red and green at which pieces part. Chosen.
+# What noise adds to a difference of shares, summed over both, times the sum of the channels (0 to 765): a dark pixel's share
+# says little. Chosen.
 _CHROMA_NOISE = 10.0
+# The same of one share, at a colour step. Chosen half of `_CHROMA_NOISE`, because it is one share of two.
 _SHARE_NOISE = 5.0
-_BLACK = 110.0
+_BLACK = 110.0  # Sum of the channels, of 765 levels, below which a pixel is too dark to have a colour. Chosen.
+# Factor of brightness, next to black, that is no shade but another thing. With half of it one more detection of nothing, with
+# twice none (benchmarks/sensitivity.py).
 _BLACK_STEP = 3.2
+# Pixels between the rows and columns to which the table's colour is fitted. Chosen: 4800 points of a frame, enough for six
+# terms.
 _COARSE = 8
-# Parts are found in cells of so many pixels a side; in an empty one there are so many stray pixels at most.
-_CELL = 12
-_STRAY = 3
+_CELL = 12  # Pixels a side of the cells in which parts of a frame are found. Chosen about as wide as the least thing.
+_STRAY = 3  # Number of pixels in a cell that may be noise. Chosen: 2 % of the cell.
+# Number of the table's coarse pixels below which its colour is not known. Chosen: over 30 for each of the fit's six terms.
 _LEAST_TABLE = 200
+# Difference from the table's colour, summed over channels of 255 levels, that is another colour. Chosen: 12 levels a channel,
+# six times the noise of `realsense`.
 _OTHER_COLOUR = 36.0
-_LEAST_PIXELS = 14
+_LEAST_PIXELS = 14  # Number of raised pixels that a piece has at least. Chosen.
+# Number of pixels from which the mean height of a flat piece counts, because it is known better than one pixel's. Chosen.
 _WIDE = 120
-_BUMP = 60
-_LEAST_PAINT = 0.2
+_BUMP = 60  # Number of pixels below which a raised piece may be noise in the table. Chosen.
+_LEAST_PAINT = 0.2  # Share of such a piece that must have another colour than the table. Chosen.
+# Mean height over the table, metres, from which a wide flat piece is a thing's floor. Chosen below the 4 mm of a container's
+# floor.
 _LEAST_FLOOR = 0.0025
+# Pixels around a piece that it may grow by where depth ends raggedly. Chosen: twice the `edge_dropout` of `realsense` in
+# sim/sensors.py.
 _BAND = 4
+# Difference of colours, summed over channels of 255 levels, below which depth decides and not colour. Chosen: 10 levels a
+# channel.
 _ALIKE = 30.0
-_REACH = 14
-_POINTS = 220
+_REACH = 14  # Pixels around a piece that it may grow by over pixels which are surely not the table. Chosen.
+_POINTS = 220  # Number of surface points that are kept of a piece, up to twice as many. Chosen so that fits stay fast.
 
 
 @dataclass(frozen=True, eq=False)

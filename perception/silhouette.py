@@ -14,24 +14,27 @@ from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.segments import Segment
 from robosandbox.types import Array
 
-_DIRECTIONS = 32
-_OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])
-_OCCLUDES = 0.012
-_BESIDE = 3.0
-_ASIDE = 0.6
-_BESIDE_REACH = 0.85
+_DIRECTIONS = 32  # Number of directions in which an outline's tangents are taken. Chosen.
+_OUTSIDE = np.array([2.0, 3.0, 5.0, 7.0])  # Pixels beyond a tangent point at which is looked what lies there. Chosen.
+_OCCLUDES = 0.012  # Metres nearer or farther from which something hides or is behind. Chosen above the depth noise.
+_BESIDE = 3.0  # Pixels within which something lies beside an outline. Chosen: `edge_dropout` of sim/sensors.py and one.
+_ASIDE = 0.6  # Cosine from which a direction points at what an outline is cut by. Chosen.
+_BESIDE_REACH = 0.85  # Fraction of an outline's reach that ends beside another thing. Chosen.
 _WARY_REACH = 0.5
-_UNDER = 0.006
-_EDGE = 0.75
-_FEW = 6
-_LONG_CUT = 4
-_AT_CUT = 4.0
-_OUTER = 0.3
-_AWAY = -0.2
+_UNDER = 0.006  # Metres below a piece's lowest point from which something is under it. Chosen.
+_EDGE = 0.75  # Pixels from the farthest one within which others lie on the same edge. Chosen.
+_FEW = 6  # Number of free tangents below which those at a cut are used as well. Chosen.
+_LONG_CUT = 4  # Number of outline points at a removed tag that make a long cut. Chosen.
+_AT_CUT = 4.0  # Pixels around a point at which the side of a cut is told. Chosen.
+_OUTER = 0.3  # Cosine from which a neighbour lies on the outer side. Chosen.
+_AWAY = -0.2  # Cosine below which a direction points away from a cut. Chosen.
 _SIDES = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
-# A pixel belongs to a shape when its centre does, so outlines of pixels lie inside of those of shapes; corners most.
+# Pixels that an outline is too small: a pixel belongs to a shape when its centre does, so outlines of pixels lie inside of
+# those of shapes; corners most. Chosen.
 _PIXEL_BIAS = 0.32
-_PIXEL_SIGMA = 0.45
+_PIXEL_SIGMA = 0.45  # Standard deviation of a tangent, pixels. Chosen.
+# Standard deviation of a camera's pose at its distance, metres: `calibration_position` and `calibration_rotation` of
+# `realsense` in sim/sensors.py.
 _CALIBRATION = 0.0007
 
 _ANGLES = np.arange(_DIRECTIONS) * 2.0 * np.pi / _DIRECTIONS

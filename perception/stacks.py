@@ -15,10 +15,10 @@ from robosandbox.types import Array
 
 Parts = tuple[Group | None, Group | None]
 
-_BIN = 0.004
-_ENDS = 0.012
+_BIN = 0.004  # Metres of height in which points are counted. Chosen: the step of `realsense` at its distance is less.
+_ENDS = 0.012  # Metres from top and bottom within which nothing is cut. Chosen: half of the lowest thing.
 _MOST_LEDGES = 2
-_ABOVE = 0.004
+_ABOVE = 0.004  # Metres over a ledge at which it is cut, because edges are ragged. Chosen.
 
 
 def ledges(members: Group) -> list[float]:

@@ -16,6 +16,7 @@ SIZES: dict[Form, int] = {"box": 3, "cylinder": 2, "lying": 2, "sphere": 1}
 # After so much of a turn a shape looks the same; 0 where it always does.
 TURNS: dict[Form, float] = {"box": np.pi / 2.0, "cylinder": 0.0, "lying": np.pi, "sphere": 0.0}
 
+# Numbers below this are rounding errors of unit vectors' coordinates. Chosen far above 2e-16, far below what matters.
 _ROUNDING = 1e-12
 
 

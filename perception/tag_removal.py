@@ -15,14 +15,15 @@ from robosandbox.perception.tags import Tag, filled
 from robosandbox.tags import BORDERED
 from robosandbox.types import Array
 
-_LEVEL = 0.004
+_LEVEL = 0.004  # Metres from a tag's height within which a point is on its face. Chosen.
+# Metres by which depth under a tag may be off before it is taken from the tag's plane. Chosen: stereo errs on black and
+# white.
 _DEPTH_OFF = 0.008
-# The face around a tag is looked at so far from its middle, in widths of the tag; the thing's sides farther.
-_FACE = 1.7
-_SIDES = 2.2
-_PIXEL = 0.75
-_LEAST = 5
-_SAME_HUE = 0.06
+_FACE = 1.7  # Edge of the face around a tag as a multiple of the tag's, within which its rim is looked for. Chosen.
+_SIDES = 2.2  # The same multiple within which the sides below it are looked for. Chosen.
+_PIXEL = 0.75  # Pixels that a tag's outline is grown by, because its border is blurred. Chosen.
+_LEAST = 5  # Number of pixels that tell a colour. Chosen.
+_SAME_HUE = 0.06  # Difference of shares of the channels up to which rim and sides have one colour. Chosen.
 
 
 def tags_removed(

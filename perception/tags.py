@@ -20,25 +20,27 @@ from robosandbox.perception.thing import Thing
 from robosandbox.tags import TAG_CELLS, TAG_COUNT, TAG_FAMILY
 from robosandbox.types import Array
 
-_LEAST_HEIGHT = 0.008
-_LEAST_PIXELS = 40
-_ROOM = 3
-_PIXELS_PER_CELL = 5.0
-_MOST_PIXELS = 900
-_TOPS = 90.0
+_LEAST_HEIGHT = 0.008  # Height over the table, metres, from which a tag's face is looked for. Chosen.
+_LEAST_PIXELS = 40  # Number of pixels of a face in which a tag may be read. Chosen.
+_ROOM = 3  # Pixels around a face that are looked at as well. Chosen.
+_PIXELS_PER_CELL = 5.0  # Pixels of the straightened face for each cell of a tag. Chosen.
+_MOST_PIXELS = 900  # Pixels a side of a straightened face at the most. Chosen so that reading stays fast.
+_TOPS = 90.0  # Percentile of heights in a piece that is its top, percent: what is above may be noise. Chosen.
 # Shares of the way from dark to light at which squares are looked for: blurred, they part from what is beside them at some.
+# Chosen.
 _LEVELS = (0.45, 0.35, 0.55, 0.25, 0.65)
-_EXTREMES = (2.0, 98.0)
-_SAME_SIZE = 0.22
-_LEVEL_WITHIN = 0.006
+_EXTREMES = (2.0, 98.0)  # Percentiles of brightness that are black and white, percent. Chosen.
+_SAME_SIZE = 0.22  # Ratio by which a border's sides may differ from a described tag's, less 1. Chosen.
+_LEVEL_WITHIN = 0.006  # Metres by which a face's points may be off its height, at their median. Chosen.
+# Levels of 255 between black and white at the least. Chosen: ten times the colour noise of `realsense`.
 _LEAST_CONTRAST = 25.0
-_ON_IT = 0.012
-_FRAME_CONTRAST = 0.4
-# How far off, in cells, a square may be.
+_ON_IT = 0.012  # Metres from a face's plane within which a tag lies on it. Chosen.
+_FRAME_CONTRAST = 0.4  # Share of the contrast that a tag's white frame has over its black border. Chosen.
+# Shifts of the grid in cells, as fractions, that are tried. Chosen: corners are found to a part of a cell.
 _SHIFTS = (0.0, -0.4, 0.4)
-_SCALES = (1.0, 0.94, 1.06)
-_SURE = 0.75
-_SURER_THAN_NEXT = 0.1
+_SCALES = (1.0, 0.94, 1.06)  # Factors of the grid's size that are tried. Chosen likewise.
+_SURE = 0.75  # Share of a tag's cells, weighted by contrast, that must agree. Chosen.
+_SURER_THAN_NEXT = 0.1  # Share by which the best number must agree better than the next. Chosen.
 # What a pixel a cell wide blurs: the standard deviation, cells.
 _BLUR = 0.35
 

@@ -22,14 +22,15 @@ from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.types import Array, ObjectKind, Pose
 from robosandbox.world.relations import inside
 
-_LEAST_CONFIDENCE = 0.15
-_STRANGER_CONFIDENCE = 0.25
-_AT_HAND = 0.06
+_LEAST_CONFIDENCE = 0.15  # Confidence, a probability, from which a described thing gets its name. Chosen.
+_STRANGER_CONFIDENCE = 0.25  # The same probability for what nobody has described: nothing else speaks for it. Chosen.
+_AT_HAND = 0.06  # Metres from the TCP within which new things are taken for pieces of what the hand covers. Chosen.
+# Confidence, a probability, of a thing let go between a container's walls. Chosen: enough to be acted on.
 _FALLEN = 0.4
-# Too little to be acted on, or to be claimed.
+# Confidence, a probability, of a thing let go over the rim: too little to be acted on, or to be claimed. Chosen.
 _MAYBE = 0.25
-_PIECE = 0.01
-_SLID = 0.0005
+_PIECE = 0.01  # Metres around a known thing within which most points of a piece of it lie. Chosen.
+_SLID = 0.0005  # Metres of a drawer's motion below which its contents stay, because that is noise. Chosen.
 
 
 @dataclass

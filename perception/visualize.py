@@ -15,11 +15,12 @@ from robosandbox.perception.track import Track
 from robosandbox.types import Array, DetectedObject
 from robosandbox.world.relations import support
 
+# Channels of x, y and z, of 255 levels: red, green and blue as in robot viewers.
 _AXES = ((230, 40, 40), (30, 170, 40), (50, 80, 250))
-_HULL = (255, 255, 255)
-_TAG = (120, 255, 120)
+_HULL = (255, 255, 255)  # White, channels of 255 levels. Chosen.
+_TAG = (120, 255, 120)  # Light green, channels of 255 levels. Chosen: no bundled object has it.
 _ROBOT = np.array([90, 90, 160], dtype=np.float32)
-_AXIS_LENGTH = 0.04
+_AXIS_LENGTH = 0.04  # Metres. Chosen about as long as a cube.
 
 
 def draw(
