@@ -23,6 +23,7 @@ from robosandbox.agent.episode import (
     Started,
     Step,
 )
+from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.usage import Usage, metered
 from robosandbox.errors import (
     CancelledError,
@@ -36,7 +37,7 @@ from robosandbox.errors import (
     RoboSandboxError,
     SkillError,
 )
-from robosandbox.protocols import AgentWorld, Attempt, Planner, Skill
+from robosandbox.protocols import Attempt, Planner, Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Intent,
@@ -61,7 +62,7 @@ _FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
 }
 
 
-WorldT = TypeVar("WorldT", bound=AgentWorld)
+WorldT = TypeVar("WorldT", bound=GoalContext)
 
 
 _PLANNER_REASONS = {
@@ -92,6 +93,7 @@ class Agent(Generic[WorldT]):
         self.skills: dict[str, Skill[WorldT]] = {skill.name: skill for skill in skills}
         if len(self.skills) != len(skills):
             raise ValueError(f"two skills share a name: {', '.join(sorted(skill.name for skill in skills))}")
+        ctx.skills = self.skills
         self.planner = planner
         self.max_replans = max_replans
         self.listeners: list[Listener] = []

@@ -1,15 +1,12 @@
-"""What skills may use in this process, with phases told to listeners, and cancelling and a deadline between ticks."""
+"""What skills may use in this process; phases are told to listeners, limits are kept, a cancel or deadline acts between ticks."""
 
 from __future__ import annotations
 
 import logging
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field
 
 from robosandbox.agent.force import ForceGuard
-from robosandbox.agent.goal import one_goal
+from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.drivers import require
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
@@ -34,7 +31,7 @@ _SHAPED_BY_SIDECAR = frozenset(
 
 
 @dataclass(kw_only=True)
-class AgentContext:
+class AgentContext(GoalContext):
     """A sim and the parts that skills use to work in it.
 
     Attributes:
@@ -46,8 +43,6 @@ class AgentContext:
         what_if_seconds: How many simulated seconds all trials after one failure may take together.
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
-        listeners: Called with each phase that begins.
-        intent_listeners: Called with what a skill is about to do.
         phase: The phase that began last.
     """
 
@@ -59,10 +54,7 @@ class AgentContext:
     what_if_seconds: float = 120.0
     advise: bool = True
     limits: Limits | None = None
-    listeners: list[Callable[[str], None]] = field(default_factory=list, init=False, repr=False)
-    intent_listeners: list[Callable[[Intent], None]] = field(default_factory=list, init=False, repr=False)
     phase: str = field(default=Phase.CHECK, init=False)
-    _cancelled: threading.Event = field(default_factory=threading.Event, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
@@ -108,6 +100,7 @@ class AgentContext:
             advise=False,
             limits=self.limits,
         )
+        copy.skills = self.skills
         # A cancel stops what is tried out, too.
         copy._cancelled = self._cancelled
         return copy
@@ -152,24 +145,9 @@ class AgentContext:
         for listener in tuple(self.intent_listeners):
             listener(intent)
 
-    def cancel(self) -> None:
-        """Stop what runs, from any thread: it ends in a CancelledError before the next control tick."""
-        self._cancelled.set()
-
-    @contextmanager
-    def goal(self, timeout: float | None = None) -> Iterator[None]:
-        """Run one goal: an earlier cancel is forgotten, and `timeout` simulated seconds from now it must be done.
-
-        Raises:
-            ValueError: The timeout is not positive.
-        """
-        with one_goal(self._cancelled, timeout):
-            self._started = self.sim.time
-            self._deadline = None if timeout is None else self.sim.time + timeout
-            try:
-                yield
-            finally:
-                self._deadline = None
+    def _allow(self, timeout: float | None) -> None:
+        self._started = self.sim.time
+        self._deadline = None if timeout is None else self._started + timeout
 
     def _ended(self) -> SkillError | None:
         """Return once why the goal has ended, a cancel or a missed deadline; what cleans up afterwards may move again."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
-from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import SkillCall
 
 if TYPE_CHECKING:
@@ -69,7 +68,7 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
     """
     if error.code not in _CURABLE:
         return ()
-    skills = {skill.name: skill for skill in load_skills()}
+    skills = ctx.skills
     budget: _Budget | None = None
     found: list[Repair] = []
     tried: list[Calls] = []
@@ -83,7 +82,6 @@ def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple
         begin = copy.sim.time
         try:
             for item in calls:
-                copy.permit(item)
                 skills[item.skill](copy, item.arguments)
         except CancelledError:
             raise

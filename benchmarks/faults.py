@@ -28,7 +28,7 @@ import zenoh
 from robosandbox.errors import BusyError, GoalTimeoutError, SkillError, UnknownGoalError
 from robosandbox.evidence import PlacementEvidence
 from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.testing.processes import SimProcess
 
@@ -58,7 +58,7 @@ def sim_killed(times: int) -> dict[str, Any]:
 def _killed_once(task: str, number: int, file: Path) -> tuple[bool, float, str]:
     """Return whether the task was finished, the milliseconds until the agent knew, and what it said."""
     with SimProcess("--task", task, state_file=file) as sim, connect(sim.endpoint) as client:
-        session = RemoteSession(client.robot())
+        session = RemoteWorkcell(client.robot())
         wait = random.Random(number).uniform(0.05, 0.95) * _length(session)
         session.reset(number)
         started, killed, seen = threading.Event(), [0.0], [0.0]
@@ -119,7 +119,7 @@ def _sent_and_killed(sim: SimProcess, rng: random.Random) -> list[tuple[str, str
     return names
 
 
-def _length(session: RemoteSession) -> float:
+def _length(session: RemoteWorkcell) -> float:
     """Return how long the task takes at real time, seconds."""
     session.robot.set_pace("fast")
     session.run()
@@ -157,7 +157,7 @@ def agent_killed(times: int) -> dict[str, Any]:
                 moved = max(abs(a - b) for a, b in zip(begin_state.robot.q, after.robot.q, strict=True))
                 drift.append(moved)
                 held += moved < 0.002 and max(abs(v) for v in before.robot.qd) < 0.05
-                session = RemoteSession(other.robot())
+                session = RemoteWorkcell(other.robot())
                 goal = other.robot().send("home")
                 goal.wait()
                 if session.observe().held is None:
@@ -181,7 +181,7 @@ def cancelled(times: int) -> dict[str, Any]:
     ended = 0
     with SimProcess("--task", "put_in_bin") as sim, connect(sim.endpoint) as client:
         robot = client.robot()
-        session = RemoteSession(robot)
+        session = RemoteWorkcell(robot)
         for number in range(times):
             session.load(find_task(TASKS[number % len(TASKS)]))
             length = _length(session)

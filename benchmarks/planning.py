@@ -25,7 +25,7 @@ from robosandbox.errors import CollisionError
 from robosandbox.motion.collision import CollisionChecker
 from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.motion.sampling import find_knots
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Array
 
 _MM, _RAD = 0.001, np.radians(0.5)
@@ -49,7 +49,7 @@ def clutter(rng: np.random.Generator) -> Scene:
     return Scene(objects=tuple(objects))
 
 
-def free_configuration(session: Session, motion: DLSMotionPlanner, rng: np.random.Generator) -> Array | None:
+def free_configuration(session: EmbeddedWorkcell, motion: DLSMotionPlanner, rng: np.random.Generator) -> Array | None:
     """Return a configuration that points down among the things and touches nothing."""
     yaw = rng.uniform(-np.pi, np.pi)
     c, s = np.cos(yaw), np.sin(yaw)
@@ -62,7 +62,7 @@ def free_configuration(session: Session, motion: DLSMotionPlanner, rng: np.rando
     return None if motion.touch(q) else q
 
 
-def walk_touches(checker: CollisionChecker, session: Session, path: Array) -> int:
+def walk_touches(checker: CollisionChecker, session: EmbeddedWorkcell, path: Array) -> int:
     """Return how many configurations touch, 1 mm of the TCP or 0.5 deg of a joint apart."""
     robot, data = session.sim.robot, checker.data
     touching = 0

@@ -20,9 +20,10 @@ from typing import Any
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.files import find_episodes
 from robosandbox.recording.settings import RecordSettings, open_recorder
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.tasks.replay import Replay
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 
 COST_TASKS = ("pick_cube_franka", "pick_from_three", "push_left", "put_in_bin", "stack_three")
 COST_SEEDS = 10
@@ -104,7 +105,7 @@ def _compared(plain: float, recorded: float, episodes: int) -> tuple[float, floa
     return round(plain * each, 2), round(recorded * each, 2), round(100.0 * (recorded / plain - 1.0), 2)
 
 
-def _episodes(session: Session, folder: Path | None) -> list[float]:
+def _episodes(session: EmbeddedWorkcell, folder: Path | None) -> list[float]:
     """Return the CPU seconds of each episode."""
     recorder = None
     if folder is not None:

@@ -31,8 +31,9 @@ from robosandbox.agent.repairs import find_repairs
 from robosandbox.errors import Repair, SkillError
 from robosandbox.protocols import Simulated
 from robosandbox.sim.intervention import Intervention
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.interval import wilson_interval
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 from robosandbox.testing.causes import out_of_reach
 from robosandbox.testing.faults import ContactMeter
 from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
@@ -167,7 +168,7 @@ def _expect(meter: ContactMeter, event: object) -> None:
         meter.intended = {value for value in event.call.arguments.values() if isinstance(value, str)}
 
 
-def _arm(session: Session, perturbation: Perturbation) -> list[Callable[[], None]]:
+def _arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[[], None]]:
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []

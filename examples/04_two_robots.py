@@ -11,7 +11,7 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 
 PROMPTS = {"left_arm": "pick up the red cube", "right_arm": "put the green cube on the blue cube"}
 
@@ -37,7 +37,7 @@ def main() -> int:
     with ExitStack() as stack:
         endpoints = [stack.enter_context(sim(robot_id)) for robot_id in PROMPTS]
         client = stack.enter_context(connect(*endpoints))
-        sessions = {robot_id: RemoteSession(client.robot(robot_id)) for robot_id in PROMPTS}
+        sessions = {robot_id: RemoteWorkcell(client.robot(robot_id)) for robot_id in PROMPTS}
         pool = stack.enter_context(ThreadPoolExecutor(len(sessions)))
         # Both work at the same time; each agent waits for its own robot only.
         runs = {robot_id: pool.submit(session.run, PROMPTS[robot_id]) for robot_id, session in sessions.items()}

@@ -52,17 +52,19 @@ class Skill:
         return self._arguments.model_json_schema()
 
     def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
-        """Check the arguments and run.
+        """Check arguments and limits, and run; whoever calls a skill calls it here.
 
         Raises:
-            SkillError: The arguments are wrong, or the post-condition was not reached.
+            SkillError: The arguments are wrong, a limit forbids the call, or the post-condition was not reached.
         """
         checked = self.check(arguments)
+        call = SkillCall(skill=self.name, arguments=checked)
+        ctx.permit(call)
         try:
             return self._kept(ctx, checked)
         except SkillError as error:
             if not error.repairs:
-                error.repairs = ctx.repairs_for(SkillCall(skill=self.name, arguments=checked), error)
+                error.repairs = ctx.repairs_for(call, error)
             error.append(ctx.advice_for(error))
             raise
 

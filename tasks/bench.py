@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from itertools import islice
 
 from robosandbox.errors import InputError, ServiceUnavailableError
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.engines import Engine, InProcess, ProcessPool
 from robosandbox.tasks.episodes import Chunk, try_world
 from robosandbox.tasks.results import BenchSettings, Rate, Row, Tally
@@ -49,7 +49,7 @@ def run_bench(
     on_row: Callable[[Row], None] | None = None,
     kept: ResultsFile | None = None,
     engine: Engine | None = None,
-    remote: RemoteSession | None = None,
+    remote: RemoteWorkcell | None = None,
 ) -> Iterator[Row]:
     """Yield a row per task and seed, tasks in the given order, seeds from 0.
 
@@ -71,7 +71,7 @@ def run_bench(
         ServiceUnavailableError: The sim is gone, or the processes or nodes that run the episodes keep dying.
     """
     settings = settings or BenchSettings()
-    if remote is not None and remote.start is None:
+    if remote is not None and not remote.judgeable:
         raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
     # A sim tries a task's world when it is told to load it.
     tasks = tasks if remote else _tried(tasks, seeds, settings, kept)

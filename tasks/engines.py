@@ -11,7 +11,7 @@ from itertools import islice
 from typing import Protocol
 
 from robosandbox.errors import ServiceUnavailableError
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.episodes import Chunk, EpisodeRunner, run_chunk
 from robosandbox.tasks.results import Row
 
@@ -42,7 +42,7 @@ class InProcess:
         remote: In the world of this sim process, in place of one of our own.
     """
 
-    def __init__(self, remote: RemoteSession | None = None) -> None:
+    def __init__(self, remote: RemoteWorkcell | None = None) -> None:
         self._remote = remote
 
     def run(self, chunks: Iterable[Chunk]) -> Iterator[Row]:

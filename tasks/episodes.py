@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from robosandbox.errors import (
@@ -15,13 +15,14 @@ from robosandbox.errors import (
     ServiceUnavailableError,
 )
 from robosandbox.recording.settings import open_recorder
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.sim.modelled import Modelled
 from robosandbox.tasks.contact_monitor import ContactMonitor
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.results import BenchSettings, Row
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_workcell
 from robosandbox.tasks.task import Task
-from robosandbox.tasks.workcell import Workcell, verdict_of
+from robosandbox.tasks.workcell import Workcell
 from robosandbox.versions import versions
 
 if TYPE_CHECKING:
@@ -54,7 +55,7 @@ class EpisodeRunner:
         remote: Run in this sim process, in place of worlds of our own.
     """
 
-    def __init__(self, remote: RemoteSession | None = None) -> None:
+    def __init__(self, remote: RemoteWorkcell | None = None) -> None:
         self._remote = remote
         self._session: Workcell | None = None
         self._recorder: Recorder | None = None
@@ -126,7 +127,7 @@ class EpisodeRunner:
         secs = time.perf_counter() - begin
         sim_secs, physics_steps = session.elapsed()
         monitor = self._monitor
-        verdict = verdict_of(session)
+        verdict = session.judge()
         if self._recorder is not None and settings.recording is not None:
             keep = verdict.success or not settings.recording.only_success
             self._recorder.finish(judged=(verdict.success, verdict.detail), keep=keep)
@@ -155,7 +156,7 @@ class EpisodeRunner:
     def _begun(self, task: Task, seed: int, settings: BenchSettings) -> Workcell:
         """Return the task's world as it begins; a driver that does not start over is opened anew."""
         session = self.open(task, settings)
-        if isinstance(session, Session) and not session.sim.capabilities.reset:
+        if isinstance(session, EmbeddedWorkcell) and not session.sim.capabilities.reset:
             if session.seed != seed or self._used:
                 self.close()
                 self._session, self._key = self._build(task, settings, seed), (task, settings)
@@ -168,19 +169,7 @@ class EpisodeRunner:
         if self._remote is not None:
             self._remote.load(task)
             return self._remote
-        session = open_session(
-            task,
-            driver=settings.driver,
-            seed=seed,
-            planner=settings.planner,
-            planner_options=settings.planner_options,
-            perception=settings.perception,
-            grasp=settings.grasp,
-            motion=settings.motion,
-            sensor=settings.sensor,
-            max_replans=settings.max_replans,
-            what_if=settings.what_if,
-        )
+        session = open_workcell(replace(settings, task=task, seed=seed))
         # It is ours to close from here on, also if the recording cannot begin.
         self._session = session
         if settings.recording is not None:

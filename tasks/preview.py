@@ -7,7 +7,7 @@ from typing import Any
 
 from robosandbox.agent.agent import Agent
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Plan, SkillCall, SkillResult
 
 
@@ -53,12 +53,11 @@ class Preview:
         return [*told, f"{self.seconds:.1f} simulated seconds"]
 
 
-def preview(session: Session, plan: Plan) -> Preview:
+def preview(session: EmbeddedWorkcell, plan: Plan) -> Preview:
     """Carry out a plan on the twin of the session's world; the world itself is left alone."""
     ctx = session.ctx.twin()
     copy = ctx.sim
     agent = Agent(ctx=ctx, skills=session.skills, planner=session.agent.planner)
-    agent.permits.append(ctx.permit)
     start = copy.time
     done: list[tuple[SkillCall, SkillResult]] = []
     result = Preview(steps=(), seconds=0.0)

@@ -10,8 +10,9 @@ from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import Ragged
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.evaluate import Verdict, evaluate
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array
 from robosandbox.validation import validate
@@ -60,7 +61,7 @@ class Replay:
         sim: The world.
     """
 
-    def __init__(self, episode: RecordedEpisode, session: Session) -> None:
+    def __init__(self, episode: RecordedEpisode, session: EmbeddedWorkcell) -> None:
         self.episode = episode
         self.session = session
         self.sim: Modelled = modelled(session.sim, "recorded actions go to its actuators")

@@ -2,49 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import KW_ONLY, asdict, dataclass, fields
 from typing import Any, Self
 
 from robosandbox.recording.settings import RecordSettings
 from robosandbox.tasks.interval import beta_interval
+from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.versions import versions
 
 # The reason of a row whose episode could not be run or not be judged.
 ERROR = "error"
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BenchSettings:
-    """What all episodes of a bench share.
+# The options that outcomes depend on, besides task and seed.
+_RECORDED = (
+    "driver",
+    "planner",
+    "planner_options",
+    "perception",
+    "grasp",
+    "motion",
+    "sensor",
+    "max_replans",
+    "what_if",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class BenchSettings(WorkcellOptions):
+    """What all episodes of a bench share: how their workcells are opened, task and seed apart.
 
     Attributes:
-        driver: An installed driver, with its options behind its name.
-        planner: Name of an installed planner.
-        planner_options: What it takes besides the skills.
-        perception: Name of an installed perception.
-        grasp: Name of an installed grasp planner.
-        motion: Name of an installed motion planner.
-        sensor: What its cameras are like.
-        max_replans: How often a failure may be answered with a new plan.
-        what_if: Whether skills may try repairs on copies of the world.
         recording: Where and how to record the episodes; not at all when left out. No outcome depends on it.
     """
 
-    driver: str = "mujoco"
-    planner: str = "stub"
-    planner_options: Mapping[str, Any] = field(default_factory=dict)
-    perception: str = "ground_truth"
-    grasp: str = "analytic"
-    motion: str = "dls"
-    sensor: str = "ideal"
-    max_replans: int = 3
-    what_if: bool = True
+    _: KW_ONLY
     recording: RecordSettings | None = None
+
+    @classmethod
+    def of(cls, options: WorkcellOptions, recording: RecordSettings | None = None) -> Self:
+        """Return the settings of a bench whose workcells are opened so."""
+        return cls(**{field.name: getattr(options, field.name) for field in fields(options)}, recording=recording)
 
     def record(self) -> dict[str, Any]:
         """Return the settings that outcomes depend on as JSON data."""
-        return {name: value for name, value in asdict(self).items() if name != "recording"}
+        found = {name: getattr(self, name) for name in _RECORDED}
+        return {**found, "planner_options": dict(self.planner_options or {})}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

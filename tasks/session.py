@@ -1,280 +1,120 @@
-"""A world with an agent in it, ready for prompts: what the command line, the bench and short scripts use."""
+"""How a workcell of this process is opened: what the command line, the bench and short scripts use."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+import inspect
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any, Self
+from typing import ParamSpec
 
 import numpy as np
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
-from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
-from robosandbox.drivers import driver_factory, fitted, simulated
+from robosandbox.drivers import driver_factory, fitted
 from robosandbox.errors import InputError
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
-from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Simulated, Skill
-from robosandbox.service.server.checkpoint import Checkpoint
+from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.checks import AtHome
-from robosandbox.tasks.evaluate import Verdict, evaluate, true_state
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
+from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.tasks.task import Task
-from robosandbox.tasks.workcell import nobody_judges
-from robosandbox.types import Array, ObservedScene, Scene, Truth
+from robosandbox.types import Array, Scene
 
 DEFAULT_TASK = "pick_from_three"
 # How far from a task's start configuration a driver may begin, rad or m: what an encoder's noise stays far below.
 _BEGUN = 0.05
 
-
-@dataclass(slots=True, kw_only=True)
-class Session:
-    """A loaded task, and an agent that can act in it.
-
-    Attributes:
-        task: What is loaded.
-        sim: The world.
-        ctx: What skills use in it.
-        skills: What the robot can do.
-        agent: Carries out prompts.
-        seed: The last reset's.
-    """
-
-    task: Task
-    sim: Driver
-    ctx: AgentContext
-    skills: list[Skill]
-    agent: Agent[AgentContext]
-    seed: int
-    _layouts: Layouts
-    _start: Truth | None = None
-    _start_state: Array | None = None
-
-    def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
-        """Carry out a prompt, or the task's own.
-
-        Args:
-            prompt: A sentence.
-            timeout: Simulated seconds after which the running skill is stopped.
-        """
-        with self.ctx.goal(timeout):
-            return self.agent.run(self.task.prompt if prompt is None else prompt)
-
-    def reset(self, seed: int = 0) -> None:
-        """Start over with this seed's layout.
-
-        Raises:
-            InputError: The seed is negative or has no layout.
-            UnsupportedError: The driver does not start over.
-        """
-        sim = simulated(self.sim, "a layout is laid out by it; open the session with the seed")
-        self._layouts.lay_out(seed, lambda scene, q: sim.reset(scene, q=q))
-        self._begin(seed)
-
-    def _begin(self, seed: int) -> None:
-        look = true_state(self.sim)
-        self._start = None if look is None else look()
-        self._start_state = self.sim.snapshot() if isinstance(self.sim, Simulated) else None
-        self.seed = seed
-
-    def checkpoint(self) -> Checkpoint:
-        """Return the world as it is, for `restore`.
-
-        Raises:
-            UnsupportedError: The driver's world cannot be taken down.
-        """
-        sim = simulated(self.sim, "a checkpoint is taken of it")
-        assert self._start_state is not None
-        return Checkpoint(
-            seed=self.seed,
-            scene=sim.scene,
-            start=tuple(self._start_state.tolist()),
-            state=tuple(sim.snapshot().tolist()),
-            physics_steps=sim.physics_steps,
-        )
-
-    def restore(self, checkpoint: Checkpoint) -> None:
-        """Go back to a checkpoint of this task; the arm holds.
-
-        Raises:
-            InputError: The checkpoint is of another task.
-            UnsupportedError: The driver's world cannot be put back.
-        """
-        sim = simulated(self.sim, "a checkpoint is put back into it")
-        sim.resume(checkpoint.scene, np.array(checkpoint.start), 0)
-        self._begin(checkpoint.seed)
-        sim.resume(checkpoint.scene, np.array(checkpoint.state), checkpoint.physics_steps)
-        sim.stop()
-
-    @property
-    def start(self) -> Truth:
-        """The state after the last reset, which success is judged against.
-
-        Raises:
-            UnsupportedError: Nobody can judge.
-        """
-        if self._start is None:
-            raise nobody_judges()
-        return self._start
-
-    @property
-    def robot_name(self) -> str:
-        """The robot's model."""
-        return self.sim.robot.name
-
-    @property
-    def cameras(self) -> tuple[str, ...]:
-        """Names that `picture` takes."""
-        return self.sim.capabilities.cameras
-
-    def elapsed(self) -> tuple[float, int | None]:
-        """Return the driver's seconds since the last reset, and physics steps, where it simulates."""
-        return self.sim.time, self.sim.physics_steps if isinstance(self.sim, Simulated) else None
-
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a PNG or JPEG file's bytes.
-
-        Raises:
-            InputError: No such camera.
-            RenderingError: No OpenGL on this machine.
-        """
-        from robosandbox.service.server.studio import encode
-
-        return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
-
-    def observe(self) -> ObservedScene:
-        """Return what perception sees now."""
-        return self.ctx.look()
-
-    def judge(self) -> Verdict:
-        """Tell whether the task has succeeded since the last reset; waits as long as it asks success to hold.
-
-        Raises:
-            UnsupportedError: The driver knows no truth and has no referee.
-        """
-        look = true_state(self.sim)
-        if look is None:
-            raise nobody_judges()
-        return evaluate(self.task.success, self.start, look, self.sim.wait)
-
-    def close(self) -> None:
-        """Free the world."""
-        self.sim.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
+P = ParamSpec("P")
 
 
-def open_session(
-    task: Task | Scene | Path | str | None = None,
-    *,
-    robot: Path | str | None = None,
-    driver: str = "mujoco",
-    driver_options: Mapping[str, Any] | None = None,
-    planner: str = "stub",
-    planner_options: Mapping[str, Any] | None = None,
-    camera: str | None = None,
-    dialogue: bool = False,
-    perception: str = "ground_truth",
-    perception_options: Mapping[str, Any] | None = None,
-    grasp: str = "analytic",
-    grasp_options: Mapping[str, Any] | None = None,
-    motion: str = "dls",
-    motion_options: Mapping[str, Any] | None = None,
-    sensor: str = "ideal",
-    seed: int = 0,
-    max_replans: int = 3,
-    what_if: bool = True,
-    render_size: tuple[int, int] = (240, 320),
-    wait_hook: Callable[[], None] | None = None,
-) -> Session:
-    """Load a world and put an agent in it.
+def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
+    """Load a world in this process and put an agent in it.
 
     Args:
-        task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
-            three cubes when left out.
-        robot: A model file or a bundled robot's name, in place of the task's robot.
-        driver: Name of an installed driver, with options behind it: "hardware:latency=0.02". One that does not start over
-            is opened on the seed's layout.
-        driver_options: More of what it takes; None counts as not given.
-        planner: Name of an installed planner.
-        planner_options: What it takes besides the skills, such as `model`; None counts as not given.
-        camera: The camera whose picture the planner is to see.
-        dialogue: Whether prompts may refer to those before them, where the planner can do that.
-        perception: Name of an installed perception.
-        perception_options: What it takes besides; None counts as not given.
-        grasp: Name of an installed grasp planner.
-        grasp_options: What it takes.
-        motion: Name of an installed motion planner.
-        motion_options: What it takes, such as `clearance`.
-        sensor: What its cameras are like: ideal, realsense or rough.
-        seed: The layout; 0 is the task as written.
-        max_replans: How often a failure may be answered with a new plan.
-        what_if: Whether skills may try repairs on copies of the world.
-        render_size: (height, width) of camera pictures, pixels.
+        options: Which world, and who plans in it.
         wait_hook: Called again and again while the world is loaded and settles; what it raises ends that.
 
     Raises:
         InputError: A name, file or value is wrong.
     """
-    chosen = resolve_task(task)
-    if robot is not None:
-        scene = chosen.scene.model_copy(update={"robot_urdf": Path(robot), "robot_config": None})
-        chosen = chosen.model_copy(update={"scene": scene})
-    # Before masses are varied by seed.
-    chosen = chosen.model_copy(update={"scene": weighed(fitted(driver, chosen.scene))})
+    task = _task_of(options)
     skills = load_skills()
     sim: Driver
-    options = dict(planner_options or {})
-    if camera is not None:
-        options["picture"] = lambda: sim.state([camera]).images[camera]
-    mind = make_planner(planner, skills, options, dialogue=dialogue)
-    grasps: GraspPlanner = make_plugin("grasp_planners", grasp, options=grasp_options)
-    paths: MotionPlanner = make_plugin("motion_planners", motion, options=motion_options)
-    eyes = make_perception(perception, Setup.of(chosen.scene), perception_options)
-
+    planner_options = dict(options.planner_options or {})
+    if options.camera is not None:
+        camera = options.camera
+        planner_options["picture"] = lambda: sim.state([camera]).images[camera]
+    mind = make_planner(options.planner, skills, planner_options, dialogue=options.dialogue)
+    grasps: GraspPlanner = make_plugin("grasp_planners", options.grasp, options=options.grasp_options)
+    paths: MotionPlanner = make_plugin("motion_planners", options.motion, options=options.motion_options)
+    eyes = make_perception(options.perception, Setup.of(task.scene), options.perception_options)
+    sensor = None if options.sensor == "ideal" else options.sensor
     connect = partial(
-        driver_factory(driver, {**(driver_options or {}), "sensor": None if sensor == "ideal" else sensor}),
-        render_size=render_size,
-        felt=chosen.felt,
+        driver_factory(options.driver, {**(options.driver_options or {}), "sensor": sensor}),
+        render_size=options.render_size,
+        felt=task.felt,
         wait_hook=wait_hook,
     )
-    layouts = Layouts(chosen, wait_hook)
+    layouts = Layouts(task, wait_hook)
     # With a robot of the caller's own the task is not to blame.
-    sim = _opened(connect, chosen, layouts, seed, blamed=chosen.name if robot is None else "")
+    sim = _opened(connect, task, layouts, options.seed, blamed=task.name if options.robot is None else "")
     try:
-        if camera is not None and camera not in sim.capabilities.cameras:
+        if options.camera is not None and options.camera not in sim.capabilities.cameras:
             cameras = ", ".join(sim.capabilities.cameras)
-            raise InputError(f"{chosen.name}: camera {camera!r} is not one of {cameras}")
+            raise InputError(f"{task.name}: camera {options.camera!r} is not one of {cameras}")
         ctx = AgentContext(
             sim=eyes.view(sim),
             perception=eyes,
             grasp=grasps,
             motion=paths,
-            what_if=what_if,
-            limits=chosen.limits,
+            what_if=options.what_if,
+            limits=task.limits,
         )
-        agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=max_replans)
-        agent.permits.append(ctx.permit)
-        session = Session(task=chosen, sim=sim, ctx=ctx, skills=skills, agent=agent, seed=seed, _layouts=layouts)
-        session._begin(seed)
-        if sim.capabilities.reset and (seed != 0 or chosen.start_q is not None):
-            session.reset(seed)
+        agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
+        workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed)
+        if sim.capabilities.reset and (options.seed != 0 or task.start_q is not None):
+            workcell.reset(options.seed)
     except BaseException:
         sim.close()
         raise
-    return session
+    return workcell
+
+
+def _front_door(options: Callable[P, WorkcellOptions]) -> Callable[P, EmbeddedWorkcell]:
+    """Return a function that takes what the options take and opens the workcell."""
+
+    def open_session(*args: P.args, **kwargs: P.kwargs) -> EmbeddedWorkcell:
+        """Load a world in this process and put an agent in it; the arguments are the fields of `WorkcellOptions`.
+
+        Raises:
+            InputError: A name, file or value is wrong.
+        """
+        return open_workcell(options(*args, **kwargs))
+
+    signature = inspect.signature(options).replace(return_annotation=EmbeddedWorkcell)
+    open_session.__signature__ = signature  # type: ignore[attr-defined]
+    return open_session
+
+
+open_session = _front_door(WorkcellOptions)
+
+
+def _task_of(options: WorkcellOptions) -> Task:
+    """Return the task with the robot that was asked for and the masses of its meshes."""
+    task = resolve_task(options.task)
+    if options.robot is not None:
+        scene = task.scene.model_copy(update={"robot_urdf": Path(options.robot), "robot_config": None})
+        task = task.model_copy(update={"scene": scene})
+    # Before masses are varied by seed.
+    return task.model_copy(update={"scene": weighed(fitted(options.driver, task.scene))})
 
 
 def resolve_task(task: Task | Scene | Path | str | None) -> Task:

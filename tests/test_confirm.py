@@ -12,9 +12,10 @@ from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
 from robosandbox.errors import ErrorCode, LimitError
 from robosandbox.evidence import LimitEvidence
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.preview import preview
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Limits, Plan, Pose, SkillCall, Workspace
 
@@ -81,7 +82,7 @@ def test_confirm_with_the_prompt_from_stdin_is_refused(capsys: pytest.CaptureFix
     assert "--confirm" in capsys.readouterr().err
 
 
-def still(session: Session, call: SkillCall) -> LimitError:
+def still(session: EmbeddedWorkcell, call: SkillCall) -> LimitError:
     """Return the error of a call, having checked that nothing has moved."""
     before = session.sim.snapshot()
     with pytest.raises(LimitError) as caught:

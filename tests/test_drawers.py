@@ -16,7 +16,8 @@ from robosandbox.skills.close_drawer import CloseDrawer
 from robosandbox.skills.open_drawer import OpenDrawer
 from robosandbox.skills.pick import Pick
 from robosandbox.skills.place_in import PlaceIn
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.types import Pose, Scene, SceneObject
 from robosandbox.world.relations import CLOSED_WITHIN, inside
 
@@ -39,12 +40,12 @@ def drawer(**fields: object) -> SceneObject:
 CUBE = SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.1, -0.2, 0.055)), mass=0.05)
 
 
-def session_of(*objects: SceneObject) -> Session:
+def session_of(*objects: SceneObject) -> EmbeddedWorkcell:
     return open_session(Scene(objects=objects), what_if=False)
 
 
 @pytest.fixture
-def closed() -> Iterator[Session]:
+def closed() -> Iterator[EmbeddedWorkcell]:
     with session_of(drawer(), CUBE) as session:
         yield session
 
@@ -55,7 +56,7 @@ def opening(ctx: AgentContext) -> float:
     return found
 
 
-def test_a_drawer_opens_takes_a_cube_and_shuts(closed: Session) -> None:
+def test_a_drawer_opens_takes_a_cube_and_shuts(closed: EmbeddedWorkcell) -> None:
     ctx = closed.ctx
     result = OpenDrawer()(ctx, {"drawer": "drawer"})
     assert opening(ctx) == pytest.approx(float(result.detail["opening_mm"]) / 1e3) and opening(ctx) > OPEN
@@ -98,14 +99,14 @@ def test_what_stands_out_of_a_drawer_keeps_it_open_and_is_named() -> None:
         assert failure.value.evidence.blocking == ("tall",)
 
 
-def test_nothing_goes_into_a_closed_drawer(closed: Session) -> None:
+def test_nothing_goes_into_a_closed_drawer(closed: EmbeddedWorkcell) -> None:
     Pick()(closed.ctx, {"object": "cube"})
     with pytest.raises(PlacementError, match=r"closed.*open it first") as failure:
         PlaceIn()(closed.ctx, {"container": "drawer"})
     assert isinstance(failure.value.evidence, PlacementEvidence) and failure.value.evidence.reason == "closed"
 
 
-def test_only_drawers_open(closed: Session) -> None:
+def test_only_drawers_open(closed: EmbeddedWorkcell) -> None:
     with pytest.raises(InvalidArgumentError, match="cube is a box and no drawer; there is drawer"):
         OpenDrawer()(closed.ctx, {"drawer": "cube"})
 

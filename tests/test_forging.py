@@ -14,7 +14,7 @@ import zenoh
 
 from robosandbox.errors import ServiceUnavailableError
 from robosandbox.service.client import RemoteRobot, connect
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.service.messages import Objects, State, decode
 from robosandbox.service.transport import open_connector
 from robosandbox.testing.kits import KITS, OPEN, Kit, running_kit
@@ -100,7 +100,7 @@ def test_left_cube_is_lifted_while_a_forger_says_that_it_is_right(kit: Kit, mode
         left = leftmost(robot)
         with bench.forger(kit, forging_role, mode) as forging, forged_scenes(forging, robot):
             bench.settle(forging)
-            episode = RemoteSession(robot).run("pick up the left cube")
+            episode = RemoteWorkcell(robot).run("pick up the left cube")
         assert episode.success and robot.truth().held == left
 
 
@@ -118,7 +118,7 @@ def test_client_believes_the_session_that_it_met_as_the_sim(
         with bench.forger(open_kit, "anyone", "client") as forging, forged_scenes(forging, robot):
             bench.settle(forging)
             assert all(robot.look().scene.objects == objects for _ in range(20))
-            assert RemoteSession(robot).run("pick up the left cube").success and robot.truth().held == left
+            assert RemoteWorkcell(robot).run("pick up the left cube").success and robot.truth().held == left
         watch.undeclare()
         # The forged scene has it on the right.
         assert all(item.pose.xyz[1] > 0.0 for seen in heard for item in seen.scene.objects if item.id == left)

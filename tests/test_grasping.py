@@ -15,8 +15,9 @@ from robosandbox.skills.primitives.carrying import MOST_TILT
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.bench import run_bench
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks, find_task
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject, SkillCall
 from robosandbox.world.relations import inside, on_top
 
@@ -37,16 +38,16 @@ def thing(
 
 
 @contextmanager
-def world(*objects: SceneObject) -> Iterator[Session]:
+def world(*objects: SceneObject) -> Iterator[EmbeddedWorkcell]:
     with open_session(Scene(objects=objects), what_if=False) as session:
         yield session
 
 
-def do(session: Session, skill: str, **arguments: object) -> None:
+def do(session: EmbeddedWorkcell, skill: str, **arguments: object) -> None:
     session.agent.perform(SkillCall(skill=skill, arguments=dict(arguments)))
 
 
-def seen(session: Session, name: str) -> DetectedObject:
+def seen(session: EmbeddedWorkcell, name: str) -> DetectedObject:
     found = session.observe().find(name)
     assert found is not None
     return found

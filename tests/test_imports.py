@@ -31,7 +31,7 @@ LAYERS = (
     {"recording", "tasks", "service"},
     {"export", "envs"},
     {"testing"},
-    {"viewer"},
+    {"viewer", "mcp"},
     {"commands"},
     {"cli"},
 )

@@ -32,7 +32,8 @@ from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailabl
 from robosandbox.evidence import UnreachableEvidence
 from robosandbox.protocols import Planner
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.testing.openai_server import Answer, Script, ScriptedServer, fails, plan, refuse, says, tool_calls
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 
@@ -596,7 +597,7 @@ def test_the_agent_replans_on_real_physics_with_the_evidence() -> None:
     assert [str(step.call) for step in episode.steps] == ["pick(object=near_cube)"]
 
 
-def far_and_near(server: ScriptedServer, **options: Any) -> Session:
+def far_and_near(server: ScriptedServer, **options: Any) -> EmbeddedWorkcell:
     from robosandbox.types import Scene, SceneObject
 
     def cube(name: str, x: float, y: float) -> SceneObject:

@@ -17,13 +17,14 @@ from mcp import Client
 from mcp.client.stdio import StdioServerParameters
 from mcp.shared.exceptions import MCPError
 
-from robosandbox.agent.mcp import tools
-from robosandbox.agent.mcp.robot import Robot
-from robosandbox.agent.mcp.server import build_server
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_USAGE, run_app
+from robosandbox.mcp import tools
+from robosandbox.mcp.robot import Robot
+from robosandbox.mcp.server import build_server
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 
 PROGRAM = [sys.executable, "-c", "from robosandbox.cli import main; main()", "mcp"]
 Visit = Callable[[Client], Awaitable[None]]
@@ -51,15 +52,12 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
         process.kill()
 
 
-def here(session: Session, timeout: float = 120.0) -> Robot:
-    def state() -> dict[str, Any]:
-        return tools.state_data(session.sim.state())
-
-    return Robot(session, state, subscribe=session.sim.subscribe, timeout=timeout)
+def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> Robot:
+    return Robot(session, subscribe=session.sim.subscribe, timeout=timeout)
 
 
 @contextlib.asynccontextmanager
-async def in_process(session: Session) -> AsyncIterator[Client]:
+async def in_process(session: EmbeddedWorkcell) -> AsyncIterator[Client]:
     robot = here(session)
     try:
         async with Client(build_server(robot.ready)) as client:

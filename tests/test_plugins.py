@@ -12,7 +12,7 @@ from robosandbox import open_session, plugins
 from robosandbox.errors import InputError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.testing import check_grasp_planner, check_motion_planner
 from robosandbox.types import Pose
 
@@ -77,20 +77,20 @@ def outside(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 
 
 @pytest.fixture(scope="module")
-def world() -> Iterator[Session]:
+def world() -> Iterator[EmbeddedWorkcell]:
     with open_session("pick_cube_franka") as session:
         yield session
 
 
 @pytest.mark.parametrize("name", plugins.plugin_names("grasp_planners"))
-def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: Session) -> None:
+def test_an_installed_grasp_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
     scene = world.observe()
     planner = plugins.make_plugin("grasp_planners", name)
     assert check_grasp_planner(planner, scene.objects[0], scene, world.sim.robot)
 
 
 @pytest.mark.parametrize("name", plugins.plugin_names("motion_planners"))
-def test_an_installed_motion_planner_keeps_its_promises(name: str, world: Session) -> None:
+def test_an_installed_motion_planner_keeps_its_promises(name: str, world: EmbeddedWorkcell) -> None:
     check_motion_planner(plugins.make_plugin("motion_planners", name), world.ctx)
 
 
@@ -143,7 +143,7 @@ def test_a_wrong_option_says_what_there_is(outside: None, arguments: dict[str, o
     assert str(caught.value).removeprefix("pick_cube_franka: ").startswith(message)
 
 
-def test_the_checks_find_what_is_broken(world: Session) -> None:
+def test_the_checks_find_what_is_broken(world: EmbeddedWorkcell) -> None:
     scene = world.observe()
 
     class Far(AnalyticTopDown):

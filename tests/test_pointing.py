@@ -12,7 +12,8 @@ from robosandbox.errors import PlannerAnswerError, PlannerUnavailableError
 from robosandbox.plugins import load_plugin
 from robosandbox.protocols import Perception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, says, tool_calls
 
 SIZE = (640, 480)
@@ -45,7 +46,7 @@ def points(*items: tuple[str, float, float]) -> Answer:
     )
 
 
-def session_on(server: ScriptedServer | None, cassette: Path | None = None, **options: object) -> Session:
+def session_on(server: ScriptedServer | None, cassette: Path | None = None, **options: object) -> EmbeddedWorkcell:
     url = server.url if server is not None else "http://127.0.0.1:9/v1"
     given = {"model": "scripted", "base_url": url, "cassette": cassette, **options}
     return open_session("pick_from_three", perception="vlm", perception_options=given, sensor="realsense")

@@ -25,12 +25,13 @@ from robosandbox.recording.settings import RecordSettings, VideoSettings, open_r
 from robosandbox.recording.skill import RecordedSkill
 from robosandbox.tasks.bench import BenchSettings, run_bench
 from robosandbox.tasks.checks import Lifted
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.replay import Replay, open_replay
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 
 
-def record(session: Session, folder: Path, prompt: str | None = None) -> RecordedEpisode:
+def record(session: EmbeddedWorkcell, folder: Path, prompt: str | None = None) -> RecordedEpisode:
     """Return a recorded and judged run of the session's task."""
     recorder = Recorder(folder, session)
     recorder.follow(session.agent)
@@ -43,18 +44,20 @@ def record(session: Session, folder: Path, prompt: str | None = None) -> Recorde
 
 
 @pytest.fixture(scope="module")
-def picked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Session, RecordedEpisode]]:
+def picked(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[EmbeddedWorkcell, RecordedEpisode]]:
     with open_session("pick_cube_scrambled", seed=3) as session:
         yield session, record(session, tmp_path_factory.mktemp("picked"))
 
 
-def test_every_column_is_there_and_described(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_every_column_is_there_and_described(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     _, episode = picked
     assert set(episode.table.column_names) == set(COLUMNS) == set(episode.meta.columns)
     assert episode.result is not None and episode.result.steps == len(episode)
 
 
-def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(
+    picked: tuple[EmbeddedWorkcell, RecordedEpisode],
+) -> None:
     session, episode = picked
     assert np.allclose(np.diff(episode["time"]), session.sim.control_timestep)
     assert episode["time"][-1] == session.sim.time
@@ -71,7 +74,7 @@ def test_rows_come_at_the_control_rate_and_end_where_the_world_stands(picked: tu
     assert abs(float(episode.object_poses[-1, 0, 3:] @ np.array(cube.quat_xyzw))) == pytest.approx(1.0, abs=1e-6)
 
 
-def test_actions_are_the_commands_and_not_the_state(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_actions_are_the_commands_and_not_the_state(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     session, episode = picked
     assert np.array_equal(episode["action"][-1], session.sim.controls)
     moving = np.abs(episode["qd"]).max(axis=1) > 0.1
@@ -81,7 +84,7 @@ def test_actions_are_the_commands_and_not_the_state(picked: tuple[Session, Recor
     assert closed[1] < 0.5 and closed[-1] > episode["gripper"][-1, 2] + 0.005
 
 
-def test_phases_of_the_skill_follow_one_another(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_phases_of_the_skill_follow_one_another(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     _, episode = picked
     spans = [(skill, phase) for skill, phase, _, _ in episode.spans() if skill]
     assert spans[:4] == [("pick", "approach"), ("pick", "descend"), ("pick", "grasp"), ("pick", "lift")]
@@ -89,14 +92,14 @@ def test_phases_of_the_skill_follow_one_another(picked: tuple[Session, RecordedE
     assert told[:3] == ["started", "planned", "skill_started"] and told[-2:] == ["skill_ended", "ended"]
 
 
-def test_contacts_are_those_that_the_world_reports(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_contacts_are_those_that_the_world_reports(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     session, episode = picked
     force, _, other = session.sim.strongest_contact()
     assert other == "red_cube"
     assert contact_force(episode)[-1] == pytest.approx(force, rel=1e-4)
 
 
-def test_recording_changes_nothing(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_recording_changes_nothing(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     session, _ = picked
     with open_session("pick_cube_scrambled", seed=3) as other:
         other.run()
@@ -116,7 +119,9 @@ def test_replay_comes_to_the_same_end_to_the_last_digit(task: str, tmp_path: Pat
         run.session.close()
 
 
-def test_replay_tells_when_the_outcome_is_another(picked: tuple[Session, RecordedEpisode], tmp_path: Path) -> None:
+def test_replay_tells_when_the_outcome_is_another(
+    picked: tuple[EmbeddedWorkcell, RecordedEpisode], tmp_path: Path
+) -> None:
     _, episode = picked
     other = RecordedEpisode.load(shutil.copytree(episode.folder, tmp_path / "copy"))
     run = open_replay(other)
@@ -230,7 +235,7 @@ def test_long_episodes_go_through_the_stream_into_one_file(tmp_path: Path) -> No
     assert episode.ragged("contact_force").offsets.shape == (2502,)
 
 
-def test_plot_is_a_picture(picked: tuple[Session, RecordedEpisode], tmp_path: Path) -> None:
+def test_plot_is_a_picture(picked: tuple[EmbeddedWorkcell, RecordedEpisode], tmp_path: Path) -> None:
     plot(picked[1], tmp_path / "plot.png")
     assert (tmp_path / "plot.png").read_bytes()[:4] == b"\x89PNG"
 
@@ -277,7 +282,7 @@ def test_wrong_use_is_told_in_a_line(
     assert not list((tmp_path / "folder").iterdir())
 
 
-def test_damaged_recordings_are_told(picked: tuple[Session, RecordedEpisode], tmp_path: Path) -> None:
+def test_damaged_recordings_are_told(picked: tuple[EmbeddedWorkcell, RecordedEpisode], tmp_path: Path) -> None:
     copy = shutil.copytree(picked[1].folder, tmp_path / "copy")
     (copy / "steps.parquet").write_bytes(b"PAR1 nonsense")
     with pytest.raises(InputError, match="its steps cannot be read"):
@@ -313,7 +318,7 @@ def test_videos_are_written_along_and_show_every_fifth_row(tmp_path: Path) -> No
 
 
 @pytest.mark.gl
-def test_states_are_drawn_as_the_world_was(picked: tuple[Session, RecordedEpisode]) -> None:
+def test_states_are_drawn_as_the_world_was(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
     from robosandbox.recording.drawing import frames
 
     session, episode = picked

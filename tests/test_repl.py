@@ -25,7 +25,8 @@ from robosandbox.commands.shell.shell import Shell
 from robosandbox.commands.shell.showing import object_names, scene_table
 from robosandbox.errors import CancelledError, RenderingError
 from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.openai_server import Answer, ScriptedServer, fails, plan
 from robosandbox.types import DetectedObject, ObservedScene, Pose
@@ -329,7 +330,7 @@ def test_a_sim_that_dies_is_waited_for_and_the_work_goes_on(people, tmp_path):
 def test_what_others_asked_for_can_be_cancelled_and_a_reset_undone(endpoint):
     with connect(endpoint) as other, connect(endpoint) as client:
         robot = client.robot()
-        session = RemoteSession(robot, dialogue=True)
+        session = RemoteWorkcell(robot, WorkcellOptions(dialogue=True))
         shell = Shell(session, Link(client, robot))
         goal = other.robot().send("pick", {"object": "red_cube"})
         assert any(feedback is not None for feedback in goal.follow())

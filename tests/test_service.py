@@ -24,10 +24,11 @@ from robosandbox.errors import (
     ServiceUnavailableError,
     UnknownGoalError,
     UnreachableError,
+    UnsupportedError,
 )
 from robosandbox.protocols import SkillContext
 from robosandbox.service.client import Client, RemoteRobot, connect
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.service.server.checkpoint import SavedWorld, StateFile
 from robosandbox.service.server.loader import TaskLoader
 from robosandbox.service.server.server import SimServer
@@ -81,7 +82,7 @@ def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> N
     tasks = [find_task(name) for name in ("pick_ball", "put_in_bin", "push_left")]
     robot.set_pace("fast")
     rows = {}
-    for name, remote in (("embedded", None), ("remote", RemoteSession(robot))):
+    for name, remote in (("embedded", None), ("remote", RemoteWorkcell(robot))):
         # Contacts are watched in worlds of our own only.
         apart = {"secs": 0.0, "touched": (), "worst_force_n": None}
         rows[name] = [{**row.record(), **apart} for row in run_bench(tasks, 2, remote=remote)]
@@ -160,8 +161,10 @@ def test_truth_can_be_switched_off() -> None:
     with SimProcess("--task", "home", "--no-ground-truth") as sim, connect(sim.endpoint) as client:
         with pytest.raises(ForbiddenError, match="--no-ground-truth"):
             client.robot().truth()
-        session = RemoteSession(client.robot())
-        assert session.run("go home").success and session.judge() is None
+        session = RemoteWorkcell(client.robot())
+        assert session.run("go home").success and not session.judgeable
+        with pytest.raises(UnsupportedError, match="no-ground-truth"):
+            session.judge()
         assert client.robot().reset(1).objects == {}
 
 
@@ -228,7 +231,7 @@ def test_fault_of_a_skill_becomes_an_internal_error_with_an_id_in_the_log(caplog
 
     loader = TaskLoader()
     host = loader.open("home")
-    host.skills.append(Broken())
+    host.agent.skills["broken"] = Broken()
     endpoint = f"tcp/127.0.0.1:{free_port()}"
     session, _ = open_listener(endpoint)
     server = SimServer(host, session, robot_id="arm-1", load=loader.load, pace="fast")

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from robosandbox import cache
-from robosandbox.agent.mcp import greeting
 from robosandbox.cli import COMMANDS
+from robosandbox.mcp import greeting
 from robosandbox.robots import loader
 from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.types import Array
@@ -204,8 +204,8 @@ def test_the_first_answer_is_the_librarys_own(version: str) -> None:
         return
     code = (
         "import asyncio\n"
-        "from robosandbox.agent.mcp.serve import serve_stdio\n"
-        "from robosandbox.agent.mcp.server import build_server\n"
+        "from robosandbox.mcp.serve import serve_stdio\n"
+        "from robosandbox.mcp.server import build_server\n"
         "asyncio.run(serve_stdio(build_server(None)))\n"
     )
     done = subprocess.run(

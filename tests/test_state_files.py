@@ -19,6 +19,7 @@ from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
 from robosandbox.service.server.checkpoint import SavedWorld, StateFile
 from robosandbox.service.server.loader import TaskLoader
+from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.testing.processes import free_port
 
 Data = dict[str, Any]
@@ -28,7 +29,7 @@ NOBODY = 65534
 @pytest.fixture(scope="module")
 def saved() -> SavedWorld:
     """Return a world as a sim saves it."""
-    with TaskLoader(what_if=False).open("pick_cube_franka") as session:
+    with TaskLoader(WorkcellOptions(what_if=False)).open("pick_cube_franka") as session:
         return SavedWorld(
             boot_id="a boot",
             mujoco=mujoco.__version__,
@@ -176,7 +177,7 @@ def test_state_file_that_may_not_be_read_is_one_line(saved: SavedWorld) -> None:
 def test_whole_state_file_is_gone_on_from(file: Path, saved: SavedWorld) -> None:
     found = StateFile(file).load()
     assert found == saved
-    with TaskLoader(what_if=False).resume(saved) as session:
+    with TaskLoader(WorkcellOptions(what_if=False)).resume(saved) as session:
         assert session.checkpoint().state == pytest.approx(saved.checkpoint.state, abs=1e-6)
 
 

@@ -9,7 +9,8 @@ from robosandbox.evidence import TapEvidence
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver
 from robosandbox.skills.tap import Tap
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.types import ObservedScene, Pose, Scene, SceneObject
 
 OBJECTS = (
@@ -20,7 +21,7 @@ OBJECTS = (
 )
 
 
-def session_of(*objects: SceneObject, robot: Path | None = None) -> Session:
+def session_of(*objects: SceneObject, robot: Path | None = None) -> EmbeddedWorkcell:
     session = open_session(Scene(objects=objects), robot=robot, what_if=False)
     session.sim.feel([item.id for item in objects])
     return session

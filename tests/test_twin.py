@@ -16,7 +16,7 @@ from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.pick import Pick
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.testing.hardware import Hardware
 from robosandbox.types import SkillCall
 
@@ -85,7 +85,7 @@ def test_a_pick_on_the_twin_takes_as_long_as_on_an_exact_copy() -> None:
     assert seconds[0] == pytest.approx(seconds[1], abs=0.05)
 
 
-def on_exact_copy(session: Session) -> type[AgentContext]:
+def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
     """Return a context that tries things out on an exact copy of the world in place of the twin."""
 
     class Exact(AgentContext):
@@ -102,7 +102,7 @@ def on_exact_copy(session: Session) -> type[AgentContext]:
     return Exact
 
 
-def found_both_ways(session: Session, call: SkillCall, kind: type[SkillError]) -> list[tuple[Repair, ...]]:
+def found_both_ways(session: EmbeddedWorkcell, call: SkillCall, kind: type[SkillError]) -> list[tuple[Repair, ...]]:
     skill = next(skill for skill in session.skills if skill.name == call.skill)
     session.ctx.what_if = False
     with pytest.raises(kind) as failed:

@@ -12,7 +12,8 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.primitives.abilities import RobotAbilities
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.types import Limits, Plan, Refusal, SkillCall, Workspace
 from robosandbox.world.facts import fact, parse_facts
 from robosandbox.world.picture import picture
@@ -40,7 +41,7 @@ def _value(word: str) -> str | float:
 
 
 @cache
-def world(task: str) -> Session:
+def world(task: str) -> EmbeddedWorkcell:
     """Return a world that no test moves."""
     return open_session(task, what_if=False)
 

@@ -28,8 +28,9 @@ from robosandbox.commands.console import EXIT_USAGE, run_app
 from robosandbox.errors import InputError
 from robosandbox.robots.locate import resolve_robot
 from robosandbox.service.client import connect
-from robosandbox.service.client.workcell import RemoteSession
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Array, GraspSearch, Scene, Trajectory
@@ -67,7 +68,7 @@ def browser() -> Iterator[Browser]:
 
 @contextmanager
 def serving(task: str, robot: str | None = None, *, what_if: bool = True, max_replans: int = 3) -> Iterator[Viewer]:
-    def open_it(task: Task | str, robot: str | None) -> Session:
+    def open_it(task: Task | str, robot: str | None) -> EmbeddedWorkcell:
         return open_session(task, robot=robot, render_size=(120, 160), what_if=what_if, max_replans=max_replans)
 
     viewer = Viewer(EmbeddedSource(open_it(task, robot), open_it), 0)
@@ -109,7 +110,7 @@ class Desk:
     """A viewer, its world as the task has it, and a page that other tests have used before."""
 
     viewer: Viewer
-    session: Session
+    session: EmbeddedWorkcell
     page: Page
     ends: list[Callable[[], None]] = dataclasses.field(default_factory=list)
 
@@ -121,7 +122,7 @@ class Desk:
 @pytest.fixture
 def desk(open_viewer: Viewer, first_page: Page) -> Iterator[Desk]:
     session = open_viewer.source.workcell
-    assert isinstance(session, Session)
+    assert isinstance(session, EmbeddedWorkcell)
     listeners, made = list(open_viewer.control.listeners), Desk(open_viewer, session, first_page)
     yield made
     for end in made.ends:
@@ -400,7 +401,7 @@ def test_an_unreachable_pose_is_drawn_beside_the_nearest_reachable_one(browser: 
 def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Browser, tmp_path: Path) -> None:
     with serving(task_file(tmp_path, ENCLOSED), max_replans=0) as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
-        assert isinstance(session, Session)
+        assert isinstance(session, EmbeddedWorkcell)
         button(page, "Run").click()
         page.get_by_text("collision during plan").wait_for(timeout=1000 * PATIENCE)
         marked = scene_names(viewer, "/mark")
@@ -416,7 +417,7 @@ def test_a_blocking_pair_is_red_and_a_repair_button_frees_the_cube(browser: Brow
 def test_keys_jog_the_tcp_and_the_mouse_drags_a_cube(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
-        assert isinstance(session, Session)
+        assert isinstance(session, EmbeddedWorkcell)
         before = session.sim.state().tcp_pose.position
         page.keyboard.press("u")
         wait_until(lambda: viewer.control.doing is Doing.NOTHING and session.sim.time > 0.0, "a jog")
@@ -496,7 +497,7 @@ def test_a_picture_with_what_perception_sees_is_rendered_only_when_asked_for(bro
 def test_an_idle_viewer_with_a_browser_costs_almost_nothing_and_runs_no_physics(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer):
         session = viewer.source.workcell
-        assert isinstance(session, Session)
+        assert isinstance(session, EmbeddedWorkcell)
         wait_until(lambda: viewer.stream.drawn > 0, "the first frame")
         time.sleep(1.0)
         steps, drawn, began = session.sim.physics_steps, viewer.stream.drawn, time.process_time()
@@ -514,7 +515,7 @@ def colour_of(page: Page, name: str) -> str:
 def test_stop_is_red_while_the_arm_moves_and_the_strip_draws_what_it_does(browser: Browser) -> None:
     with serving("pick_cube_franka") as viewer, page_of(browser, viewer) as page:
         session = viewer.source.workcell
-        assert isinstance(session, Session)
+        assert isinstance(session, EmbeddedWorkcell)
         # A slow machine: time enough to look.
         session.sim.subscribe(lambda: time.sleep(0.005))
         page.get_by_text("What moves is drawn here").wait_for(timeout=1000 * PATIENCE)
@@ -658,7 +659,7 @@ def test_paths_and_grasps_are_in_the_event_stream() -> None:
 @pytest.mark.slow
 def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
     with SimProcess("--task", "stack_two") as sim, connect(sim.endpoint) as client:
-        source = ConnectedSource(RemoteSession(client.robot()))
+        source = ConnectedSource(RemoteWorkcell(client.robot()))
         viewer = Viewer(source, 0)
         frames: list[Frame] = []
         news: list[object] = []
@@ -696,7 +697,7 @@ def test_a_sim_process_is_followed_with_its_paths_and_stopped() -> None:
 def following(sim: SimProcess) -> Iterator[tuple[Viewer, list[Frame]]]:
     """Serve what a sim process does; what is drawn of it comes along."""
     with connect(sim.endpoint) as client:
-        viewer = Viewer(ConnectedSource(RemoteSession(client.robot())), 0)
+        viewer = Viewer(ConnectedSource(RemoteWorkcell(client.robot())), 0)
         frames: list[Frame] = []
         put = viewer.stream.put
 

@@ -13,7 +13,8 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.errors import CollisionError
 from robosandbox.skills.turn import Turn
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.testing import check_skill
 from robosandbox.types import Plan, Pose, Refusal, RefusalCode, Scene, SceneObject, SkillCall, SkillResult
 from robosandbox.world.changes import turn_between
@@ -41,7 +42,7 @@ def outside() -> ModuleType:
 
 
 @pytest.fixture(scope="module")
-def still() -> Session:
+def still() -> EmbeddedWorkcell:
     """A world that no test moves."""
     return open_session(Scene(objects=(FALLEN, BLOCK, BALL)), what_if=False)
 
@@ -58,14 +59,16 @@ def still() -> Session:
         ("stand the can up", [("nudge_upright", {"object": "can"})]),
     ],
 )  # fmt: skip
-def test_words_make_a_skill_sayable(still: Session, said: str, planned: list[tuple[str, dict[str, object]]]) -> None:
+def test_words_make_a_skill_sayable(
+    still: EmbeddedWorkcell, said: str, planned: list[tuple[str, dict[str, object]]]
+) -> None:
     planner = StubPlanner([*still.skills, outside().NudgeUpright()])
     answer = planner.plan(said, still.observe())
     assert isinstance(answer, Plan), answer
     assert [(call.skill, call.arguments) for call in answer.steps] == planned
 
 
-def test_what_was_not_said_is_asked_for_and_what_is_not_there_is_not_planned(still: Session) -> None:
+def test_what_was_not_said_is_asked_for_and_what_is_not_there_is_not_planned(still: EmbeddedWorkcell) -> None:
     asked = StubPlanner(still.skills).plan("turn the block", still.observe())
     assert isinstance(asked, Refusal) and asked.code is RefusalCode.AMBIGUOUS and "angle" in asked.message
     without = [skill for skill in still.skills if skill.name != "turn"]
@@ -73,7 +76,7 @@ def test_what_was_not_said_is_asked_for_and_what_is_not_there_is_not_planned(sti
     assert isinstance(refused, Refusal) and refused.code is RefusalCode.UNSUPPORTED
 
 
-def test_verifier_and_agent_hold_them_to_their_contracts(still: Session) -> None:
+def test_verifier_and_agent_hold_them_to_their_contracts(still: EmbeddedWorkcell) -> None:
     nudge = outside().NudgeUpright()
     skills = [*still.skills, nudge]
     agent = Agent(still.ctx, skills, StubPlanner(skills))

@@ -7,7 +7,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.session import Session as Session, open_session as open_session
+    from robosandbox.tasks.options import WorkcellOptions as WorkcellOptions
+    from robosandbox.tasks.session import open_session as open_session
+    from robosandbox.tasks.workcell import Workcell as Workcell
     from robosandbox.types import Pose as Pose, Scene as Scene, SceneObject as SceneObject
 
 __version__ = "0.1.0"
@@ -16,11 +18,12 @@ _LAZY = {
     "Pose": "robosandbox.types",
     "Scene": "robosandbox.types",
     "SceneObject": "robosandbox.types",
-    "Session": "robosandbox.tasks.session",
+    "Workcell": "robosandbox.tasks.workcell",
+    "WorkcellOptions": "robosandbox.tasks.options",
     "open_session": "robosandbox.tasks.session",
 }
 
-__all__ = ["Pose", "Scene", "SceneObject", "Session", "__version__", "open_session"]
+__all__ = ["Pose", "Scene", "SceneObject", "Workcell", "WorkcellOptions", "__version__", "open_session"]
 
 
 def __getattr__(name: str) -> Any:

@@ -268,26 +268,7 @@ class MotionPlanner(Protocol):
 
 
 @runtime_checkable
-class AgentWorld(Protocol):
-    """All that an agent asks of a world, in this process or far away."""
-
-    @property
-    def listeners(self) -> list[Callable[[str], None]]:
-        """Called with each phase that begins."""
-        ...
-
-    @property
-    def intent_listeners(self) -> list[Callable[[Intent], None]]:
-        """Called with what a skill is about to do."""
-        ...
-
-    def look(self) -> ObservedScene:
-        """Return what perception sees now."""
-        ...
-
-
-@runtime_checkable
-class SkillContext(AgentWorld, Protocol):
+class SkillContext(Protocol):
     """All that a skill may use."""
 
     @property
@@ -300,6 +281,19 @@ class SkillContext(AgentWorld, Protocol):
     def motion(self) -> MotionPlanner: ...
     @property
     def what_if(self) -> bool: ...
+    @property
+    def listeners(self) -> list[Callable[[str], None]]:
+        """Called with each phase that begins."""
+        ...
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now."""
+        ...
+
+    def permit(self, call: SkillCall) -> None:
+        """Check a call against the limits before anything moves; raises LimitError."""
+        ...
+
     def planning(self, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`."""
         ...
@@ -322,7 +316,7 @@ class SkillContext(AgentWorld, Protocol):
 
 
 # Where a skill is called: in a world of this process, if nothing else is said.
-Ctx = TypeVar("Ctx", contravariant=True, bound=AgentWorld, default=SkillContext)
+Ctx = TypeVar("Ctx", contravariant=True, default=SkillContext)
 
 
 @runtime_checkable

@@ -15,13 +15,14 @@ from robosandbox.commands.bench_report import RULE, TASK_WIDTH, RowArray, header
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED
 from robosandbox.commands.lazy import plain_app
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
-from robosandbox.commands.world import Connection, WorldOptions, takes_world
+from robosandbox.commands.world import Connection, takes_world
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from robosandbox.service.client.workcell import RemoteSession
+    from robosandbox.service.client.workcell import RemoteWorkcell
     from robosandbox.tasks.bench import BrokenTask
     from robosandbox.tasks.task import Task
 
@@ -32,7 +33,7 @@ _LISTS = ("--tasks", "--task-file")
 @app.command()
 @takes_world(without=("task", "robot", "cassette", "camera", "calibration", "seed"))
 def bench(
-    world: WorldOptions,
+    world: WorkcellOptions,
     connection: Connection,
     tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None,
     suite: Annotated[
@@ -85,17 +86,9 @@ def bench(
     make_planner(world.planner, load_skills(), world.planner_options)
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
-    settings = BenchSettings(
-        driver=world.driver,
-        planner=world.planner,
-        planner_options=world.planner_options,
-        perception=world.perception,
-        grasp=world.grasp,
-        motion=world.motion,
-        sensor=world.sensor,
-        max_replans=world.max_replans,
-        what_if=world.what_if,
-        recording=record_settings(
+    settings = BenchSettings.of(
+        world,
+        record_settings(
             # Workers elsewhere have another working directory.
             record.absolute() if record else None,
             video,
@@ -200,12 +193,12 @@ def _from_file(file: Path) -> Task | BrokenTask:
 
 
 @contextmanager
-def _sim_process(connection: Connection, world: WorldOptions) -> Iterator[RemoteSession | None]:
+def _sim_process(connection: Connection, world: WorkcellOptions) -> Iterator[RemoteWorkcell | None]:
     """Yield the sim process to run in, its clock tied to the work; None for worlds of our own."""
     if not connection.connect:
         yield None
         return
-    with connection.session(world) as session:
+    with connection.workcell(world) as session:
         session.robot.set_pace("fast")
         yield session
 

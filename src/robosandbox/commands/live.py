@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from rich.status import Status
 
     from robosandbox.agent.agent import Agent
+    from robosandbox.agent.goal import GoalContext
     from robosandbox.protocols import Attempt, Planner
-    from robosandbox.tasks.workcell import PromptContext
     from robosandbox.types import ObservedScene, Plan, Refusal
 
 
@@ -109,7 +109,7 @@ class _Thinking:
 
 
 @contextmanager
-def cancel_on_interrupt(ctx: PromptContext, agent: Agent[Any]) -> Iterator[None]:
+def cancel_on_interrupt(ctx: GoalContext, agent: Agent[Any]) -> Iterator[None]:
     """Let the first Ctrl-C end the episode properly, at once while the planner thinks; the second one ends the program."""
 
     def handle(number: int, frame: FrameType | None) -> None:

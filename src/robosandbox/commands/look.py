@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,8 +10,9 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.commands.options import Json
-from robosandbox.commands.world import WorldOptions, takes_world
+from robosandbox.commands.world import open_here, takes_world
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.protocols import Perception
@@ -23,13 +25,13 @@ if TYPE_CHECKING:
     sensor="realsense",
 )
 def look(
-    world: WorldOptions,
+    world: WorkcellOptions,
     picture: Annotated[Path | None, typer.Option("--picture", help="Draw what the cameras see into this PNG.")] = None,
     json: Json = False,
 ) -> int:
     """Print what is seen: names, shapes, places, sizes, and how sure that is."""
     # The model, if any, is the perception's: nothing is planned here.
-    with world.open_to_look() as session:
+    with open_here(_to_look(world)) as session:
         scene = session.observe()
         if picture is not None:
             _draw(session.ctx.perception, world.perception, picture)
@@ -45,6 +47,12 @@ def look(
     else:
         print("\n".join(lines(scene)))
     return EXIT_DONE if scene.objects else EXIT_FAILED
+
+
+def _to_look(world: WorkcellOptions) -> WorkcellOptions:
+    """Return the options with what was said of a model said of the perception's, and no other planner than the offline one."""
+    model = {name: value for name, value in (world.planner_options or {}).items() if name != "time_limit"}
+    return replace(world, planner_options=None, perception_options={**(world.perception_options or {}), **model})
 
 
 def lines(scene: ObservedScene) -> list[str]:

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from robosandbox.commands.console import EXIT_DONE
-from robosandbox.commands.world import Connection, WorldOptions, takes_world
+from robosandbox.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     pass
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
 @takes_world(without=("camera", "sensor", "calibration", "max_replans"))
 def mcp(
     connection: Connection,
-    world: WorldOptions,
+    world: WorkcellOptions,
     http: Annotated[
         int | None, typer.Option("--http", help="Serve on this port of 127.0.0.1; stdin and stdout if left out.")
     ] = None,
@@ -37,10 +38,10 @@ def mcp(
     if not timeout > 0.0:
         raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
     if connection:
-        world.check_remote()
+        check_remote(world)
         if realtime:
             raise InputError("--realtime: a sim process has its own pace; leave it or --connect out")
-    if world.planner != "stub" or any(value is not None for value in world.planner_options.values()):
+    if world.planner != "stub" or any(value is not None for value in (world.planner_options or {}).values()):
         from robosandbox.agent.planners import make_planner
 
         # Which options a planner takes and needs only the planner itself knows; the default one needs none.
@@ -50,34 +51,31 @@ def mcp(
 
     first = None
     if http is None:
-        from robosandbox.agent.mcp.greeting import greet
+        from robosandbox.mcp.greeting import greet
 
         # A client waits for the first answer, and all that follows takes longer than some wait.
         first = greet(sys.stdin.fileno(), sys.stdout.fileno())
         if first is None:
             return EXIT_DONE
     try:
-        from robosandbox.agent.mcp.serve import serve
+        from robosandbox.mcp.serve import serve
     except ModuleNotFoundError as error:
         raise missing_extra(error, "mcp", "mcp") from None
-    from robosandbox.agent.mcp.robot import Robot
-    from robosandbox.agent.mcp.tools import state_data
+    from robosandbox.mcp.robot import Robot
 
     @contextmanager
     def there() -> Iterator[Robot]:
-        with connection.session(world) as session:
-            yield Robot(session, lambda: state_data(session.robot.state().robot), subscribe=None, timeout=timeout)
+        with connection.workcell(world) as session:
+            yield Robot(session, subscribe=None, timeout=timeout)
 
     @contextmanager
     def here() -> Iterator[Robot]:
         from robosandbox.agent.pace import Pace
 
-        with world.open() as session:
+        with open_here(world) as session:
             if realtime:
                 session.sim.subscribe(Pace(session.sim))
-            yield Robot(
-                session, lambda: state_data(session.sim.state()), subscribe=session.sim.subscribe, timeout=timeout
-            )
+            yield Robot(session, subscribe=session.sim.subscribe, timeout=timeout)
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE

@@ -11,11 +11,18 @@ from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 
 def run_policy(
-    session: Session, name: str, *, observation: str, action: str, max_steps: int, recorder: Recorder | None, json: bool
+    session: EmbeddedWorkcell,
+    name: str,
+    *,
+    observation: str,
+    action: str,
+    max_steps: int,
+    recorder: Recorder | None,
+    json: bool,
 ) -> int:
     """Run a policy on the session's task, from the session's layout, and tell whether it succeeded."""
     try:

@@ -14,7 +14,7 @@ from robosandbox.errors import InputError
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
     from robosandbox.recording.settings import RecordSettings
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 Record = Annotated[
     Path | None, typer.Option("--record", help="Keep each episode in a folder of its own in this folder.")
@@ -63,7 +63,7 @@ def parse_size(size: str) -> tuple[int, int]:
 
 
 @contextmanager
-def recording(settings: RecordSettings | None, session: Session) -> Iterator[Recorder | None]:
+def recording(settings: RecordSettings | None, session: EmbeddedWorkcell) -> Iterator[Recorder | None]:
     """Record what the session's agent does; None where nothing is recorded.
 
     Raises:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from io import TextIOWrapper
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
-from robosandbox.commands.world import Connection, WorldOptions, takes_world
+from robosandbox.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.commands.shell.link import Link
@@ -22,7 +24,7 @@ _PICTURE_SIZE = (480, 640)
 @takes_world(without=("calibration", "what_if"))
 def repl(
     connection: Connection,
-    world: WorldOptions,
+    world: WorkcellOptions,
     reconnect: Annotated[
         float, typer.Option("--reconnect", help="Seconds that commands wait for a sim that went away.")
     ] = 30.0,
@@ -35,16 +37,16 @@ def repl(
         raise InputError(f"--reconnect: {reconnect:g} is not within 0..86400 seconds")
     settings = record_settings(record, video, video_fps)
     if not connection:
-        with world.open(render_size=_PICTURE_SIZE, dialogue=True) as session, recording(settings, session):
+        with open_here(world, render_size=_PICTURE_SIZE, dialogue=True) as session, recording(settings, session):
             return _talk(session)
 
-    world.check_remote()
+    check_remote(world)
     if record is not None:
         raise InputError("--record: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out")
     from robosandbox.commands.shell.link import Link
 
     with connection.client(reconnect=reconnect) as client:
-        far = connection.before(client, world, dialogue=True)
+        far = connection.before(client, replace(world, dialogue=True))
         return _talk(far, Link(client, far.robot))
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -11,8 +10,9 @@ import typer
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, print_json, read_prompt
 from robosandbox.commands.options import Json, Prompt
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
-from robosandbox.commands.world import OF_THE_WORLD, Connection, WorldOptions, takes_world
+from robosandbox.commands.world import OF_THE_WORLD, Connection, open_here, takes_world
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
@@ -34,7 +34,7 @@ Policy = Annotated[
 
 @takes_world()
 def run(
-    world: WorldOptions,
+    world: WorkcellOptions,
     prompt: Prompt = None,
     confirm: Confirm = False,
     dry_run: DryRun = False,
@@ -52,7 +52,7 @@ def run(
     if policy is not None and prompt is not None:
         raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
     settings = record_settings(record, video, video_fps)
-    with world.open() as session:
+    with open_here(world) as session:
         if policy is not None:
             from robosandbox.commands.policy import run_policy
 
@@ -78,16 +78,16 @@ def run(
 
 
 @takes_world(without=(*OF_THE_WORLD, "package_path", "no_cache", "what_if"))
-def agent(connection: Connection, world: WorldOptions, prompt: Prompt = None, json: Json = False) -> int:
+def agent(connection: Connection, world: WorkcellOptions, prompt: Prompt = None, json: Json = False) -> int:
     """Carry out a prompt in a sim process."""
     if prompt is not None:
         prompt = read_prompt(prompt)
-    with connection.session(world) as session:
+    with connection.workcell(world) as session:
         return _carry_out(session, session.task.prompt if prompt is None else prompt, json)
 
 
 @takes_world(without=("calibration", "grasp", "motion", "max_replans", "what_if"))
-def plan(world: WorldOptions, prompt: Prompt = None, steps: Steps = None, json: Json = False) -> int:
+def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, json: Json = False) -> int:
     """Print the plan for a prompt, or check somebody else's; nothing moves."""
     if steps is not None:
         return _verified(world, prompt, steps, json)
@@ -95,7 +95,7 @@ def plan(world: WorldOptions, prompt: Prompt = None, steps: Steps = None, json: 
     from robosandbox.agent.usage import metered
     from robosandbox.types import Refusal
 
-    with replace(world, what_if=False).open() as session:
+    with open_here(world, what_if=False) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
         with metered() as usage:
             answer = session.agent.plan(said)
@@ -114,14 +114,14 @@ def plan(world: WorldOptions, prompt: Prompt = None, steps: Steps = None, json: 
     return EXIT_FAILED if refused else EXIT_DONE
 
 
-def _verified(world: WorldOptions, prompt: str | None, steps: str, json: bool) -> int:
+def _verified(world: WorkcellOptions, prompt: str | None, steps: str, json: bool) -> int:
     """Check a given plan against the world; 0 where nothing stands against it."""
     from robosandbox.commands.verifying import read_steps, verify_steps
 
     if prompt is not None:
         raise InputError("--steps: the plan is given; leave the prompt out")
     given = read_steps(steps)
-    with replace(world, what_if=False).open() as session:
+    with open_here(world, what_if=False) as session:
         return verify_steps(session, given, json=json)
 
 
@@ -134,7 +134,7 @@ def planned(answer: Plan | Refusal) -> str:
     return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or "nothing to do"
 
 
-def _check_said(prompt: str | None, task: str | None) -> None:
+def _check_said(prompt: str | None, task: object) -> None:
     """Refuse what cannot be carried out before a world is built."""
     if prompt is None and task is None:
         raise InputError('prompt: is missing; say what to do, as in "pick up the red cube", or give --task')

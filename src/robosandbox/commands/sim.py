@@ -13,13 +13,14 @@ import typer
 
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.recording import Video, VideoFps, record_settings
-from robosandbox.commands.world import WorldOptions, takes_world
+from robosandbox.commands.world import takes_world
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.service.server.checkpoint import SavedWorld
     from robosandbox.service.server.loader import TaskLoader
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 _WAKE_SECONDS = 0.2
 
@@ -42,7 +43,7 @@ _SWITCH_SECONDS = 0.001
     )
 )
 def sim(
-    world: WorldOptions,
+    world: WorkcellOptions,
     robot_id: Annotated[str, typer.Option("--robot-id", help="Its name in keys: a-z, 0-9, '-' and '_'.")] = "robot",
     listen: Annotated[
         str | None, typer.Option("--listen", help="Zenoh endpoint; tcp/127.0.0.1:7447 if left out.")
@@ -85,21 +86,12 @@ def sim(
 
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
-    loader = TaskLoader(
-        driver=world.driver,
-        perception=world.perception,
-        grasp=world.grasp,
-        motion=world.motion,
-        sensor=world.sensor,
-        what_if=world.what_if,
-        allowed=allow_files or [],
-        record=settings,
-    )
+    loader = TaskLoader(world, allowed=allow_files or [], record=settings)
     file = StateFile(state_file) if state_file else None
     saved = file.load() if file else None
     zenoh_session, endpoints = open_listener(listen, config_file=zenoh_config, insecure=insecure)
     try:
-        host = _open(loader, saved, world)
+        host = _open(loader, saved)
         server = SimServer(
             host,
             zenoh_session,
@@ -141,9 +133,9 @@ def _pace(name: str) -> Literal["realtime", "fast"]:
             raise InputError(f"--pace: {name!r} is not one of realtime, fast")
 
 
-def _open(loader: TaskLoader, saved: SavedWorld | None, world: WorldOptions) -> Session:
+def _open(loader: TaskLoader, saved: SavedWorld | None) -> EmbeddedWorkcell:
     if saved is None:
-        return loader.open(world.task, world.robot, world.seed)
+        return loader.first()
     session = loader.resume(saved)
     print(
         f"going on with {session.task.name} at {session.sim.time:.2f} s from the state file; remove it to start over",

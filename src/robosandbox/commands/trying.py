@@ -9,11 +9,11 @@ from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
     from robosandbox.types import Plan
 
 
-def dry_run(session: Session, prompt: str, json: bool) -> int:
+def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
     """Print a plan and what came of it on the twin; the world itself does not move."""
     from robosandbox.agent.usage import metered
     from robosandbox.tasks.preview import preview
@@ -41,7 +41,7 @@ def dry_run(session: Session, prompt: str, json: bool) -> int:
     return EXIT_DONE if tried is not None and tried.success else EXIT_FAILED
 
 
-def ask_before(session: Session, prompt: str | None) -> None:
+def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
     """Have the agent ask the person about each plan, the first and those after failures, before anything moves.
 
     Raises:

@@ -13,7 +13,7 @@ from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
 from robosandbox.errors import InputError
 
 if TYPE_CHECKING:
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
     from robosandbox.types import Plan
 
 
@@ -44,7 +44,7 @@ def read_steps(source: str) -> Plan:
         raise InputError(f"--steps: {where + ': ' if where else ''}{first['msg']}; the form is {form}") from None
 
 
-def verify_steps(session: Session, plan: Plan, *, json: bool) -> int:
+def verify_steps(session: EmbeddedWorkcell, plan: Plan, *, json: bool) -> int:
     """Print what is wrong with a plan, and the relations that would hold after it."""
     from robosandbox.skills.primitives.abilities import RobotAbilities
     from robosandbox.world.picture import picture

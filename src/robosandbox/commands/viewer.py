@@ -7,7 +7,6 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -16,15 +15,17 @@ import typer
 from robosandbox.commands.console import EXIT_DONE
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings
 from robosandbox.commands.runs import load as load_episode
-from robosandbox.commands.world import Connection, WorldOptions, takes_world
+from robosandbox.commands.world import Connection, check_remote, open_here, takes_world
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.recording.episode import RecordedEpisode
     from robosandbox.recording.settings import RecordSettings
-    from robosandbox.tasks.session import Session
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
     from robosandbox.tasks.task import Task
+    from robosandbox.types import Scene
     from robosandbox.viewer.operator import News
     from robosandbox.viewer.replay import RecordedFrames
     from robosandbox.viewer.source import WorldSource
@@ -38,7 +39,7 @@ _SWITCH_SECONDS = 0.001
 
 @takes_world(without=("cassette", "time_limit", "camera", "calibration"))
 def viewer(
-    world: WorldOptions,
+    world: WorkcellOptions,
     connection: Connection,
     record: Record = None,
     video: Video = None,
@@ -52,7 +53,7 @@ def viewer(
     if not 0 <= port <= 65535:
         raise InputError(f"--port: {port} is no port; give 0 to 65535")
     if connection:
-        world.check_remote()
+        check_remote(world)
     if connection and record is not None:
         raise InputError(
             "--record: what happens in a sim process is recorded there; give --record to `robo-sandbox sim`"
@@ -105,7 +106,7 @@ def _log(news: News) -> None:
 
 @contextmanager
 def _here(
-    world: WorldOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
+    world: WorkcellOptions, settings: RecordSettings | None, episode: RecordedEpisode | None
 ) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     """Open a world in this process; each one that is loaded after it is opened, and recorded, likewise."""
     from robosandbox.recording.settings import open_recorder
@@ -115,10 +116,8 @@ def _here(
 
     with ExitStack() as recorded:
 
-        def reopen(task: Task | str | None, robot: str | None, seed: int = 0) -> Session:
-            named, loaded = (task, None) if isinstance(task, str) else (None, task)
-            chosen = replace(world, task=named, robot=robot, seed=seed)
-            session = chosen.open(loaded, render_size=_PICTURE_SIZE)
+        def reopen(task: Task | Scene | Path | str | None, robot: Path | str | None, seed: int = 0) -> EmbeddedWorkcell:
+            session = open_here(world, task=task, robot=robot, seed=seed, render_size=_PICTURE_SIZE)
             if settings is not None:
                 recorder = open_recorder(settings, session)
                 recorded.close()
@@ -137,8 +136,8 @@ def _here(
 
 
 @contextmanager
-def _there(connection: Connection, world: WorldOptions) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
+def _there(connection: Connection, world: WorkcellOptions) -> Iterator[tuple[WorldSource, RecordedFrames | None]]:
     from robosandbox.viewer.connected import ConnectedSource
 
-    with connection.session(world) as session:
+    with connection.workcell(world) as session:
         yield ConnectedSource(session), None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
@@ -31,133 +31,79 @@ from robosandbox.commands.options import (
 )
 from robosandbox.commands.packages import PackagePath
 from robosandbox.errors import InputError
+from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
     from robosandbox.service.client import Client
-    from robosandbox.service.client.workcell import RemoteSession
-    from robosandbox.tasks.session import Session
-    from robosandbox.tasks.task import Task
+    from robosandbox.service.client.workcell import RemoteWorkcell
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 Result = TypeVar("Result")
 # What a sim process has of its own, so that no client says it.
 OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration", "grasp", "motion", "seed")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WorldOptions:
-    """What a person says of a world and of who plans in it; each field is a command-line option.
+# Each option of a command line that says something of a workcell. Most are fields of `WorkcellOptions`; `package_path` and
+# `no_cache` are dealt with by their callbacks, the rest goes to the planner or the perception.
+_OPTIONS: dict[str, Any] = {
+    "task": TaskName,
+    "robot": RobotName,
+    "driver": DriverName,
+    "package_path": PackagePath,
+    "no_cache": NoCache,
+    "planner": PlannerName,
+    "base_url": BaseUrl,
+    "model": Model,
+    "cassette": Cassette,
+    "time_limit": TimeLimit,
+    "camera": Camera,
+    "perception": PerceptionName,
+    "sensor": SensorName,
+    "calibration": CalibrationFile,
+    "grasp": GraspName,
+    "motion": MotionName,
+    "seed": Seed,
+    "max_replans": MaxReplans,
+    "what_if": WhatIf,
+}
+_OF_THE_PLANNER = ("base_url", "model", "cassette", "time_limit")
+_DEFAULTS: dict[str, Any] = {"no_cache": False, **{field.name: field.default for field in fields(WorkcellOptions)}}
 
-    Attributes:
-        task: A bundled task or a YAML file.
-        robot: A model file or a bundled robot, in place of the task's.
-        driver: An installed driver, with its options behind its name.
-        package_path: Folders of ROS packages; the option's callback has put them on the search path.
-        no_cache: Whether robots are measured anew; the option's callback has seen to that.
-        planner: Name of an installed planner.
-        base_url: Where the planner's or the perception's model is served.
-        model: The model's name there.
-        cassette: Where exchanges with the model are kept.
-        time_limit: Seconds that a model may take for a prompt.
-        camera: Whose picture the planner is sent.
-        perception: Name of an installed perception.
-        sensor: What the cameras are like.
-        calibration: A file that says where the cameras are.
-        grasp: Name of an installed grasp planner.
-        motion: Name of an installed motion planner.
-        seed: The layout.
-        max_replans: How often a failure may be answered with a new plan.
-        what_if: Whether skills may try repairs on copies of the world.
+
+def _options(given: dict[str, Any]) -> WorkcellOptions:
+    """Return the options that a command line says."""
+    said = {name: value for name, value in given.items() if name in _DEFAULTS and name != "no_cache"}
+    return WorkcellOptions(
+        planner_options={name: given.get(name) for name in _OF_THE_PLANNER},
+        perception_options={"calibration": given.get("calibration")},
+        **said,
+    )
+
+
+def open_here(world: WorkcellOptions, **changes: Any) -> EmbeddedWorkcell:
+    """Open the world in this process; `changes` are fields that are to be otherwise.
+
+    Raises:
+        InputError: A name, file or value is wrong.
     """
+    from robosandbox.tasks.session import open_workcell
 
-    task: TaskName = None
-    robot: RobotName = None
-    driver: DriverName = "mujoco"
-    package_path: PackagePath = None
-    no_cache: NoCache = False
-    planner: PlannerName = "stub"
-    base_url: BaseUrl = None
-    model: Model = None
-    cassette: Cassette = None
-    time_limit: TimeLimit = None
-    camera: Camera = None
-    perception: PerceptionName = "ground_truth"
-    sensor: SensorName = "ideal"
-    calibration: CalibrationFile = None
-    grasp: GraspName = "analytic"
-    motion: MotionName = "dls"
-    seed: Seed = 0
-    max_replans: MaxReplans = 3
-    what_if: WhatIf = True
+    return open_workcell(replace(world, **changes))
 
-    @property
-    def planner_options(self) -> dict[str, Any]:
-        """What the planner takes besides the skills; None counts as not given."""
-        return {name: getattr(self, name) for name in ("base_url", "model", "cassette", "time_limit")}
 
-    def check_remote(self) -> None:
-        """Refuse what only the owner of a world can say.
+def check_remote(world: WorkcellOptions) -> None:
+    """Refuse what only the owner of a world can say.
 
-        Raises:
-            InputError: It was said; the message names the option.
-        """
-        for field in fields(self):
-            if field.name in OF_THE_WORLD and getattr(self, field.name) != field.default:
-                raise InputError(
-                    f"--{field.name}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
-                )
-
-    def open(
-        self, task: Task | None = None, *, render_size: tuple[int, int] = (240, 320), dialogue: bool = False
-    ) -> Session:
-        """Open the world in this process.
-
-        Args:
-            task: A task that is loaded already, in place of the named one.
-            render_size: (height, width) of camera pictures, pixels.
-            dialogue: Whether prompts may refer to those before them.
-
-        Raises:
-            InputError: A name, file or value is wrong.
-        """
-        from robosandbox.tasks.session import open_session
-
-        return open_session(
-            task or self.task,
-            robot=self.robot,
-            driver=self.driver,
-            planner=self.planner,
-            planner_options=self.planner_options,
-            camera=self.camera,
-            dialogue=dialogue,
-            perception=self.perception,
-            perception_options={"calibration": self.calibration},
-            grasp=self.grasp,
-            motion=self.motion,
-            sensor=self.sensor,
-            seed=self.seed,
-            max_replans=self.max_replans,
-            what_if=self.what_if,
-            render_size=render_size,
-        )
-
-    def open_to_look(self) -> Session:
-        """Open the world to look at: the model that is named is the perception's, and nothing is planned.
-
-        Raises:
-            InputError: A name, file or value is wrong.
-        """
-        from robosandbox.tasks.session import open_session
-
-        options = {name: getattr(self, name) for name in ("calibration", "model", "base_url", "cassette")}
-        return open_session(
-            self.task,
-            robot=self.robot,
-            driver=self.driver,
-            perception=self.perception,
-            perception_options=options,
-            sensor=self.sensor,
-            seed=self.seed,
-        )
+    Raises:
+        InputError: It was said; the message names the option.
+    """
+    said = {name: getattr(world, name, None) != _DEFAULTS.get(name) for name in OF_THE_WORLD}
+    said["calibration"] = (world.perception_options or {}).get("calibration") is not None
+    for name in OF_THE_WORLD:
+        if said[name]:
+            raise InputError(
+                f"--{name}: a sim process has its own; give it to `robo-sandbox sim`, or leave --connect out"
+            )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,7 +125,7 @@ class Connection:
 
     @contextmanager
     def client(self, **options: Any) -> Iterator[Client]:
-        """Connect; `options` are those of `agent.client.connect`.
+        """Connect; `options` are those of `service.client.connect`.
 
         Raises:
             InputError: An endpoint or file is wrong.
@@ -191,34 +137,27 @@ class Connection:
             yield client
 
     @contextmanager
-    def session(self, world: WorldOptions) -> Iterator[RemoteSession]:
-        """Connect and put the agent that the options describe before the robot.
+    def workcell(self, world: WorkcellOptions, **options: Any) -> Iterator[RemoteWorkcell]:
+        """Connect and put the agent that the options describe before the robot; `options` as for `client`.
 
         Raises:
             InputError: An endpoint, id or file is wrong.
             ServiceUnavailableError: No sim is there.
         """
-        with self.client() as client:
+        with self.client(**options) as client:
             yield self.before(client, world)
 
-    def before(self, client: Client, world: WorldOptions, *, dialogue: bool = False) -> RemoteSession:
+    def before(self, client: Client, world: WorkcellOptions) -> RemoteWorkcell:
         """Return an agent before the robot of a client that is connected."""
-        from robosandbox.service.client.workcell import RemoteSession
+        from robosandbox.service.client.workcell import RemoteWorkcell
 
-        return RemoteSession(
-            client.robot(self.robot_id),
-            planner=world.planner,
-            planner_options=world.planner_options,
-            camera=world.camera,
-            dialogue=dialogue,
-            max_replans=world.max_replans,
-        )
+        return RemoteWorkcell(client.robot(self.robot_id), world)
 
 
 def takes_world(
     *, without: Collection[str] = (), **defaults: Any
 ) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
-    """Let a command take `WorldOptions` as `world`, and a `Connection` where it has such a parameter, option by option.
+    """Let a command take `WorkcellOptions` as `world`, and a `Connection` where it has such a parameter, option by option.
 
     Args:
         without: Fields that are no options of this command; they keep their defaults.
@@ -227,7 +166,7 @@ def takes_world(
 
     def expand(command: Callable[..., Result]) -> Callable[..., Result]:
         hints = get_type_hints(command, include_extras=True)
-        groups = {name: hint for name, hint in hints.items() if hint in (WorldOptions, Connection)}
+        groups = {name: hint for name, hint in hints.items() if hint in (WorkcellOptions, Connection)}
         taken = {name: _parameters(group, without, defaults) for name, group in groups.items()}
         parameters: list[inspect.Parameter] = []
         for name, own in inspect.signature(command).parameters.items():
@@ -236,7 +175,7 @@ def takes_world(
         def called(**given: Any) -> Result:
             for name, group in groups.items():
                 values = {item.name: given.pop(item.name, item.default) for item in taken[name]}
-                given[name] = group(**values)
+                given[name] = _options(values) if group is WorkcellOptions else group(**values)
             return command(**given)
 
         called.__name__, called.__doc__, called.__module__ = command.__name__, command.__doc__, command.__module__
@@ -248,14 +187,16 @@ def takes_world(
 
 
 def _parameters(group: type, without: Collection[str], defaults: dict[str, Any]) -> list[inspect.Parameter]:
-    hints = get_type_hints(group, include_extras=True)
+    ours = group is WorkcellOptions
+    hints = _OPTIONS if ours else get_type_hints(group, include_extras=True)
+    usual = _DEFAULTS if ours else {field.name: field.default for field in fields(group)}
     return [
         inspect.Parameter(
-            field.name,
+            name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=defaults.get(field.name, field.default),
-            annotation=hints[field.name],
+            default=defaults.get(name, usual.get(name)),
+            annotation=hint,
         )
-        for field in fields(group)
-        if field.name not in without
+        for name, hint in hints.items()
+        if name not in without
     ]

@@ -16,8 +16,9 @@ from robosandbox.envs.progress import potential
 from robosandbox.errors import InputError, SkillError
 from robosandbox.recording.settings import rows_per_frame
 from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.evaluate import longest_hold
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array
 
@@ -65,7 +66,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
 
     def __init__(
         self,
-        task: Session | Task | Path | str,
+        task: EmbeddedWorkcell | Task | Path | str,
         *,
         robot: Path | str | None = None,
         driver: str = "mujoco",
@@ -84,10 +85,10 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
         ):
             if value not in known:
                 raise InputError(f"{name}: {value!r} is not one of {', '.join(known)}")
-        self._owned = not isinstance(task, Session)
-        self.session: Session = (
+        self._owned = not isinstance(task, EmbeddedWorkcell)
+        self.session: EmbeddedWorkcell = (
             task
-            if isinstance(task, Session)
+            if isinstance(task, EmbeddedWorkcell)
             else open_session(task, robot=robot, driver=driver, render_size=render_size)
         )
         self._sim: Modelled = modelled(self.session.sim, "an environment starts it over and judges its state")

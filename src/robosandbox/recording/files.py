@@ -11,8 +11,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from robosandbox.errors import InputError
-from robosandbox.service.server.checkpoint import Checkpoint
-from robosandbox.types import Positive, StrictModel
+from robosandbox.types import Checkpoint, Positive, StrictModel
 
 META, STEPS, STREAM, EVENTS, RESULT = "meta.json", "steps.parquet", "steps.arrows", "events.jsonl", "result.json"
 VIDEOS = "videos"

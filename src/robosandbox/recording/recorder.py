@@ -30,9 +30,9 @@ from robosandbox.recording.files import (
 from robosandbox.recording.settings import VideoSettings
 from robosandbox.recording.video import VideoWriter
 from robosandbox.recording.writer import StepWriter
-from robosandbox.service.server.served_task import ServedTask
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Array
 from robosandbox.versions import versions
 
@@ -72,7 +72,7 @@ class Recorder:
         last: The folder of the episode that was finished last.
     """
 
-    def __init__(self, folder: Path, host: ServedTask, *, video: VideoSettings | None = None) -> None:
+    def __init__(self, folder: Path, host: EmbeddedWorkcell, *, video: VideoSettings | None = None) -> None:
         self.last: Path | None = None
         self._folder = folder
         self._host = host

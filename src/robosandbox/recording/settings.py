@@ -11,7 +11,7 @@ from robosandbox.extras import missing_extra
 
 if TYPE_CHECKING:
     from robosandbox.recording.recorder import Recorder
-    from robosandbox.service.server.served_task import ServedTask
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -42,7 +42,7 @@ class RecordSettings:
     only_success: bool = False
 
 
-def open_recorder(settings: RecordSettings, host: ServedTask) -> Recorder:
+def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
     """Return a recorder for a world.
 
     Raises:

@@ -21,7 +21,7 @@ class RecordedSkill:
         recorder: Of the world in which it is called; calls in copies of it are not recorded.
     """
 
-    def __init__(self, skill: Skill, recorder: Recorder) -> None:
+    def __init__(self, skill: Skill[Any], recorder: Recorder) -> None:
         self.name: str = skill.name
         self.description: str = skill.description
         self.schema = skill.schema

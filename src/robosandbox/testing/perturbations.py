@@ -15,7 +15,7 @@ import numpy as np
 from robosandbox.drivers import simulated
 from robosandbox.errors import ErrorRecord
 from robosandbox.shapes.hull import BoxHull
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.task import Task
 from robosandbox.testing import causes, faults
 from robosandbox.testing.faults import MistakenPerception
@@ -332,7 +332,7 @@ def draw_perturbation(case: Case, seed: int) -> tuple[Task, Perturbation, str]:
         return sampler.task, perturbation, sampler.subject
 
 
-def lost(session: Session, subject: str) -> bool:
+def lost(session: EmbeddedWorkcell, subject: str) -> bool:
     """Tell whether an object has come to rest where no part of the hand gets to it."""
     item = simulated(session.sim, "it tells where a lost object lies").truth().objects[subject].detected()
     towards = session.sim.robot.base_position - centre(item)

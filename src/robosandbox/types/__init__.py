@@ -25,6 +25,7 @@ from robosandbox.spatial import (
     matrix_from_rotation_vector,
     quat_xyzw_from_matrix,
 )
+from robosandbox.types.checkpoint import Checkpoint
 from robosandbox.types.motion import Grasp, GraspSearch, Intent, Trajectory
 from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomize, SceneObject
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
@@ -40,6 +41,7 @@ __all__ = [
     "SIDE_AXES",
     "TABLE_HEIGHT",
     "Array",
+    "Checkpoint",
     "DetectedObject",
     "Direction",
     "Finite",

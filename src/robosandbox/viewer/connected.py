@@ -15,7 +15,7 @@ import zenoh
 
 from robosandbox.errors import ForbiddenError, InputError, RoboSandboxError, SkillError
 from robosandbox.robots.loader import load_robot
-from robosandbox.service.client.workcell import RemoteSession
+from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.service.messages import State, decode
 from robosandbox.sim.world import build_world
 from robosandbox.tasks.session import resolve_task
@@ -44,7 +44,7 @@ class ConnectedSource:
 
     teleop = None
 
-    def __init__(self, session: RemoteSession) -> None:
+    def __init__(self, session: RemoteWorkcell) -> None:
         self._session = session
         self._robot = session.robot
         self._on_frame: OnFrame = lambda frame: None
@@ -69,7 +69,7 @@ class ConnectedSource:
         self._news: zenoh.Subscriber[None] | None = None
 
     @property
-    def workcell(self) -> RemoteSession:
+    def workcell(self) -> RemoteWorkcell:
         """The loaded task with its agent."""
         return self._session
 

@@ -13,7 +13,7 @@ from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.service.server.studio import Studio, View
 from robosandbox.service.server.worker import Worker
 from robosandbox.sim.modelled import Modelled, modelled
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.task import Task
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
@@ -24,7 +24,7 @@ _STOP_SECONDS = 10.0
 _REST_TRIALS = 5
 
 # Returns the session of a task, its name or its file, with a robot in place of its own.
-Open = Callable[[Task | str, str | None], Session]
+Open = Callable[[Task | str, str | None], EmbeddedWorkcell]
 
 
 class EmbeddedSource:
@@ -35,7 +35,7 @@ class EmbeddedSource:
         reopen: Loads others.
     """
 
-    def __init__(self, session: Session, reopen: Open) -> None:
+    def __init__(self, session: EmbeddedWorkcell, reopen: Open) -> None:
         self._session = session
         self._open = reopen
         self._sim = _drawn(session)
@@ -46,7 +46,7 @@ class EmbeddedSource:
         self._adopt(session)
 
     @property
-    def workcell(self) -> Session:
+    def workcell(self) -> EmbeddedWorkcell:
         """The loaded task with its agent."""
         return self._session
 
@@ -152,7 +152,7 @@ class EmbeddedSource:
         if self._worker.stop(_STOP_SECONDS):
             self._session.close()
 
-    def _adopt(self, session: Session) -> None:
+    def _adopt(self, session: EmbeddedWorkcell) -> None:
         self._session = session
         self._sim = _drawn(session)
         self._sim.subscribe(Pace(self._sim))
@@ -173,5 +173,5 @@ class EmbeddedSource:
         self._on_frame(Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state))
 
 
-def _drawn(session: Session) -> Modelled:
+def _drawn(session: EmbeddedWorkcell) -> Modelled:
     return modelled(session.sim, "the viewer draws it")

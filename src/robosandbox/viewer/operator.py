@@ -11,7 +11,7 @@ from enum import StrEnum
 from typing import Any
 
 from robosandbox.agent.episode import AgentEvent, Episode
-from robosandbox.errors import CancelledError, InternalError, RoboSandboxError
+from robosandbox.errors import CancelledError, InternalError, RoboSandboxError, UnsupportedError
 from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
 from robosandbox.types import Plan, Refusal
@@ -228,7 +228,7 @@ class Operator:
         try:
             with work.ctx.goal():
                 verdict: Verdict | None = work.judge()
-        except CancelledError:
+        except (CancelledError, UnsupportedError):
             return None
         return verdict
 

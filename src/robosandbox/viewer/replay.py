@@ -9,7 +9,7 @@ import numpy as np
 
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.modelled import modelled
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Array, GripperState, Observation, Pose, frozen_array
 from robosandbox.viewer.source import Frame
 
@@ -35,7 +35,7 @@ class RecordedFrames:
         return int(np.clip(np.searchsorted(self.seconds, seconds + 1e-9) - 1, 0, len(self.seconds) - 1))
 
 
-def recorded_frames(episode: RecordedEpisode, session: Session) -> RecordedFrames:
+def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> RecordedFrames:
     """Return the frames of an episode, for a world of its task."""
     model = modelled(session.sim, "its recorded states are drawn").model
     q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))

@@ -9,7 +9,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.sim.modelled import modelled
-from robosandbox.tasks.session import Session
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Pose
 
 _JOG_SPEED = 0.35
@@ -29,7 +29,7 @@ class SimTeleop:
         shown: Called when something was put elsewhere without time passing.
     """
 
-    def __init__(self, session: Session, shown: Callable[[], None]) -> None:
+    def __init__(self, session: EmbeddedWorkcell, shown: Callable[[], None]) -> None:
         self._session = session
         self._sim = modelled(session.sim, "things are put elsewhere in it by hand")
         self._shown = shown

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from types import FrameType
 
 from robosandbox.agent import episode as events
-from robosandbox.tasks.workcell import PromptContext
+from robosandbox.agent.goal import GoalContext
 
 _PATIENCE_SECONDS = 1.0
 
@@ -30,7 +30,7 @@ class Interrupts:
         running: Whether one runs.
     """
 
-    def __init__(self, ctx: PromptContext, away: Callable[[], bool]) -> None:
+    def __init__(self, ctx: GoalContext, away: Callable[[], bool]) -> None:
         self.count = 0
         self.moved = False
         self._ctx = ctx

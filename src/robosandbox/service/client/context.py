@@ -2,37 +2,28 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from robosandbox.agent.goal import one_goal
+from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.protocols import Skill
 from robosandbox.service.messages import SkillInfo
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import Intent, ObservedScene, SkillResult
+from robosandbox.types import ObservedScene, SkillResult
 
 if TYPE_CHECKING:
     from robosandbox.service.client.robot import RemoteRobot
 
 
-class RemoteContext:
-    """What an agent uses of a remote robot; the sim process has the rest.
-
-    Attributes:
-        listeners: Called with each phase that begins, in the thread that waits for the skill.
-        intent_listeners: Called with what a skill is about to do, in the same thread.
-    """
+class RemoteContext(GoalContext):
+    """What an agent uses of a remote robot; the sim process has the rest, and keeps its limits."""
 
     def __init__(self, robot: RemoteRobot) -> None:
-        self.listeners: list[Callable[[str], None]] = []
-        self.intent_listeners: list[Callable[[Intent], None]] = []
+        super().__init__()
         self._robot = robot
-        self._cancelled = threading.Event()
         self._boot_id: str | None = None
         self._left: float | None = None
         self._timeout: float | None = None
@@ -43,23 +34,8 @@ class RemoteContext:
         self._boot_id = seen.boot_id
         return seen.scene
 
-    def cancel(self) -> None:
-        """Stop what runs, from any thread: it ends in a CancelledError."""
-        self._cancelled.set()
-
-    @contextmanager
-    def goal(self, timeout: float | None = None) -> Iterator[None]:
-        """Run one prompt: an earlier cancel is forgotten, and it may take `timeout` simulated seconds.
-
-        Raises:
-            ValueError: The timeout is not positive.
-        """
-        with one_goal(self._cancelled, timeout):
-            self._timeout = self._left = timeout
-            try:
-                yield
-            finally:
-                self._timeout = self._left = None
+    def _allow(self, timeout: float | None) -> None:
+        self._timeout = self._left = timeout
 
     def call(self, skill: str, arguments: Mapping[str, Any]) -> SkillResult:
         """Run a skill on the robot.

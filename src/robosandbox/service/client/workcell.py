@@ -1,8 +1,7 @@
-"""A session whose world is a sim process: the same prompts, resets and verdicts as in an embedded one."""
+"""A workcell that is another process's: the same prompts, resets and verdicts as in an embedded one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
@@ -10,14 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.episode import Episode
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError
 from robosandbox.service.client.context import RemoteContext
 from robosandbox.service.client.robot import RemoteRobot
-from robosandbox.tasks.evaluate import Verdict, evaluate
+from robosandbox.tasks.options import USUAL, WorkcellOptions
 from robosandbox.tasks.task import Task
-from robosandbox.types import ObservedScene, Truth
+from robosandbox.tasks.workcell import Workcell
+from robosandbox.types import Observation, ObservedScene, Truth
 from robosandbox.validation import validate
 
 
@@ -36,70 +35,40 @@ class RemoteCheckpoint:
     start: Truth | None
 
 
-class RemoteSession:
+class RemoteWorkcell(Workcell[RemoteContext]):
     """The task that a sim process has loaded, and an agent here that acts in it.
+
+    Args:
+        robot: The connection.
+        options: Who plans: `planner`, `planner_options`, `camera`, `dialogue` and `max_replans` count; the rest is the sim's.
 
     Attributes:
         robot: The connection.
-        task: What is loaded.
-        seed: The last reset's.
-        agent: Carries out prompts.
-        start: The state after the last reset, which success is judged against.
+
+    Raises:
+        InputError: No such planner is installed, it takes no such option, or there is no such camera.
     """
 
-    def __init__(
-        self,
-        robot: RemoteRobot,
-        *,
-        planner: str = "stub",
-        planner_options: Mapping[str, Any] | None = None,
-        camera: str | None = None,
-        dialogue: bool = False,
-        max_replans: int = 3,
-    ) -> None:
-        """Act on a robot.
-
-        Args:
-            robot: The connection.
-            planner: Name of an installed planner.
-            planner_options: What it takes besides the skills, such as `model`; None counts as not given.
-            camera: The camera whose picture the planner is to see.
-            dialogue: Whether prompts may refer to those before them, where the planner can do that.
-            max_replans: How often a failure may be answered with a new plan.
-
-        Raises:
-            InputError: No such planner is installed, or it takes no such option.
-        """
+    def __init__(self, robot: RemoteRobot, options: WorkcellOptions = USUAL) -> None:
         self.robot = robot
-        self._planner = planner
-        self._dialogue = dialogue
-        self._options = dict(planner_options or {})
+        self._options = options
+        camera = options.camera
+        self._planner_options = dict(options.planner_options or {})
         if camera is not None:
             if camera not in robot.cameras:
                 raise InputError(f"camera {camera!r} is not one of {', '.join(robot.cameras)}")
-            self._options["picture"] = lambda: self._pixels(camera)
-        self._max_replans = max_replans
+            self._planner_options["picture"] = lambda: self._pixels(camera)
+        self._loaded: dict[str, Any] = {}
         self.adopt()
 
     def adopt(self) -> None:
         """Take over what the sim has loaded, whoever did; there is another agent then."""
-        info = self.robot.survey()
+        info, options, robot = self.robot.survey(), self._options, self.robot
+        mind = make_planner(options.planner, robot.skills, self._planner_options, dialogue=options.dialogue)
+        agent = Agent(ctx=robot.ctx, skills=robot.skills, planner=mind, max_replans=options.max_replans)
+        super().__init__(validate(info.task, Task, source="the sim's task"), agent, seed=info.seed)
         self._loaded = info.task
-        self.task = validate(info.task, Task, source="the sim's task")
-        self.seed = info.seed
-        mind = make_planner(self._planner, self.robot.skills, self._options, dialogue=self._dialogue)
-        self.agent: Agent[RemoteContext] = Agent(
-            ctx=self.robot.ctx,
-            skills=self.robot.skills,
-            planner=mind,
-            max_replans=self._max_replans,
-        )
-        self.start = self.robot.truth() if info.truth else None
-
-    @property
-    def ctx(self) -> RemoteContext:
-        """What the agent uses."""
-        return self.robot.ctx
+        self._start = robot.truth() if info.truth else None
 
     @property
     def robot_name(self) -> str:
@@ -111,13 +80,8 @@ class RemoteSession:
         """Names that `picture` takes."""
         return self.robot.cameras
 
-    def elapsed(self) -> tuple[float, int | None]:
-        """Return simulated seconds and physics steps since the last reset."""
-        state = self.robot.state()
-        return state.robot.time, state.physics_steps
-
-    def load(self, task: Task) -> None:
-        """Have the sim load another task.
+    def load(self, task: Task) -> Self:
+        """Have the sim load another task; return the workcell itself.
 
         Raises:
             InputError: The sim refuses it.
@@ -125,6 +89,7 @@ class RemoteSession:
         """
         self.robot.load(document=task.model_dump(mode="json"))
         self.adopt()
+        return self
 
     def catch_up(self) -> bool:
         """Take over the seed of a reset by another client; return whether the same task is loaded still."""
@@ -133,45 +98,51 @@ class RemoteSession:
             return False
         if info.seed != self.seed:
             self.seed = info.seed
-            self.start = self.robot.truth() if self.start is not None else None
+            self._start = self.robot.truth() if self._start is not None else None
         return True
 
-    def run(self, prompt: str | None = None, *, timeout: float | None = None) -> Episode:
-        """Carry out a prompt, or the task's own, within `timeout` simulated seconds."""
-        with self.ctx.goal(timeout):
-            return self.agent.run(self.task.prompt if prompt is None else prompt)
+    def observe(self) -> ObservedScene:
+        """Return what perception sees now; unlike the agent's own look it is no base of a plan."""
+        return self.robot.observe()
+
+    def state(self) -> Observation:
+        """Return joints, TCP and gripper."""
+        return self.robot.state().robot
+
+    def truth(self) -> Truth:
+        """Return the simulated state; raises a ForbiddenError where the sim keeps it to itself."""
+        return self.robot.truth()
+
+    def wait(self, seconds: float) -> None:
+        """Let simulated time pass, the arm holding."""
+        self.robot.step(seconds)
+
+    def elapsed(self) -> tuple[float, int | None]:
+        """Return simulated seconds and physics steps since the last reset."""
+        state = self.robot.state()
+        return state.robot.time, state.physics_steps
+
+    def picture(self, camera: str, format: str = "png") -> bytes:
+        """Return a camera's picture as a file's bytes."""
+        return self.robot.picture(camera, format=format)[0]
 
     def reset(self, seed: int = 0) -> None:
-        """Start over with this seed's layout.
-
-        Raises:
-            InputError: The seed has no layout.
-            BusyError: The robot is at work.
-        """
+        """Start over with this seed's layout."""
         truth = self.robot.reset(seed)
-        self.start = truth if self.start is not None else None
+        self._start = truth if self._start is not None else None
         self.seed = seed
 
     def checkpoint(self) -> RemoteCheckpoint:
-        """Return the world as it is, for `restore`; the sim keeps the last 64."""
-        return RemoteCheckpoint(name=self.robot.checkpoint(), seed=self.seed, start=self.start)
+        """Return the world as it is; the sim keeps the last 64."""
+        return RemoteCheckpoint(name=self.robot.checkpoint(), seed=self.seed, start=self._start)
 
     def restore(self, checkpoint: RemoteCheckpoint) -> None:
-        """Go back to a checkpoint; the arm holds.
-
-        Raises:
-            InputError: The sim does not have it any more.
-        """
+        """Go back to a checkpoint; the arm holds."""
         self.robot.reset(checkpoint=checkpoint.name)
-        self.seed, self.start = checkpoint.seed, checkpoint.start
+        self.seed, self._start = checkpoint.seed, checkpoint.start
 
-    def observe(self) -> ObservedScene:
-        """Return what perception sees now."""
-        return self.robot.observe()
-
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a PNG or JPEG file's bytes."""
-        return self.robot.picture(camera, format=format)[0]
+    def close(self) -> None:
+        """Nothing to free: the connection is the client's."""
 
     def _pixels(self, camera: str) -> NDArray[Any]:
         import cv2
@@ -179,18 +150,3 @@ class RemoteSession:
         # OpenCV's order of channels is blue, green, red.
         decoded = cv2.imdecode(np.frombuffer(self.picture(camera), np.uint8), cv2.IMREAD_COLOR)
         return np.asarray(decoded)[:, :, ::-1]
-
-    def judge(self) -> Verdict | None:
-        """Tell whether the task has succeeded since the last reset; None where the sim keeps its truth to itself."""
-        if self.start is None:
-            return None
-        return evaluate(self.task.success, self.start, self.robot.truth, self.robot.step)
-
-    def close(self) -> None:
-        """Nothing to free: the connection is the client's."""
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()

@@ -1,45 +1,22 @@
-"""A world's whole state as a value: for undoing, and for surviving the end of the process."""
+"""The state file: a served world and its goals, for surviving the end of the process."""
 
 from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any, Final, Literal
+from typing import Any, Final, Literal
 
-from pydantic import Field
 from pydantic_core import from_json
 
 from robosandbox.errors import InputError
 from robosandbox.service.messages import Count
 from robosandbox.service.server.journal import KeptGoal, flush_folder, read_file, read_journal
-from robosandbox.types import Scene, StrictModel
+from robosandbox.types import Checkpoint, StrictModel
 from robosandbox.validation import validate
 
 _VERSION: Final = 3
 # A crowded scene has some ten thousand numbers, and the goals are those of the ledger, each with its arguments, bytes.
 _MOST_BYTES = 64_000_000
-# Beyond this MuJoCo takes a number for divergence (mjMAXVAL in its mjmodel.h).
-_MOST = 1e10
-
-StateNumber = Annotated[float, Field(ge=-_MOST, le=_MOST, allow_inf_nan=False)]
-
-
-class Checkpoint(StrictModel):
-    """Everything that the future of a simulated world depends on.
-
-    Attributes:
-        seed: The layout.
-        scene: Robot and objects as last reset.
-        start: State vector after that reset, which success is judged against.
-        state: MuJoCo's integration state.
-        physics_steps: Since the last reset.
-    """
-
-    seed: Count
-    scene: Scene
-    start: tuple[StateNumber, ...]
-    state: tuple[StateNumber, ...]
-    physics_steps: Count
 
 
 class SavedWorld(StrictModel):

@@ -12,9 +12,9 @@ from robosandbox.protocols import Skill
 from robosandbox.service.messages import Feedback, Goal, Intended
 from robosandbox.service.server.goals import Ledger, LiveGoal
 from robosandbox.service.server.publishing import GoalNews
-from robosandbox.service.server.served_task import ServedTask
 from robosandbox.service.server.snapshots import thinned
-from robosandbox.types import Intent, SkillCall, SkillResult
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.types import Intent, SkillResult
 
 _log = logging.getLogger(__name__)
 _REST_TRIALS = 5
@@ -40,7 +40,7 @@ class Executor:
         self._robot_id = robot_id
         self._save = save
 
-    def execute(self, goal_id: str, served: ServedTask, skills: Mapping[str, Skill]) -> None:
+    def execute(self, goal_id: str, served: EmbeddedWorkcell, skills: Mapping[str, Skill]) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
         outcome: SkillResult | ErrorRecord
@@ -74,7 +74,7 @@ class Executor:
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
         ).record()
 
-    def _call(self, entry: LiveGoal, served: ServedTask, skill: Skill) -> SkillResult:
+    def _call(self, entry: LiveGoal, served: EmbeddedWorkcell, skill: Skill) -> SkillResult:
         began = served.sim.time
 
         def tell(phase: str) -> None:
@@ -94,7 +94,6 @@ class Executor:
         def show(intent: Intent) -> None:
             self._news.intent(Intended(goal_id=entry.goal.goal_id, intent=thinned(intent)))
 
-        served.ctx.permit(SkillCall(skill=entry.goal.skill, arguments=dict(entry.checked)))
         served.ctx.listeners.append(tell)
         if entry.intents:
             served.ctx.intent_listeners.append(show)
@@ -106,7 +105,7 @@ class Executor:
                 served.ctx.intent_listeners.remove(show)
 
 
-def _come_to_rest(served: ServedTask) -> None:
+def _come_to_rest(served: EmbeddedWorkcell) -> None:
     for _ in range(_REST_TRIALS):
         try:
             # A new goal of the context, in which no deadline and no earlier cancel counts.

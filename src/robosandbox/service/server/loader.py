@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from robosandbox.errors import InputError
@@ -11,8 +12,10 @@ from robosandbox.recording.skill import RecordedSkill
 from robosandbox.service.messages import Load
 from robosandbox.service.server.checkpoint import SavedWorld
 from robosandbox.sim.objects import count_bodies, count_geoms
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.session import Session, open_session
+from robosandbox.tasks.options import USUAL, WorkcellOptions
+from robosandbox.tasks.session import open_workcell
 from robosandbox.tasks.task import Task
 from robosandbox.types import Scene
 from robosandbox.validation import validate
@@ -28,12 +31,7 @@ class TaskLoader:
     """Opens the tasks that a sim process serves.
 
     Args:
-        driver: An installed driver, with its options behind its name.
-        perception: Name of an installed perception.
-        grasp: Name of an installed grasp planner.
-        motion: Name of an installed motion planner.
-        sensor: What its cameras are like.
-        what_if: Whether skills may try repairs on copies of the world.
+        options: How; their task, robot and seed are those of the first one.
         allowed: Folders whose files clients may name in tasks; without any, clients load bundled robots and plain
             objects only.
         record: Where and how to record each goal; not at all when left out.
@@ -41,57 +39,37 @@ class TaskLoader:
 
     def __init__(
         self,
+        options: WorkcellOptions = USUAL,
         *,
-        driver: str = "mujoco",
-        perception: str = "ground_truth",
-        grasp: str = "analytic",
-        motion: str = "dls",
-        sensor: str = "ideal",
-        what_if: bool = True,
         allowed: Sequence[Path] = (),
         record: RecordSettings | None = None,
     ) -> None:
-        self._driver = driver
-        self._perception = perception
-        self._grasp = grasp
-        self._motion = motion
-        self._sensor = sensor
-        self._what_if = what_if
+        self._options = replace(options, render_size=_PICTURE_SIZE)
         self._allowed = tuple(folder.resolve() for folder in allowed)
         self._record = record
 
+    def first(self) -> EmbeddedWorkcell:
+        """Open the task that the person at this machine named."""
+        return self._open(self._options)
+
     def open(
-        self,
-        task: Task | Path | str | None,
-        robot: str | None = None,
-        seed: int = 0,
-        *,
-        wait_hook: Callable[[], None] | None = None,
-    ) -> Session:
-        """Open a task that the person at this machine named; `wait_hook` as in `open_session`."""
-        session = open_session(
-            task,
-            robot=robot,
-            driver=self._driver,
-            perception=self._perception,
-            grasp=self._grasp,
-            motion=self._motion,
-            sensor=self._sensor,
-            seed=seed,
-            what_if=self._what_if,
-            render_size=_PICTURE_SIZE,
-            wait_hook=wait_hook,
-        )
+        self, task: Task | str, robot: str | None = None, *, wait_hook: Callable[[], None] | None = None
+    ) -> EmbeddedWorkcell:
+        """Open a task as written; `wait_hook` as in `open_workcell`."""
+        return self._open(replace(self._options, task=task, robot=robot, seed=0), wait_hook)
+
+    def _open(self, options: WorkcellOptions, wait_hook: Callable[[], None] | None = None) -> EmbeddedWorkcell:
+        session = open_workcell(options, wait_hook=wait_hook)
         if self._record is not None:
             try:
                 recorder = open_recorder(self._record, session)
             except InputError:
                 session.close()
                 raise
-            session.skills = [RecordedSkill(skill, recorder) for skill in session.skills]
+            session.agent.skills.update({skill.name: RecordedSkill(skill, recorder) for skill in session.skills})
         return session
 
-    def resume(self, world: SavedWorld) -> Session:
+    def resume(self, world: SavedWorld) -> EmbeddedWorkcell:
         """Open the task of a state file as it was left.
 
         Raises:
@@ -107,7 +85,7 @@ class TaskLoader:
             raise InputError(f"--state-file: {error}; the file is damaged: remove it or bring back a copy") from None
         return session
 
-    def load(self, message: Load, wait_hook: Callable[[], None]) -> Session:
+    def load(self, message: Load, wait_hook: Callable[[], None]) -> EmbeddedWorkcell:
         """Open a task that a client asks for.
 
         Args:

@@ -42,21 +42,24 @@ from robosandbox.service.messages import (
 )
 from robosandbox.service.server.autosave import Autosave
 from robosandbox.service.server.changes import WorldChanges
-from robosandbox.service.server.checkpoint import Checkpoint, SavedWorld, StateFile
+from robosandbox.service.server.checkpoint import SavedWorld, StateFile
 from robosandbox.service.server.execution import Executor
 from robosandbox.service.server.goals import Ledger
 from robosandbox.service.server.liveliness import ConnectedClients
 from robosandbox.service.server.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
 from robosandbox.service.server.requests import Request, serve
-from robosandbox.service.server.served_task import OpenTask, ServedTask
 from robosandbox.service.server.snapshots import info_of, state_of, true_state_of
 from robosandbox.service.server.studio import Studio
 from robosandbox.service.server.worker import Pace, Worker
 from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.types import Checkpoint
 from robosandbox.validation import did_you_mean
 from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
+# Returns another loaded task, calling the second argument often on the way; raises InputError, and what that raises.
+OpenTask = Callable[[Load, Callable[[], None]], EmbeddedWorkcell]
 # A planning skill hears of its cancellation between two samples or solutions.
 _STOP_SECONDS = 10.0
 # A hundred physics steps of the largest scene that a client may load take 0.2 s of CPU.
@@ -84,7 +87,7 @@ class SimServer:
 
     def __init__(
         self,
-        served: ServedTask,
+        served: EmbeddedWorkcell,
         session: zenoh.Session,
         *,
         robot_id: str,
@@ -100,7 +103,7 @@ class SimServer:
         self._load = load
         self._default_pace: Pace = pace
         self._truth = truth
-        self._skills: dict[str, Skill] = {}
+        self._skills: dict[str, Skill[Any]] = {}
         world = self._world(served)
         self._worker = Worker(world, pace)
         self._loads = 0
@@ -181,7 +184,7 @@ class SimServer:
         self._ledger.adopt(world.goals, self._robot_id)
 
     @property
-    def served(self) -> ServedTask:
+    def served(self) -> EmbeddedWorkcell:
         """What is served now."""
         return self._served
 
@@ -189,7 +192,7 @@ class SimServer:
         return key(self._robot_id, *parts)
 
     @staticmethod
-    def _world(served: ServedTask) -> Modelled:
+    def _world(served: EmbeddedWorkcell) -> Modelled:
         return modelled(served.sim, "a sim process saves it, sends its pictures and answers what is true in it")
 
     def _declare(self) -> None:

@@ -10,14 +10,16 @@ import numpy as np
 
 from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
 from robosandbox.service.server.goals import LiveGoal
-from robosandbox.service.server.served_task import ServedTask
 from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
 
 _MOST_SHOWN = 64
 
 
-def info_of(served: ServedTask, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]) -> Info:
+def info_of(
+    served: EmbeddedWorkcell, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]
+) -> Info:
     """Return what a loaded task is."""
     sim, robot = modelled(served.sim, "a sim process tells what it is"), served.sim.robot
     height, width = sim.render_size

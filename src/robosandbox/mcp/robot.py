@@ -1,4 +1,4 @@
-"""What the server needs of a robot, provided by a session: a world in this process or in another one.
+"""What the server needs of a robot, provided by a workcell: in this process or in another one.
 
 A world in this process lives on one worker thread, physics and pictures alike; looks asked for while a goal runs are answered
 between its control ticks. A world in another process answers looks by itself at any time.
@@ -9,70 +9,29 @@ from __future__ import annotations
 import asyncio
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import AbstractContextManager
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 import anyio
 
-from robosandbox.agent.agent import Agent
 from robosandbox.agent.episode import AgentEvent, PhaseEntered
 from robosandbox.errors import BusyError, CancelledError, Phase
 from robosandbox.evidence import BusyEvidence
 from robosandbox.protocols import Skill
-from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
+from robosandbox.tasks.workcell import Workcell
+from robosandbox.types import Observation, ObservedScene, Plan, Refusal, SkillCall, SkillResult
 
 ValueT = TypeVar("ValueT")
 Tell = Callable[[str], None]
 Subscribe = Callable[[Callable[[], None]], object]
 
 
-class Goals(Protocol):
-    """Starts and stops goals."""
-
-    def cancel(self) -> None:
-        """Stop what runs, from any thread."""
-        ...
-
-    def goal(self, timeout: float | None = None) -> AbstractContextManager[None]:
-        """Run one goal, within `timeout` simulated seconds."""
-        ...
-
-
-class Cell(Protocol):
-    """The part of a session that is used here."""
-
-    @property
-    def agent(self) -> Agent[Any]:
-        """Carries out calls."""
-        ...
-
-    @property
-    def ctx(self) -> Goals:
-        """Starts and stops goals."""
-        ...
-
-    @property
-    def cameras(self) -> Sequence[str]:
-        """Names that `picture` takes."""
-        ...
-
-    def observe(self) -> ObservedScene:
-        """Return what perception sees now."""
-        ...
-
-    def picture(self, camera: str, format: str = "png") -> bytes:
-        """Return a camera's picture as a file's bytes."""
-        ...
-
-
 class Robot:
-    """A session's robot for an asynchronous server.
+    """A workcell's robot for an asynchronous server.
 
     Args:
-        cell: The session.
-        state: Returns joints, TCP and gripper as JSON data.
+        cell: Whose.
         subscribe: Has a listener called after every control tick of a world in this process; None for one that answers looks
             by itself.
         timeout: Simulated seconds that a call may take.
@@ -84,8 +43,7 @@ class Robot:
 
     def __init__(
         self,
-        cell: Cell,
-        state: Callable[[], dict[str, Any]],
+        cell: Workcell,
         *,
         subscribe: Subscribe | None,
         timeout: float = 120.0,
@@ -93,7 +51,6 @@ class Robot:
         self.skills: tuple[Skill[Any], ...] = tuple(cell.agent.skills.values())
         self.cameras = tuple(cell.cameras)
         self._cell = cell
-        self._state = state
         self._timeout = timeout
         self._worker = ThreadPoolExecutor(max_workers=1, thread_name_prefix="robot")
         self._here = subscribe is not None
@@ -159,9 +116,9 @@ class Robot:
         """Return what perception sees."""
         return await self._look(self._cell.observe)
 
-    async def state(self) -> dict[str, Any]:
-        """Return joints, TCP and gripper as JSON data."""
-        return await self._look(self._state)
+    async def state(self) -> Observation:
+        """Return joints, TCP and gripper."""
+        return await self._look(self._cell.state)
 
     async def picture(self, camera: str) -> bytes:
         """Return what a camera sees as a PNG file.

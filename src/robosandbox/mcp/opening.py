@@ -8,9 +8,9 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, ExitStack
 
-from robosandbox.agent.mcp import tools
-from robosandbox.agent.mcp.robot import Robot
 from robosandbox.errors import InternalError, RoboSandboxError
+from robosandbox.mcp import tools
+from robosandbox.mcp.robot import Robot
 
 _log = logging.getLogger(__name__)
 OpenRobot = Callable[[], AbstractContextManager[Robot]]

@@ -15,9 +15,6 @@ from mcp.server.context import ServerRequestContext
 from mcp.shared.exceptions import MCPError
 
 from robosandbox import __version__
-from robosandbox.agent.mcp import tools
-from robosandbox.agent.mcp.greeting import INSTRUCTIONS, NAME
-from robosandbox.agent.mcp.robot import Robot
 from robosandbox.errors import (
     InputError,
     PlannerError,
@@ -26,6 +23,9 @@ from robosandbox.errors import (
     RoboSandboxError,
     SkillError,
 )
+from robosandbox.mcp import tools
+from robosandbox.mcp.greeting import INSTRUCTIONS, NAME
+from robosandbox.mcp.robot import Robot
 from robosandbox.protocols import Skill
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import Refusal, SkillCall
@@ -137,7 +137,7 @@ async def _ended(work: asyncio.Future[Any]) -> None:
 async def _look(robot: Robot, arguments: tools.LookArguments) -> types.CallToolResult:
     if arguments.camera is not None and arguments.camera not in robot.cameras:
         return tools.failed("invalid_argument", _no_camera(robot, arguments.camera))
-    data = {"scene": tools.seen(await robot.scene()), "state": await robot.state()}
+    data = {"scene": tools.seen(await robot.scene()), "state": tools.state_data(await robot.state())}
     result = tools.answer({**data, "doing": robot.doing, "cameras": list(robot.cameras)})
     if arguments.camera is not None:
         try:
@@ -175,7 +175,7 @@ def _resources(robot: Robot) -> list[types.Resource]:
 
 async def _read(robot: Robot, uri: str) -> types.TextResourceContents | types.BlobResourceContents:
     if uri in (SCENE, STATE):
-        data = tools.seen(await robot.scene()) if uri == SCENE else await robot.state()
+        data = tools.seen(await robot.scene()) if uri == SCENE else tools.state_data(await robot.state())
         return types.TextResourceContents(uri=uri, mime_type="application/json", text=json.dumps(data))
     name = unquote(uri.removeprefix(CAMERA))
     if not uri.startswith(CAMERA):

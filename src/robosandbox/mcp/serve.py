@@ -15,10 +15,10 @@ from mcp.server import Server
 from mcp.server.stdio import stdio_server
 from mcp.shared.message import SessionMessage
 
-from robosandbox.agent.mcp.greeting import FirstLine
-from robosandbox.agent.mcp.opening import Opening, OpenRobot
-from robosandbox.agent.mcp.server import build_server
 from robosandbox.errors import InputError
+from robosandbox.mcp.greeting import FirstLine
+from robosandbox.mcp.opening import Opening, OpenRobot
+from robosandbox.mcp.server import build_server
 
 HOST = "127.0.0.1"
 PATH = "/mcp"

@@ -1,0 +1,66 @@
+"""What opens a workcell, as one value: every command, the bench and `open_session` say it in the same words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import KW_ONLY, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from robosandbox.tasks.task import Task
+    from robosandbox.types import Scene
+
+
+@dataclass(frozen=True, slots=True)
+class WorkcellOptions:
+    """A robot with its world, and who plans there; options of plugins that are None count as not given.
+
+    Attributes:
+        task: A task, the name of a bundled one, a YAML file, or a bare scene (whose task is to be at home); a table with
+            three cubes when left out.
+        robot: A model file or a bundled robot's name, in place of the task's robot.
+        driver: Name of an installed driver, with options behind it: "hardware:latency=0.02". One that does not start over
+            is opened on the seed's layout.
+        driver_options: More of what it takes.
+        planner: Name of an installed planner.
+        planner_options: What it takes besides the skills, such as `model`.
+        camera: The camera whose picture the planner is to see.
+        dialogue: Whether prompts may refer to those before them, where the planner can do that.
+        perception: Name of an installed perception.
+        perception_options: What it takes besides.
+        grasp: Name of an installed grasp planner.
+        grasp_options: What it takes.
+        motion: Name of an installed motion planner.
+        motion_options: What it takes, such as `clearance`.
+        sensor: What its cameras are like: ideal, realsense or rough.
+        seed: The layout; 0 is the task as written.
+        max_replans: How often a failure may be answered with a new plan.
+        what_if: Whether skills may try repairs on the twin, a simulation of what is believed.
+        render_size: (height, width) of camera pictures, pixels.
+    """
+
+    task: Task | Scene | Path | str | None = None
+    _: KW_ONLY
+    robot: Path | str | None = None
+    driver: str = "mujoco"
+    driver_options: Mapping[str, Any] | None = None
+    planner: str = "stub"
+    planner_options: Mapping[str, Any] | None = None
+    camera: str | None = None
+    dialogue: bool = False
+    perception: str = "ground_truth"
+    perception_options: Mapping[str, Any] | None = None
+    grasp: str = "analytic"
+    grasp_options: Mapping[str, Any] | None = None
+    motion: str = "dls"
+    motion_options: Mapping[str, Any] | None = None
+    sensor: str = "ideal"
+    seed: int = 0
+    max_replans: int = 3
+    what_if: bool = True
+    render_size: tuple[int, int] = (240, 320)
+
+
+# A table with three cubes, the bundled arm, perfect eyes, the offline planner.
+USUAL = WorkcellOptions()
