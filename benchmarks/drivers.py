@@ -96,7 +96,11 @@ def measure(driver: str, names: Sequence[str], seeds: int, *, all_names: Sequenc
 
 
 def _tell(row: Row) -> None:
-    print(f"{row.settings['driver']} {row.task} {row.seed}: {row.result}", file=sys.stderr, flush=True)
+    print(
+        f"{row.settings['driver']} {row.task} {row.seed}: said {row.claimed}, judged {row.success}",
+        file=sys.stderr,
+        flush=True,
+    )
 
 
 def report(found: dict[str, dict[str, Any]]) -> str:

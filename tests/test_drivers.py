@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import re
+import time
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -128,6 +129,31 @@ def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:
         hardware.wait(hardware.control_timestep)
         moved.append(bool(np.abs(hardware._plant.controls - before).max() > 0.0))
     assert moved == [False, False, False, True, True]
+
+
+def test_on_the_wall_clock_time_passes_by_itself_and_waits_take_as_long_as_they_say() -> None:
+    driver = Hardware(Scene(), clock="wall")
+    try:
+        first, begin = driver.time, time.monotonic()
+        while time.monotonic() < begin + 3 * driver.control_timestep:
+            pass
+        assert driver.time >= first + 2 * driver.control_timestep
+        first, begin = driver.time, time.monotonic()
+        driver.wait(0.2)
+        # The last tick before the wait may have been due nearly a tick ago.
+        assert time.monotonic() - begin > 0.2 - 2 * driver.control_timestep
+        assert driver.time - first >= 0.2
+    finally:
+        driver.close()
+
+
+@pytest.mark.slow
+def test_hardware_on_the_wall_clock_passes_the_check() -> None:
+    driver = Hardware(Scene(), clock="wall")
+    try:
+        check_driver(driver, pictures=False)
+    finally:
+        driver.close()
 
 
 @pytest.mark.gl

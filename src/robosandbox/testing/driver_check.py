@@ -136,10 +136,10 @@ def _check_motion(driver: Driver) -> None:
     driver.wait(0.5)
     held = driver.state()
     demand(float(np.abs(held.q - first.q).max()) < _HELD, "the arm does not hold")
-    demand(
-        abs(held.time - first.time - 0.5) < 1.5 * driver.control_timestep,
-        "half a second of waiting is not half a second",
-    )
+    tick, simulated = driver.control_timestep, driver.capabilities.clock == "simulated"
+    # A wall's clock goes on while the check computes.
+    longest = 1.5 * tick if simulated else np.inf
+    demand(-1.5 * tick < held.time - first.time - 0.5 < longest, "half a second of waiting is not half a second")
     goal = held.q.copy()
     goal[0] += _STROKE
     driver.follow(Trajectory(q=np.linspace(held.q, goal, _ROWS), dt=_ROW_SECONDS))
@@ -147,7 +147,7 @@ def _check_motion(driver: Driver) -> None:
     demand(float(np.abs(driver.state().q - goal).max()) < _HELD, "a motion did not arrive")
     before = driver.time
     driver.trim(goal)
-    demand(0.0 < driver.time - before < 1.5 * driver.control_timestep, "trim() does not take one control tick")
+    demand(0.0 < driver.time - before < longest, "trim() does not take one control tick")
 
 
 def _check_guards(driver: Driver) -> None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Final
+from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -52,6 +53,8 @@ class Hardware:
         joint_torque: Whether the joints measure their torques.
         wrist_wrench: Whether there is a force sensor at the wrist.
         sensor: What its cameras are like.
+        clock: "wall" where time passes by itself, at the wall clock's pace, and "simulated" where only calls let it pass,
+            as fast as it can be computed.
         seed: Of the noise.
         felt: Objects of which the referee is to tell how hard they were pressed.
         start_q: Where the arm stands when it is switched on, shape (n,); at home when left out.
@@ -75,6 +78,7 @@ class Hardware:
         joint_torque: bool = False,
         wrist_wrench: bool = False,
         sensor: str = "ideal",
+        clock: Literal["simulated", "wall"] = "simulated",
         seed: int = 0,
         felt: Iterable[str] = (),
         start_q: Array | None = None,
@@ -91,7 +95,7 @@ class Hardware:
             joint_torque=joint_torque,
             wrist_wrench=wrist_wrench,
             cameras=self._plant.cameras,
-            clock="simulated",
+            clock=clock,
         )
         self.control_timestep: float = self._plant.control_timestep
         self._loop = ControlLoop()
@@ -102,6 +106,9 @@ class Hardware:
         )
         self._trim = np.zeros(self.robot.n)
         self._closed = 0.0
+        self._ticks = 0
+        # Seconds of the wall's clock when it was switched on; None where that clock is not this driver's.
+        self._began = time.monotonic() if clock == "wall" else None
 
     @property
     def robot(self) -> Robot:
@@ -116,6 +123,7 @@ class Hardware:
     @property
     def time(self) -> float:
         """Seconds since it was switched on."""
+        self._catch_up()
         return self._plant.time
 
     def close(self) -> None:
@@ -180,6 +188,7 @@ class Hardware:
 
     def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return what the encoders read, and pictures."""
+        self._catch_up()
         q = self._measured_q()
         seen = self._plant.state(cameras)
         return replace(
@@ -193,6 +202,7 @@ class Hardware:
         """Return the next frame of a camera that is not lost."""
         while self._random.random() < self._lost_share:
             self.wait(_FRAME_SECONDS)
+        self._catch_up()
         return self._plant.capture(camera)
 
     def strongest_contact(self) -> tuple[float, str, str]:
@@ -272,6 +282,22 @@ class Hardware:
         return np.asarray(gripper.actuator_ids, dtype=np.intp)
 
     def _tick(self, guards: Sequence[Guard]) -> None:
+        self._catch_up()
+        if self._began is not None:
+            due = self._began + (self._ticks + 1) * self.control_timestep
+            time.sleep(max(0.0, due - time.monotonic()))
+        self._advance()
+        self._loop.ticked(self.stop, guards)
+
+    def _catch_up(self) -> None:
+        """Let pass what the wall's clock says has passed since the last call, with the last commands held."""
+        if self._began is None:
+            return
+        while self._began + (self._ticks + 1) * self.control_timestep <= time.monotonic():
+            self._advance()
+
+    def _advance(self) -> None:
+        """Let the plant pass one control tick, with the commands that were sent a latency ago."""
         self._on_the_way.append(self._commands.copy())
         self._plant.replay(self._on_the_way.popleft())
-        self._loop.ticked(self.stop, guards)
+        self._ticks += 1
