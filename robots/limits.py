@@ -11,8 +11,7 @@ from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.types import Array
 
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
-# A control range that leaves less of a joint's travel than this share is meant in other units.
-_LEAST_SHARE = 0.1
+_LEAST_SHARE = 0.1  # Share of a joint's travel below which a control range is meant in other units. Chosen.
 
 
 def joint_limits(model: mujoco.MjModel, joints: Sequence[int]) -> tuple[Array, Array]:

@@ -21,8 +21,7 @@ from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
-# How far along the approach from the TCP a shape counts as being at it, metres.
-_TOOL_LENGTH = 0.025
+_TOOL_LENGTH = 0.025  # Metres along the approach from the TCP within which a shape counts as being at it. Chosen.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -11,8 +11,8 @@ from pydantic import AfterValidator, Field, model_validator
 from robosandbox.types import Finite, Limits, Positive, QuatXyzw, StrictModel, Vec3
 
 Name = Annotated[str, Field(min_length=1)]
-_FARTHEST = 10.0
-_FARTHEST_BASE = 100.0
+_FARTHEST = 10.0  # Metres of an offset in a sidecar. Chosen so that millimetres are told.
+_FARTHEST_BASE = 100.0  # Metres from the world's origin to a base. Chosen likewise.
 
 
 def _no_farther(most: float) -> AfterValidator:

@@ -15,7 +15,7 @@ from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
 
 # How many opening brackets of a text are tried; an answer has one value, prose around it a few brackets more.
 _MOST_VALUES = 60
-# How many wrappers around an answer are taken off: {"tool_calls": [{"function": {"arguments": "..."}}]} has four.
+# How many wrappers around an answer are taken off. Chosen: {"tool_calls": [{"function": {"arguments": "..."}}]} has four.
 _MOST_WRAPPERS = 6
 
 _THOUGHTS = re.compile(r"<(think|thinking|thought|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)

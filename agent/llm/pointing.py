@@ -24,11 +24,12 @@ from robosandbox.perception.track import Track
 from robosandbox.types import Array, StrictModel
 
 _POINT = "point"
+# Pixels around the one pointed at whose depth is read as well. Chosen: a model may miss an edge by a little.
 _AROUND = 3
-_LEAST_DEPTHS = 5
-_REACH = 0.015
-_CLEAR = 0.3
-_MOST = 60
+_LEAST_DEPTHS = 5  # Number of pixels with depth among these that tell a place. Chosen.
+_REACH = 0.015  # Metres from a thing's hull within which a place is on it. Chosen: half of a small cube.
+_CLEAR = 0.3  # Confidence, a probability, from which a thing is worth a name: as of `rgbd`.
+_MOST = 60  # Number of things in one answer. Chosen far above what a table holds.
 
 _INSTRUCTIONS = """You are the eyes of a robot arm at a table. You get one camera picture. Point at every loose object on the
 table: a short plain name for each, such as "red cube" or "blue mug", and one pixel on it, x from the left and y from the

@@ -11,12 +11,10 @@ from robosandbox.shapes.hull import SphereHull
 from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.relations import centre, inside, loose, on_table, on_top
 
-# Beyond this angle between its axis and the vertical a thing that stands by itself has tipped over, radians.
+# Angle in radians between a thing's axis and the vertical beyond which it has tipped over. Chosen.
 _TIPPED = math.radians(30.0)
-# Below this confidence a model is told how sure perception is.
-_CLEAR = 0.9
-# A drawer open by less is shut for the hand, metres.
-_SHUT_WITHIN = 0.003
+_CLEAR = 0.9  # Confidence, a probability, below which a model is told how sure perception is. Chosen.
+_SHUT_WITHIN = 0.003  # Metres below which a drawer's opening is shut for the hand. Chosen: a finger does not get in.
 
 
 def describe_scene(scene: ObservedScene) -> dict[str, Any]:

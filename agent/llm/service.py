@@ -34,8 +34,8 @@ from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailabl
 _log = logging.getLogger(__name__)
 
 OFFICIAL = {"openai": "https://api.openai.com/v1", "anthropic": "https://api.anthropic.com"}
-_ANSWER_TOKENS = 8_000
-_CONNECT_SECONDS = 5.0
+_ANSWER_TOKENS = 8_000  # Number of tokens of one answer. Chosen far above a plan's, so that thoughts fit.
+_CONNECT_SECONDS = 5.0  # Seconds until a server that does not answer counts as absent. Chosen.
 _TRANSIENT = (
     failures.ModelRateLimitError,
     failures.ModelUnavailableError,

@@ -22,7 +22,7 @@ _WORLD = "world"
 # How many names a line of the table shows: a hand's parts fit on it, chosen for a screen's width.
 _SHOWN = 4
 
-# Values closer than this share of the larger one are the same: text keeps six digits of an inertia that is rotated.
+# Ratio by which equal values differ at the most. Chosen because text keeps six digits of an inertia that is rotated.
 _SAME = 1e-6
 
 # A compiled model's arrays by the start of their names, and whose row each is.

@@ -18,13 +18,12 @@ from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
 _DOWN = np.array([0.0, 0.0, -1.0])
-# How far a TCP may lie beside, beyond and behind the point where the pads meet, metres; beyond it as far as the fingertips and
-# this slack more. Chosen so that the sidecars of robots/known and those of tests/test_arms.py pass and the symptoms of
-# docs/bring_your_own_robot.md are told.
+# Metres that a TCP may lie beside the point where the pads meet. Chosen so that the sidecars of robots/known and of
+# tests/test_arms.py pass, and the symptoms of docs/bring_your_own_robot.md are told.
 _TCP_ASIDE = 0.010
-_TCP_BEYOND = 0.012
-_TIP_SLACK = 0.003
-_TCP_BEHIND = 0.045
+_TCP_BEYOND = 0.012  # Metres that it may lie beyond it. Chosen likewise.
+_TIP_SLACK = 0.003  # Metres that it may lie beyond the fingertips, where these reach farther. Chosen likewise.
+_TCP_BEHIND = 0.045  # Metres that it may lie behind it. Chosen likewise.
 # A TCP farther behind than this, metres, is the first to be doubted where the trial fails. Chosen: a third of `_TCP_BEHIND`.
 _TCP_DOUBTED = 0.015
 # The same of a last link without a gripper: chosen as long as a tool that a user may have screwed on, metres.
@@ -37,10 +36,8 @@ _OUTSIDE, _NOT_CLOSED, _NOT_OPEN = 0.2, 0.3, 0.7
 # Depth of a base under the table, metres, from which home and reach are not judged as well. Chosen.
 _SUNK = 0.06
 _TABLE_HALF = 0.5
-# Spacing in metres of the points of the table that are tried, and the number of them to be reached. Chosen: 100 points, of
-# which an arm that reaches three can be given a task.
-_GRID = 0.1
-_LEAST_REACHED = 3
+_GRID = 0.1  # Spacing in metres of the points of the table that are tried. Chosen: 100 points.
+_LEAST_REACHED = 3  # Number of them to be reached. Chosen: with three of them an arm can be given a task.
 
 
 def compare(found: Inference, given: Sidecar) -> list[Check]:

@@ -14,12 +14,10 @@ from robosandbox.types import Array
 
 # Number of samples from one end to the other, so that the gap between two of them is 1 to 2 mm of a wide gripper. Chosen.
 _SAMPLES = 64
-# Simulated time of one wait for rest and of the way, seconds, the number of waits, and the speed at rest, rad/s or m/s. Chosen:
-# servos of real grippers close within a second.
-_SETTLE_SECONDS = 0.5
-_SWEEP_SECONDS = 1.5
-_MOST_SETTLES = 8
-_STILL = 0.003
+_SETTLE_SECONDS = 0.5  # Simulated seconds of one wait for rest. Chosen.
+_SWEEP_SECONDS = 1.5  # Simulated seconds from one end to the other. Chosen: servos of real grippers close in about one.
+_MOST_SETTLES = 8  # Number of waits after which the gripper is taken to rest. Chosen.
+_STILL = 0.003  # Speed at rest, rad/s or m/s. Chosen.
 # Half the depth at which fingers are taken to be locked into one another, metres. Chosen above what contacts yield.
 _LOCKED = 0.0005
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value

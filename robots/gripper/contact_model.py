@@ -9,10 +9,11 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec, g
 from robosandbox.robots.importers.servos import GRIP_FORCE, ROTOR_PER_EFFORT, get_armature, joint_bounds, write_gains
 from robosandbox.robots.sidecar import GripperRoles
 
-# By what share of its travel a finger is off when it presses with all of its force.
-_GRIP_ERROR = 0.05
+_GRIP_ERROR = 0.05  # Share of its travel by which a finger is off when it presses with all of its force. Chosen.
+# Newtons at the fingertips below which a gripper's servos are stiffened. Chosen: two fingers hold 0.4 kg at a friction of 1
+# twice over.
 _LEAST_GRIP_FORCE = 4.0
-# Beyond what common grippers give; a light object under more is pressed out of their grip, not held.
+# Newtons beyond what common grippers give. Chosen because a light object under more is pressed out of their grip, not held.
 _MOST_GRIP_FORCE = 100.0
 
 

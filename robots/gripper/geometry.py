@@ -41,9 +41,10 @@ _LINE_BEYOND = 0.02
 _LEAST_ON_LINE, _LEAST_GAP = 0.15, 0.005
 # Factor by which the gap at the TCP must exceed the one between the pads to be taken for the jaws' opening. Chosen.
 _FAR_WIDER = 1.3
-# Angles within which a direction is taken for an axis of the tool's frame. Chosen: pads are often drawn a little
-# askew, and fingers lean by more than pads.
+# Angle within which the closing direction is taken for an axis of the tool's frame. Chosen: pads are often drawn a little
+# askew.
 _SNAP_CLOSING = np.radians(15.0)
+# The same angle, radians, of the approach. Chosen larger, because fingers lean by more than pads.
 _SNAP_APPROACH = np.radians(30.0)
 
 

@@ -12,11 +12,12 @@ from robosandbox.robots.gripper.pads import Pads, outer_points, pad_gap
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
-_CELL = 0.002
-_CONTACT = 0.0015
-_TIP_MARGIN = 0.007
+_CELL = 0.002  # Metres a side of the cells in which facing pads are compared. Chosen: a tenth of a narrow pad.
+_CONTACT = 0.0015  # Metres over the least gap within which pads meet. Chosen below `_CELL`.
+_TIP_MARGIN = 0.007  # Metres that the grasp point stays behind the fingertips. Chosen: half of a small pad.
+# Length, metres, from which a pad holds things near its tip and not at its middle. Chosen: longer than a cube is high.
 _LONG_PAD = 0.042
-_TYPICAL_OBJECT = 0.025
+_TYPICAL_OBJECT = 0.025  # Width of a typical object, metres. Chosen: the cubes of docs/arms.md have 24 mm.
 # Fingers that go back behind a frame by this share of what they go beyond it have it between them.
 _BETWEEN = 0.5
 

@@ -14,13 +14,13 @@ from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
 _MAX_DISTANCE = 1.0
-# Sides that come closer by less than this between open and closed do not close, metres.
-_LEAST_TRAVEL = 1e-3
+_LEAST_TRAVEL = 1e-3  # Metres. Sides that come closer by less than this between open and closed do not close. Chosen.
+# Share of the largest travel that pads must have, because parts near the hinge come closer too. Chosen.
 _TRAVEL_SHARE = 0.6
-# A finger beside another closes as far as it does: by this much less, metres, and reaches as far, as a share.
-_ALLY_GAP = 0.01
-_ALLY_REACH = 0.9
-# Three fingers around a circle close at 120 degrees to each other, the cosine of which this is below.
+_ALLY_GAP = 0.01  # Metres by which a finger beside another may close less far. Chosen.
+_ALLY_REACH = 0.9  # Share of the other's reach that it has at least. Chosen.
+# Cosine of the motions of two fingers below which they close on each other. Chosen: three around a circle close at 120
+# degrees, the cosine of which is -0.5.
 _ALLY_COSINE = -0.6
 
 

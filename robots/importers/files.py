@@ -14,10 +14,10 @@ from xml.parsers import expat
 from robosandbox.errors import InputError
 
 PACKAGE_PATH_VARIABLE = "ROS_PACKAGE_PATH"
-MAX_MODEL_BYTES = 20_000_000
-MAX_ASSET_BYTES = 200_000_000
-_MAX_DEPTH = 256
-_MAX_ELEMENTS = 200_000
+MAX_MODEL_BYTES = 20_000_000  # Bytes of a model file. Chosen far above any robot's.
+MAX_ASSET_BYTES = 200_000_000  # Bytes of a mesh or texture. Chosen far above any robot's.
+_MAX_DEPTH = 256  # Number of elements within each other. Chosen: a robot's links form a chain of at most 200.
+_MAX_ELEMENTS = 200_000  # Number of elements of a file. Chosen: a robot has a few thousand.
 # A URDF in one of these stands beside its meshes' folder, in one package.
 _MODEL_FOLDERS = ("urdf", "robots", "mjcf", "mujoco", "xml", "urdfs", "models")
 

@@ -25,10 +25,9 @@ _NUMBERS = {
     "actuator": ("gainprm", "biasprm", "gear", "ctrlrange", "forcerange"),
 }
 _OWNERS = {"body": "body", "geom": "geom", "site": "site", "jnt": "joint", "dof": "joint", "actuator": "actuator"}
-# What lies farther from its body, metres, is none of a robot: arithmetic loses its millimetres.
+# Metres. Chosen because what lies farther from its body is none of a robot: arithmetic loses its millimetres.
 _FARTHEST = 1e4
-# One link of the largest industrial arms (payload 2.3 t) stays below, kg.
-_HEAVIEST = 1e4
+_HEAVIEST = 1e4  # Mass of one body, kg. Chosen: a link of the largest industrial arms (payload 2.3 t) stays below.
 
 
 @dataclass(slots=True, kw_only=True)

@@ -16,13 +16,13 @@ from robosandbox.robots.importers.mjcf import import_mjcf
 from robosandbox.robots.importers.servos import ensure_servos, joint_bounds
 from robosandbox.robots.importers.urdf import import_urdf
 
-_SAMPLES = 60
-_ALWAYS = 0.9
+_SAMPLES = 60  # Number of postures in which is looked what touches. Chosen.
+_ALWAYS = 0.9  # Share of them in which links touch that always do: their shapes overlap by design. Chosen.
 # Of how many joints between them links are neighbours.
 _NEAR = 2
 # The next link but one overlaps over half of its travel only where its shape is drawn too large.
 _OFTEN = 0.5
-_FREE = 0.25
+_FREE = 0.25  # Share of them that must be free of contact, so that the arm can work. Chosen.
 
 
 def import_model(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel:

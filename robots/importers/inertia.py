@@ -9,10 +9,11 @@ import numpy as np
 
 from robosandbox.types import Array
 
-# Between foam and steel; what a link weighs when nobody says.
-_DENSITY = 500.0
-_LEAST_MASS = 1e-3
+_DENSITY = 500.0  # Kilograms per cubic metre of a link of which nobody says the mass. Chosen between foam and steel.
+_LEAST_MASS = 1e-3  # Mass of a link at the least, kg. Chosen because MuJoCo refuses moving bodies without mass.
+# Principal inertia, kg m^2, at the least. Chosen because MuJoCo refuses moving bodies without inertia.
 _LEAST_INERTIA = 1e-8
+# Ratio by which the largest principal inertia may exceed the sum of the others, because files round. Chosen.
 _TRIANGLE_SLACK = 1e-3
 
 

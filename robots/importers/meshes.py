@@ -14,7 +14,7 @@ from robosandbox.shapes.triangles import Mesh
 from robosandbox.types import Array
 
 MESH_SUFFIXES = (".stl", ".obj", ".dae", ".ply", ".off", ".glb", ".gltf")
-_MAX_FACES = 500_000
+_MAX_FACES = 500_000  # Number of triangles of a mesh. Chosen so that a model compiles in seconds.
 _SHELL = mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
 
 

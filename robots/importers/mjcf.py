@@ -17,20 +17,16 @@ from robosandbox.robots.importers import inertia
 from robosandbox.robots.importers.files import ModelFiles, is_file, read_xml
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec, copy_options, one_line
 
-_MAX_FILES = 100
-_MAX_REPLICAS = 1000
-# Points of a height field or pixels of a texture: 4096 x 4096, 67 MB of floats.
-_MAX_POINTS = 4096 * 4096
-# What a file reserves for physics, bytes; a robot's needs grow by themselves.
-_MAX_RESERVED = 1e9
-# Of the same, in rows; files of old versions reserve some millions.
-_MAX_ROWS = 1e8
-_SPECK = 1e-6
-# A turn and a little: a robot whose joints all stay below so many degrees could not work.
+_MAX_FILES = 100  # Number of files that a model includes. Chosen.
+_MAX_REPLICAS = 1000  # Number of copies that <replicate> makes. Chosen.
+_MAX_POINTS = 4096 * 4096  # Number of points of a height field or pixels of a texture, 67 MB of floats. Chosen.
+_MAX_RESERVED = 1e9  # Bytes that a file reserves for physics. Chosen: a robot's needs grow by themselves.
+_MAX_ROWS = 1e8  # Number of rows of the same. Chosen: files of old versions reserve some millions.
+_SPECK = 1e-6  # Kilograms and kg m^2 that bodies without mass get, so that MuJoCo compiles them.
+# A turn and a little, radians. Chosen because a robot whose joints all stay below so many degrees could not work.
 _MOST_RADIANS = 6.4
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-# Signature, and the first chunk up to width and height.
-_PNG_HEAD = 24
+_PNG_HEAD = 24  # Bytes of signature and first chunk up to width and height, as in the PNG specification.
 _ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 

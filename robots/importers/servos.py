@@ -8,19 +8,23 @@ import numpy as np
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec, get_scalar
 from robosandbox.types import Array
 
-# The position error at which a servo gives all its effort: a real arm's stiffness.
+# Position error, radians or metres, at which a servo gives all its effort. Chosen: about a degree.
 _FULL_EFFORT_ERROR = 0.02
-# Faster than this a servo outruns a 2 ms physics step.
+# Natural frequency of a servo, rad/s. Chosen because a faster one outruns a physics step of 2 ms.
 _MAX_FREQUENCY = 100.0
+# Position error, radians, at which friction holds a joint that cannot be used. Chosen: three degrees.
 _STUCK_ERROR = 0.05
-_LEAST_DAMPING = 0.15
-# A physics step, and how many times a joint's speed a servo's damping may take away in it.
-_STEP = 0.002
+_LEAST_DAMPING = 0.15  # Share of the critical damping below which a servo swings. Chosen.
+_STEP = 0.002  # Seconds of a physics step: MuJoCo's default.
+# How many times a joint's speed, a ratio, a servo's damping may take away in one step. Chosen: from 2 on it swings, and the
+# fingers' mass is only about known.
 _MOST_DAMPED = 4.0
-_ROTOR_SHARE = 0.05
+_ROTOR_SHARE = 0.05  # Share of the inertia that a joint moves which its rotor adds at the least. Chosen.
+# Rotor inertia for each unit of effort, kg m^2 per N m. Chosen: strong motors have heavy rotors.
 ROTOR_PER_EFFORT = 0.001
-_SAMPLES = 40
-# Newtons at the fingertips.
+_SAMPLES = 40  # Number of postures over which the largest inertia and gravity are taken. Chosen.
+# Newtons at the fingertips of a gripper whose file gives no force. Chosen: between a hobby servo's and the 70 N of a Franka
+# Hand.
 GRIP_FORCE = 30.0
 _JOINT, _TENDON = mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_TENDON
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)

@@ -20,9 +20,10 @@ from robosandbox.robots.infer.tcp import is_tool
 from robosandbox.robots.sidecar import GripperRoles
 from robosandbox.types import Array
 
-# How far from the measured grasp point a frame of the model's own may lie to be meant by it, metres.
+# Metres beside the measured grasp point at which a frame of the model's own may lie to be meant by it. Chosen.
 _SNAP = 0.015
-_SNAP_ALONG = 0.02
+_SNAP_ALONG = 0.02  # Metres along the approach at which it may lie. Chosen.
+# Metres beyond the point, because a frame at the very tips says how long the fingers are, not where they hold. Chosen.
 _SNAP_BEYOND = 0.01
 
 

@@ -21,10 +21,9 @@ _FINGER_SPAN = 0.25
 _LEAST_ARM = 3
 # Travel of a slide, metres, beyond which it stands for wheels. Chosen longer than rails on which arms are mounted.
 _LONGEST_RAIL = 5.0
-# A jaw that has closed is this near to its counterpart, metres, and opens by this much more at least. Chosen so that a jaw
-# modelled with a gap, or sampled between its vertices, counts as closed.
+# Metres between a jaw that has closed and its counterpart. Chosen so that a jaw modelled with a gap counts as closed.
 _MEETS = 0.012
-_PARTS = 0.015
+_PARTS = 0.015  # Metres by which it opens more than that. Chosen.
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,9 +16,8 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 # Angles from straight down at which the tool is tried, radians, the first as good as straight. Chosen: arms with five joints,
 # as the SO-101, reach down only aslant.
 _TILTS = (0.03, 0.3, 0.6, 1.0)
-# Number of distances that are tried from the base outwards, and the heights over the table in metres at which the tool must
-# point down at each: at a small object, and above it. Chosen.
-_RADII = 26
+_RADII = 26  # Number of distances that are tried from the base outwards. Chosen.
+# Heights over the table, metres, at which the tool must point down: at a small object, and above it. Chosen.
 _HEIGHTS = (0.02, 0.10)
 # Width of a workspace, metres, from which no tool that is more aslant is tried. Chosen: room for two cubes of 24 mm.
 _LEAST_BAND = 0.06

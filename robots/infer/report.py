@@ -10,7 +10,7 @@ from typing import Any
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.infer.sidecar import Inference
 
-_WIDTH = 110
+_WIDTH = 110  # Characters of a line. Chosen: fits terminals of 120.
 
 
 def to_yaml(inference: Inference, beside: Path | None = None) -> str:

@@ -15,9 +15,8 @@ _TOOL = re.compile(
     r"tcp|tool|pinch|grasp|gripper_?frame|end_?effector|\bee\b|ee_|_ee|eef|flange|attachment|grip_?(site|point)", re.I
 )
 _NO_TOOL = re.compile(r"cam|light|imu|focus|cali", re.I)
-# How much farther aside than along its joint a link reaches that bends; and what is no offset, metres.
-_BENT = 1.5
-_NAMED = 0.002
+_BENT = 1.5  # Ratio of a link's reach aside to that along its joint from which it is bent. Chosen.
+_NAMED = 0.002  # Metres below which a named frame says nothing of the direction. Chosen.
 
 
 def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tuple[str, Array, Array, Finding]:

@@ -23,9 +23,10 @@ import numpy as np
 ValueT = TypeVar("ValueT")
 
 OFF_VARIABLE = "ROBOSANDBOX_NO_CACHE"
-# An entry of the bundled arm takes 10 kB. Both bounds only keep a folder that nobody looks at from growing for ever.
+# Number of entries. Chosen only to keep a folder that nobody looks at from growing for ever; one of the bundled arm takes 10
+# kB.
 MAX_ENTRIES = 512
-MAX_ENTRY_BYTES = 4_000_000
+MAX_ENTRY_BYTES = 4_000_000  # Bytes of an entry. Chosen likewise.
 _SUFFIX = ".json"
 
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 TAG_FAMILY = "DICT_APRILTAG_36h11"
-TAG_COUNT = 587
-# Black cells along an edge, a frame of one cell around six included; a white border of one cell lies around them.
-TAG_CELLS = 8
+TAG_COUNT = 587  # Number of tags of the family 36h11, as in AprilTag's tables (Olson 2011).
+TAG_CELLS = 8  # Number of cells a side, border included, as of AprilTag's 36h11.
 BORDERED = (TAG_CELLS + 2) / TAG_CELLS
 
-_USUAL_SHARE = 0.8
+_USUAL_SHARE = 0.8  # Share of a face that tag and white frame take where the tag's size is not given. Chosen.
 
 
 def usual_tag_size(face: float) -> float:

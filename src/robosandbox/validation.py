@@ -17,8 +17,8 @@ from pydantic_core import ErrorDetails
 from robosandbox.errors import InputError
 from robosandbox.suggestions import did_you_mean as did_you_mean, nearest as nearest
 
-MAX_FILE_BYTES = 1_000_000
-_MAX_SHOWN = 60
+MAX_FILE_BYTES = 1_000_000  # Bytes of a YAML file. Chosen far above any that people write.
+_MAX_SHOWN = 60  # Characters of a value that an error shows. Chosen so that it stays one line.
 _FIELD = re.compile(r"[a-z]\w*(\[\d+\]|\.[a-z]\w*)*")
 
 ModelT = TypeVar("ModelT", bound=BaseModel)

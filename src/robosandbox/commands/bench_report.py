@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from robosandbox.tasks.bench import Row, Tally
 
 RULE = "-" * 72
-TASK_WIDTH = 18
+TASK_WIDTH = 18  # Characters of the column of tasks at the least. Chosen.
 
 
 def header(width: int = TASK_WIDTH) -> str:

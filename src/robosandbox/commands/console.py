@@ -25,8 +25,8 @@ from robosandbox.errors import (
 EXIT_DONE = 0
 EXIT_FAILED = 1
 EXIT_USAGE = 2
-EXIT_UNAVAILABLE = 3
-_EXIT_INTERRUPTED = 130
+EXIT_UNAVAILABLE = 3  # Exit code number, as in the first lines of docs/cli.md.
+_EXIT_INTERRUPTED = 130  # Exit code number: 128 and the number of SIGINT, as of shells.
 _GL_REMEDY = (
     "unset it, or `apt-get install libegl1` for MUJOCO_GL=egl, `apt-get install libosmesa6` for MUJOCO_GL=osmesa"
 )

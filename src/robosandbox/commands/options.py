@@ -11,7 +11,7 @@ import typer
 from robosandbox.commands import checks
 from robosandbox.errors import InputError
 
-_DAY = 86_400.0
+_DAY = 86_400.0  # Seconds of a day. Chosen as the longest time limit: longer ones are slips.
 
 
 def _from_zero(option: typer.CallbackParam, value: int | None) -> int | None:

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from robosandbox.viewer.replay import RecordedFrames
     from robosandbox.viewer.source import WorldSource
 
-_DEFAULT_PORT = 8080
-_PICTURE_SIZE = (360, 480)
+_DEFAULT_PORT = 8080  # Number of the port, as of viser.
+_PICTURE_SIZE = (360, 480)  # Height and width, pixels. Chosen: as large as a panel of the page.
 _WAKE_SECONDS = 0.5
-# A thread that plans must not keep frames waiting for 5 ms.
+# Seconds between switches of threads. Chosen so that a browser's messages are not kept waiting by physics.
 _SWITCH_SECONDS = 0.001
 
 

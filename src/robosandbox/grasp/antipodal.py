@@ -11,17 +11,19 @@ from robosandbox.grasp.solid import Solid
 from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import Array, Grasp
 
-FINGER_CLEARANCE = 0.003
-_THINNEST = 0.001
+FINGER_CLEARANCE = 0.003  # Metres between each finger and the object on its way down. Chosen.
+_THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
+# Places off the middle, as fractions of the object's length. Chosen short of its ends.
 _SHIFTS = (0.25, -0.25, 0.38, -0.38)
-_SHALLOW = 0.009
+_SHALLOW = 0.009  # Metres that a shallow grasp goes below what it meets first. Chosen: holds by part of a pad.
+# Metres that the point to be held must lie deeper than that, so that the grasp is another one. Chosen.
 _SHALLOWER = 0.006
 _ANGLES = tuple(np.radians([15.0, 30.0, 45.0]))
 _LEANS = tuple(np.radians([15.0, 30.0, 45.0, -20.0]))
 _SIDE_ANGLES = tuple(np.radians([60.0, 75.0, 90.0]))
-_TILT_COST = 1.0
-_DEPTH_COST = 5.0
-_SHIFT_COST = 2.0
+_TILT_COST = 1.0  # Quality lost per radian of tilt. Chosen so that a hand from above comes first.
+_DEPTH_COST = 5.0  # Quality lost per metre off the middle along the approach. Chosen.
+_SHIFT_COST = 2.0  # Quality lost per metre off the middle along the object. Chosen: its weight turns it there.
 
 
 class Antipodal:

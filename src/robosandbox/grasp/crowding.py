@@ -10,8 +10,8 @@ from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
 from robosandbox.world.relations import bounds, gap, top
 
-_NEAR = 0.15
-_OPENING = 0.006
+_NEAR = 0.15  # Metres within which something stands near enough to be touched by fingers. Chosen: about an open hand.
+_OPENING = 0.006  # Metres that each finger opens beyond the object on its way down. Chosen: twice `FINGER_CLEARANCE`.
 
 
 def neighbours(target: DetectedObject, scene: ObservedScene) -> list[DetectedObject]:

@@ -8,9 +8,10 @@ from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import Array, Pose
 
 UP = np.array([0.0, 0.0, 1.0])
-FLOOR_CLEARANCE = 0.003
-_PALM_CLEARANCE = 0.003
-_LEAST_OVERLAP = 0.004
+FLOOR_CLEARANCE = 0.003  # Metres that fingertips stay over what the object stands on. Chosen.
+_PALM_CLEARANCE = 0.003  # Metres between the palm and the object. Chosen.
+_LEAST_OVERLAP = 0.004  # Metres of fingertip that must reach past the object's near side. Chosen.
+# Metres between a jaw that stands still and the object. Chosen: it comes down beside it, not moving.
 _JAW_CLEARANCE = 0.004
 _DOWNWARD = 0.5
 

@@ -11,8 +11,8 @@ from robosandbox.grasp.solid import Solid
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, Pose
 
-# How far inside the surface there must be material under a finger, and outside it none, metres: V-HACD's voxels of an object
-# of 10 cm are about 2 mm, by which pieces overlap or leave a gap.
+# How far inside the surface there must be material under a finger, and outside it none, metres. Chosen because V-HACD's
+# voxels of an object of 10 cm are about 2 mm, by which pieces overlap or leave a gap.
 _NEAR = 0.003
 
 

@@ -11,11 +11,11 @@ from robosandbox.robots.robot import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL, Room
 from robosandbox.types import Array, DetectedObject, Grasp
 
-_UPRIGHT = 0.9
-_FLOOR_CLEARANCE = 0.003
-_OVERLAPS = (0.018, 0.012)
+_UPRIGHT = 0.9  # Cosine of the tilt up to which a container stands upright. Chosen: 26 degrees.
+_FLOOR_CLEARANCE = 0.003  # Metres that a fingertip stays over the floor of a container. Chosen.
+_OVERLAPS = (0.018, 0.012)  # Metres of the wall between the fingers, the surest first. Chosen.
 _ANGLES = tuple(np.radians([0.0, 15.0, -15.0, 30.0, -30.0]))
-_COST = 0.6
+_COST = 0.6  # Quality, as a fraction, that a grasp by the rim loses, so that one around the whole comes first. Chosen.
 
 
 def rim_tiers(target: DetectedObject, geometry: GripperGeometry, floor: float) -> Iterator[list[Grasp]]:

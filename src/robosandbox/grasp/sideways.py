@@ -8,10 +8,11 @@ from robosandbox.robots.robot import GripperGeometry
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose
 from robosandbox.world.relations import centre, contents, support, top
 
-_ROUND_DIRECTIONS = 16
+_ROUND_DIRECTIONS = 16  # Number of directions around a round object. Chosen.
 _ANGLES = tuple(np.radians([80.0, 68.0]))
-_LEVEL = 0.55
-_CLEARANCE = 0.004
+_LEVEL = 0.55  # Share of its height at which it is held. Chosen over its middle, so that it hangs.
+_CLEARANCE = 0.004  # Metres between finger or palm and the object. Chosen.
+# Cosine of the tilt up to which an object stands upright. Chosen: 18 degrees, because what it holds stays in it.
 _UPRIGHT = 0.95
 _UP = np.array([0.0, 0.0, 1.0])
 

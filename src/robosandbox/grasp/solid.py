@@ -14,13 +14,14 @@ from robosandbox.shapes.polyhedron import PolyhedronHull
 from robosandbox.types import Array, DetectedObject
 from robosandbox.world.relations import centre, support
 
-_ROUND_DIRECTIONS = 8
-_UPRIGHT = 0.9
-# Steeper closing lines would need a finger under the object.
+_ROUND_DIRECTIONS = 8  # Number of closing lines across a round object, over half a turn. Chosen.
+_UPRIGHT = 0.9  # Cosine from which an axis is upright. Chosen: 26 degrees.
+# Sine of the angle over the table of a closing line at the most. Chosen because steeper ones would need a finger under the
+# object.
 _STEEPEST = 0.6
-_SAME = 0.98
-_FACES = 8
-_ROLLS = np.radians([0.0, 25.0, -25.0])
+_SAME = 0.98  # Cosine from which two faces' normals are the same. Chosen: 11 degrees.
+_FACES = 8  # Number of faces of a mesh that are tried, the largest first. Chosen.
+_ROLLS = np.radians([0.0, 25.0, -25.0])  # Angles about its axis, radians, at which what lies round is held. Chosen.
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,10 +12,10 @@ from robosandbox.shapes.room import Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array
 
-# Distance of neighbours at the start over their diameter, and what they keep off a wall, metres.
-_SPACING = 1.02
-_WALL_CLEARANCE = 0.0005
-# A bead that falls a hand's breadth must not sink through a thin floor: contacts yield for two physics steps only.
+_SPACING = 1.02  # Distance of neighbours at the start over their diameter, a ratio. Chosen so that none overlap.
+_WALL_CLEARANCE = 0.0005  # Metres that beads keep off a wall at the start. Chosen.
+# Time constant of contacts, seconds: two physics steps. Chosen because a bead that falls a hand's breadth must not sink
+# through a thin floor.
 _STIFF_SECONDS = 0.004
 # Glides stop within about half a second; falling is hardly slowed.
 _DRAG_SECONDS = 0.5

@@ -5,8 +5,7 @@ from __future__ import annotations
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.shapes.shape import Primitive, Size
 
-# How much longer than the shortest edge the longest one of a cube may be.
-_CUBIC = 1.15
+_CUBIC = 1.15  # Ratio of the longest edge to the shortest up to which a box is a cube. Chosen.
 
 
 class Box(Primitive):

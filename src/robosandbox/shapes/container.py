@@ -13,7 +13,8 @@ from robosandbox.shapes.room import CONTAINER_WALL, Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3
 
-# Flat pieces of a round wall: at the seams it is up to 1.3 % of the radius thicker outside, and nowhere inside.
+# Number of flat pieces of a round wall. Chosen: at the seams it is up to 1.3 % of the radius thicker outside, and nowhere
+# inside.
 _RING_PIECES = 20
 _WALL = CONTAINER_WALL / 2.0
 

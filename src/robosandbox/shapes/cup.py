@@ -5,8 +5,7 @@ from __future__ import annotations
 from robosandbox.shapes.container import RoundContainer
 from robosandbox.shapes.shape import Size
 
-# Height over inner radius from which a round container counts as a cup.
-TALL = 1.4
+TALL = 1.4  # Ratio of height to inner radius from which a round container counts as a cup. Chosen.
 
 
 class Cup(RoundContainer):

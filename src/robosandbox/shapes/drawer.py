@@ -15,26 +15,22 @@ from robosandbox.shapes.room import CONTAINER_WALL, Room
 from robosandbox.shapes.shape import Shape, Size, Solid, Written
 from robosandbox.spatial import Array, Vec3, frozen_array
 
-# Least width, depth and height, metres: walls of cabinet and box, and something between.
+# Width, depth and height, metres, at the least. Chosen: walls of cabinet and box, and something between.
 LEAST_DRAWER = 0.03
-# Play of the sliding box on every side, metres.
-SLIDE_CLEARANCE = 0.001
-# The grip is a bar of this width and thickness, metres, this far before the front, at this share of the height.
+SLIDE_CLEARANCE = 0.001  # Play of the sliding box on every side, metres. Chosen.
+# Width and thickness of the grip, a bar, metres. Chosen: fits between the fingers of the arms in docs/arms.md.
 GRIP_WIDTH = 0.014
+# Distance of the grip's middle before the front, metres. Chosen with room for a finger behind it.
 _GRIP_STAND_OFF = 0.04
-_GRIP_HEIGHT = 0.03
-_GRIP_LEVEL = 0.6
-# A wooden drawer on waxed runners: a pull of two newtons, and no gliding on (N per m/s).
-_FRICTION_LOSS = 2.0
-_DAMPING = 8.0
-# Play of a locked box, metres.
-_LOCK_PLAY = 0.0003
-# The sliding box's share of the mass, and what of that the grip has.
-_BOX_SHARE = 0.35
-_GRIP_SHARE = 0.05
-_GRIP_COLOUR: Rgba = (0.32, 0.32, 0.34, 1.0)
-# The box's colour channels over the cabinet's, so that people see where it opens.
-_BOX_SHADE = 0.82
+_GRIP_HEIGHT = 0.03  # Height of the grip, metres. Chosen.
+_GRIP_LEVEL = 0.6  # Height of its middle as a share of the cabinet's. Chosen.
+_FRICTION_LOSS = 2.0  # Newtons that a pull takes. Chosen as of a wooden drawer on waxed runners.
+_DAMPING = 8.0  # Newtons per m/s, so that it does not glide on. Chosen.
+_LOCK_PLAY = 0.0003  # Play of a locked box, metres. Chosen.
+_BOX_SHARE = 0.35  # The sliding box's share of the mass. Chosen.
+_GRIP_SHARE = 0.05  # The grip's share of the box's mass. Chosen.
+_GRIP_COLOUR: Rgba = (0.32, 0.32, 0.34, 1.0)  # Dark grey, each channel a fraction. Chosen.
+_BOX_SHADE = 0.82  # Ratio of the box's colour channels to the cabinet's. Chosen so that people see where it opens.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

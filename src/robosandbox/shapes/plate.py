@@ -5,7 +5,8 @@ from __future__ import annotations
 from robosandbox.shapes.container import RoundContainer
 from robosandbox.shapes.shape import Size, Solid
 
-# Height over inner radius up to which a round container counts as a plate: dinner plates have 0.15 to 0.25, bowls 0.6 up.
+# Ratio of height to inner radius up to which a round container counts as a plate. Chosen: dinner plates have 0.15 to 0.25,
+# bowls 0.6 up.
 _SHALLOW = 0.4
 
 

@@ -14,8 +14,8 @@ from robosandbox.spatial import Array
 CONTAINER_WALL = 0.004
 
 _UP = np.array([0.0, 0.0, 1.0])
-# Places around a round rim; along each side of a square one, shares of its half-length, the middle first.
-_AROUND = 16
+_AROUND = 16  # Number of places around a round rim. Chosen.
+# Places along each side of a square rim, shares of its half-length, the middle first. Chosen.
 _ALONG = (0.0, 0.5, -0.5)
 
 

@@ -7,7 +7,7 @@ import numpy as np
 from robosandbox.shapes.container import SquareContainer
 from robosandbox.shapes.shape import Size, Solid
 
-# Height over the smaller inner half-extent up to which an open box counts as a tray; bins have 0.5 and more.
+# Ratio of height to the smaller inner half-extent up to which an open box counts as a tray. Chosen: bins have 0.5 and more.
 _SHALLOW = 0.4
 
 

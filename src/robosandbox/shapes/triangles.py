@@ -14,6 +14,8 @@ from robosandbox.spatial import Array
 # V-HACD's settings: pieces at most, voxels, and the share of its volume, percent, by which a piece may differ from its hull. With them
 # the meshes of the arms in docs/arms.md keep their fingers' gaps open; chosen with `robot check` on those arms.
 _MOST_PARTS = 12
+# Number of voxels in which V-HACD looks at a mesh. Chosen: fewer than its default of 400,000, so that fingers are cut in
+# seconds.
 _VOXELS = 200_000
 _VOLUME_ERROR_PERCENT = 0.5
 

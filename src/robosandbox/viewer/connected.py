@@ -26,8 +26,8 @@ from robosandbox.viewer.stream import FRAME_HZ
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 1.0
-_MOVING = 1e-3
-_STILL = 1e-5
+_MOVING = 1e-3  # Speed of a joint, rad/s, from which the robot moves. Chosen.
+_STILL = 1e-5  # Change of a joint, radians or metres, below which nothing is sent. Chosen.
 # Between questions to a sim in which something else was loaded, while that cannot be taken over.
 _AGAIN_SECONDS = 0.5
 

@@ -15,8 +15,8 @@ from robosandbox.viewer.operator import Operator
 from robosandbox.viewer.scene import BodyScene
 from robosandbox.viewer.source import Blueprint, WorldSource
 
-_LIFT = 0.02
-_LOST_SECONDS = 20.0
+_LIFT = 0.02  # Metres that a dragged thing is lifted, so that it does not scrape. Chosen.
+_LOST_SECONDS = 20.0  # Seconds after which a drag that is heard of no more has ended. Chosen.
 
 
 @dataclass(frozen=True, slots=True)

@@ -20,8 +20,9 @@ from robosandbox.viewer.stream import FRAME_HZ
 from robosandbox.viewer.teleop import SimTeleop
 
 _log = logging.getLogger(__name__)
+# Seconds to wait for what runs to stop. Chosen: a motion stops within 0.15 s (docs/measured.md), a plan may take longer.
 _STOP_SECONDS = 10.0
-_REST_TRIALS = 5
+_REST_TRIALS = 5  # Number of looks after which things are taken to lie still. Chosen.
 
 # Returns the session of a task, its name or its file, with a robot in place of its own.
 Open = Callable[[Task | str, str | None], EmbeddedWorkcell]

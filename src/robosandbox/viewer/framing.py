@@ -12,17 +12,15 @@ import numpy as np
 from robosandbox.types import Array
 from robosandbox.viewer.source import Blueprint
 
-# Vertical field of view, radians: about that of a 35 mm lens, which shows depth without bending what stands at the edge.
+# Vertical field of view, radians. Chosen about that of a 35 mm lens, which shows depth without bending what stands at the
+# edge.
 FOV = 0.7
-# From the scene to the eye: in front of the robot, to its right, above the table.
+# From the scene to the eye, in units of its distance: in front of the robot, to its right, above the table. Chosen.
 _TO_EYE = np.array([0.72, -0.56, 0.42])
 _UP = np.array([0.0, 0.0, 1.0])
-# Of the half view, what stays free at each edge.
-_MARGIN = 0.08
-# The share of the view's height that the smallest object takes at least, where the gripper and all objects still fit:
-# 32 pixels of 640.
-_LEAST_SHARE = 0.05
-# Halvings of the interval that the middle of a picture is sought in: a thousandth of a millimetre.
+_MARGIN = 0.08  # Share of the half view that stays free at each edge. Chosen.
+_LEAST_SHARE = 0.05  # Share of the view that an object takes at the least. Chosen: 32 pixels of 640.
+# Number of halvings of the interval that the middle of a picture is sought in. Chosen: a thousandth of a millimetre.
 _HALVINGS = 20
 # Interpolation between the view of everything and the nearest one is tried in this many steps.
 _STEPS = 20

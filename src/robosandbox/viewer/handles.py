@@ -6,8 +6,7 @@ from typing import TypeVar
 
 import viser
 
-# White letters on it have a contrast of 6.9.
-BRAND = (32, 92, 158)
+BRAND = (32, 92, 158)  # Channels of 255 levels. Chosen: white letters on it have a contrast of 6.9.
 
 ValueT = TypeVar("ValueT")
 

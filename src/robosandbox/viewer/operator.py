@@ -18,7 +18,7 @@ from robosandbox.types import Plan, Refusal
 from robosandbox.viewer.source import WorldSource
 
 _log = logging.getLogger(__name__)
-_KEPT = 64
+_KEPT = 64  # Number of moves that can be taken back. Chosen.
 
 
 class Doing(StrEnum):

@@ -11,8 +11,8 @@ from robosandbox.types import Array, Pose
 from robosandbox.viewer.scene import BodyScene, add_surface
 from robosandbox.viewer.source import Blueprint
 
-_COLOUR = (70, 130, 210)
-_OPACITY = 0.3
+_COLOUR = (70, 130, 210)  # Channels of 255 levels. Chosen.
+_OPACITY = 0.3  # A fraction. Chosen so that the robot shows through its preview.
 
 
 class PreviewRobot:

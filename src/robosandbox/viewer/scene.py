@@ -13,10 +13,10 @@ from mjviser.conversions import group_geoms_by_visual_compat, merge_geoms
 from robosandbox.types import Array, Pose
 
 _LAST_VISUAL_GROUP = 2
-_RED = (225, 30, 30)
-_COLLISION = (40, 130, 220)
-_MOVED = 1e-5
-_TURNED = 1e-5
+_RED = (225, 30, 30)  # Channels of 255 levels. Chosen as of warnings.
+_COLLISION = (40, 130, 220)  # Channels of 255 levels. Chosen.
+_MOVED = 1e-5  # Metres below which a body has not moved. Chosen.
+_TURNED = 1e-5  # Radians below which it has not turned, about. Chosen.
 
 
 class BodyScene:

@@ -25,6 +25,7 @@ from robosandbox.viewer.orders import PATH, TakeOrder
 HOST = "127.0.0.1"
 _Handler = Callable[[ServerConnection], Awaitable[None]]
 _Process = Callable[[ServerConnection, Request], Response | None]
+# Direction of the light, metres at a third of its distance. Chosen: from behind the eye.
 _SUN = np.array([0.45, -0.55, 0.9])
 
 

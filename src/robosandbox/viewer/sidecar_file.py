@@ -20,7 +20,7 @@ from robosandbox.robots.locate import SIDECAR_SUFFIX, find_sidecar, resolve_robo
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Pose, Scene, Vec3
 
-_DIGITS = 5
+_DIGITS = 5  # Number of decimals that are written: hundredths of a millimetre. Chosen.
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,8 +10,9 @@ from collections.abc import Callable
 from robosandbox.viewer.source import Frame
 
 _log = logging.getLogger(__name__)
-FRAME_HZ = 30.0
-# What is not drawn with every frame is drawn in this time; the last frame is drawn again after it, for their sake.
+FRAME_HZ = 30.0  # Frames a second. Chosen: half of what browsers draw.
+# Seconds within which is drawn what is not drawn with every frame; the last frame is drawn again after it, for their sake.
+# Chosen.
 _REST_SECONDS = 0.3
 
 

@@ -12,13 +12,14 @@ from robosandbox.sim.modelled import modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Pose
 
-_JOG_SPEED = 0.35
-_ARRIVAL = 0.06
+_JOG_SPEED = 0.35  # Share of the arm's speed at which it is jogged. Chosen.
+_ARRIVAL = 0.06  # Simulated seconds to come to rest after a step. Chosen.
+# Simulated seconds that a gripper gets to open or close. Chosen: servos of real grippers take about one.
 _GRIP_SECONDS = 0.8
-_FALL_SECONDS = 3.0
-_LOOK_SECONDS = 0.05
-_STILL = 0.005
-_INSIDE = 0.001
+_FALL_SECONDS = 3.0  # Simulated seconds after which a thing that still moves is left. Chosen.
+_LOOK_SECONDS = 0.05  # Simulated seconds between looks at it. Chosen.
+_STILL = 0.005  # Speed, m/s, of a thing that lies still. Chosen.
+_INSIDE = 0.001  # Metres of overlap that are no touch. Chosen.
 
 
 class SimTeleop:

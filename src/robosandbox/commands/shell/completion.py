@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from robosandbox.agent.language.verbs import VERBS
 
-_MOST_PER_VERB = 12
+_MOST_PER_VERB = 12  # Number of completions of one verb. Chosen: what fits on a screen.
 _CALLED = {"place": "put"}
 _COMPOSED = ("swap", "sort", "line_up", "unstack", "tidy")
 

@@ -27,7 +27,7 @@ from robosandbox.tasks.workcell import Workcell
 from robosandbox.types import MAX_PROMPT_LENGTH, ObservedScene, Plan, Refusal, RefusalCode
 
 _log = logging.getLogger(__name__)
-_KEPT = 64
+_KEPT = 64  # Number of prompts that /undo can take back. Chosen.
 
 # What people type to a program that they do not know yet.
 _BARE = {"quit": "/quit", "exit": "/quit", "help": "/help", "?": "/help"}

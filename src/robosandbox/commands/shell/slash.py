@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from robosandbox.commands.shell.shell import Shell
 
 _FORMATS = {".png": "png", ".jpg": "jpeg", ".jpeg": "jpeg"}
-_LOG_LINES = 10
+_LOG_LINES = 10  # Number of lines that are shown. Chosen: what fits on a screen.
 
 
 @dataclass(frozen=True, slots=True)

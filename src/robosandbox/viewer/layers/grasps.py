@@ -11,7 +11,7 @@ from robosandbox.viewer import operator
 from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.operator import News
 
-_MOST_SHOWN = 40
+_MOST_SHOWN = 40  # Number of grasps that are drawn. Chosen so that they can be told apart.
 _FINGER, _STEM = 0.035, 0.05
 _WEIGHED, _REFUSED, _CHOSEN = (122, 150, 184), (214, 60, 50), (24, 160, 80)
 

@@ -12,7 +12,7 @@ from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.layers.trail import polyline
 from robosandbox.viewer.operator import News
 
-_MOST_POINTS = 80
+_MOST_POINTS = 80  # Number of points of a path that are drawn. Chosen.
 _FIRST, _LAST = np.array([250, 190, 60]), np.array([226, 120, 10])
 
 

@@ -13,7 +13,7 @@ from robosandbox.viewer.layers.tool import REACH_COLOUR, ring
 from robosandbox.viewer.preview import PreviewRobot
 from robosandbox.viewer.sidecar_file import Changes
 
-_AXES = 0.08
+_AXES = 0.08  # Metres of the axes at the TCP. Chosen.
 
 
 class SidecarPreview(Layer):

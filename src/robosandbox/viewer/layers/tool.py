@@ -14,10 +14,10 @@ from robosandbox.viewer.scene import BodyScene
 from robosandbox.viewer.source import Blueprint, Frame
 
 _AXES, _RADIUS = 0.07, 0.0022
-_CLOSING = (20, 165, 60)
-REACH_COLOUR = (235, 150, 25)
-_ABOVE = 0.002
-_RING = 72
+_CLOSING = (20, 165, 60)  # Channels of 255 levels. Chosen green, as of the y axis.
+REACH_COLOUR = (235, 150, 25)  # Channels of 255 levels. Chosen.
+_ABOVE = 0.002  # Metres over the table, so that it does not hide the line. Chosen.
+_RING = 72  # Number of pieces of a circle. Chosen.
 
 
 class TcpFrame(Layer):

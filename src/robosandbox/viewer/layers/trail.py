@@ -15,10 +15,10 @@ from robosandbox.viewer.layers.layer import Layer
 from robosandbox.viewer.operator import Doing, News
 from robosandbox.viewer.source import Frame
 
-_STEP = 0.004
-_JUMP = 0.1
-_LONGEST = 600
-_SECONDS = 0.1
+_STEP = 0.004  # Metres between points. Chosen.
+_JUMP = 0.1  # Metres from which the tool was put elsewhere, and the trail begins anew. Chosen.
+_LONGEST = 600  # Number of points. Chosen: 2.4 m.
+_SECONDS = 0.1  # Seconds between drawings. Chosen.
 _OLD, _NEW = np.array([178, 205, 236]), np.array([24, 92, 190])
 
 

@@ -14,8 +14,8 @@ from robosandbox.viewer import html
 from robosandbox.viewer.operator import Operator
 from robosandbox.viewer.source import Teleop, WorldSource
 
-_STEP_MM = 10.0
-_TURN_DEG = 5.0
+_STEP_MM = 10.0  # Millimetres of one press at the start. Chosen.
+_TURN_DEG = 5.0  # Degrees of one press. Chosen.
 Key = Literal["I", "J", "K", "L", "U", "O", "N", "M", "G"]
 
 

@@ -11,7 +11,7 @@ from robosandbox.types import Pose
 from robosandbox.viewer import html
 from robosandbox.viewer.source import Blueprint, Frame
 
-_SECONDS = 0.2
+_SECONDS = 0.2  # Seconds between readings. Chosen: faster nobody reads.
 
 
 class ReadingsPanel:

@@ -18,7 +18,7 @@ from robosandbox.viewer.sidecar_file import Changes, SidecarFile
 from robosandbox.viewer.source import Blueprint, WorldSource
 
 _BASE_REACH = 1.0
-_TCP_REACH = 300.0
+_TCP_REACH = 300.0  # Millimetres that the TCP's sliders go to either side. Chosen longer than any gripper.
 _AXES = "xyz"
 
 

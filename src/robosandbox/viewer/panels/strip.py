@@ -18,14 +18,13 @@ from robosandbox.viewer.operator import Doing, News
 from robosandbox.viewer.source import Blueprint, Frame
 from robosandbox.viewer.timeline import Phase, Recording, Timeline
 
-# Each drawing is some 15 kB of SVG: four a second read as live and cost a browser little.
+# Seconds between drawings. Chosen: each is some 15 kB of SVG; four a second read as live and cost a browser little.
 _SECONDS = 0.25
-# Points of a curve at most: more than the pixels of a phone, fewer than those of a desktop.
-_POINTS = 300
+_POINTS = 300  # Number of points of a curve. Chosen: more than the pixels of a phone, fewer than those of a desktop.
 # Simulated seconds that the axis spans at least, and how many of its ticks there are at most.
 _LEAST_SPAN = 2.0
-_TICKS = 6
-_HEIGHT_PX = 166
+_TICKS = 6  # Number of ticks of an axis, about. Chosen.
+_HEIGHT_PX = 166  # Pixels. Chosen: two rows of curves with their titles.
 # Where there is room, the strip has the window's lower edge to itself. On a phone it is a part of the panel, with names and
 # values over one another. Viser's panel is 20 em wide there; the sheet that it is can have the whole width.
 _STYLE = f"""<style>
