@@ -69,7 +69,7 @@ class AgentContext(GoalContext):
 
     def _all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
-        return [limits for limits in (self.sim.robot.limits, self.limits) if limits is not None]
+        return [limits for limits in (self.sim.spec.limits, self.limits) if limits is not None]
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
@@ -116,7 +116,7 @@ class AgentContext(GoalContext):
 
     def advice_for(self, error: SkillError) -> str:
         """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""
-        files = self.sim.robot.files
+        files = self.sim.spec.files
         if not self.advise or files is None or error.code not in _SHAPED_BY_SIDECAR:
             return ""
         # The checks infer a robot from its model, which most worlds never need.

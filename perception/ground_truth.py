@@ -43,14 +43,14 @@ class GroundTruthPerception:
 
     def perceive(self, sim: Driver) -> ObservedScene:
         """Return all objects of the simulated state."""
-        truth, base = _simulated(sim).truth(), sim.robot.base_position
+        truth, base = _simulated(sim).truth(), sim.spec.base_position
         return ObservedScene(
             time=truth.time,
             objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
             table_height=truth.table_height,
             base_xy=(float(base[0]), float(base[1])),
             held=truth.held,
-            reach=sim.robot.reach,
+            reach=sim.spec.reach,
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.perception.drawers import grip_of
 from robosandbox.perception.track import Track, carry
 from robosandbox.perception.tracker import slide_contents
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import Array, GripperState, Observation, Pose

@@ -161,7 +161,7 @@ class RgbdPerception:
 
     def _feel(self, sim: Driver) -> None:
         """Find out from the gripper's readings what it holds, and move that along with it."""
-        robot = sim.robot
+        robot = sim.spec
         if robot.gripper is not None and self._hands.hold is None:
             limit = float(robot.gripper.force_limits.sum())
             self._hands = Hands(robot.gripper.geometry, limit)
@@ -170,7 +170,7 @@ class RgbdPerception:
         self._hands.move_drawers(seen, self.tracks)
 
     def _observed(self, sim: Driver) -> ObservedScene:
-        seen, robot = sim.state(), sim.robot
+        seen, robot = sim.state(), sim.spec
         held = self._hands.hold.id if self._hands.hold else None
         in_hand = self._tracker.tracks[held] if held else None
         self._tracker.update(self._loose(held), self.frames, held, seen.tcp_pose.position)

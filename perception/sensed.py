@@ -8,7 +8,7 @@ from dataclasses import replace
 from robosandbox.drivers import Capabilities
 from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Driver, Guard
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import (
     Array,
     Observation,
@@ -53,9 +53,9 @@ class SensedSim:
     # What the robot itself knows and does.
 
     @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self._sim.robot
+    def spec(self) -> RobotSpec:
+        """What the robot is."""
+        return self._sim.spec
 
     @property
     def capabilities(self) -> Capabilities:

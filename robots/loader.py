@@ -24,9 +24,10 @@ from robosandbox.robots.infer.sidecar import infer_imported
 from robosandbox.robots.limits import joint_limits
 from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
-from robosandbox.robots.robot import Gripper, Robot, RobotFiles
+from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.spec import RobotFiles
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 

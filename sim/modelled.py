@@ -9,6 +9,7 @@ import mujoco
 
 from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Driver, Simulated
+from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.world import World
@@ -27,6 +28,11 @@ class Modelled(Simulated, Protocol):
     @property
     def model(self) -> mujoco.MjModel:
         """The compiled model."""
+        ...
+
+    @property
+    def robot(self) -> Robot:
+        """The robot bound to the model."""
         ...
 
     @property
@@ -105,6 +111,6 @@ def modelled(driver: Driver, purpose: str) -> Modelled:
     """
     if not isinstance(driver, Modelled):
         raise UnsupportedError(
-            f"model: the driver of {driver.robot.name} has no simulated model, and {purpose}; use --driver mujoco"
+            f"model: the driver of {driver.spec.name} has no simulated model, and {purpose}; use --driver mujoco"
         )
     return driver

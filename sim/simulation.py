@@ -12,6 +12,7 @@ from robosandbox.errors import InputError
 from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.world import World
@@ -51,6 +52,7 @@ class Simulation:
         self.episode: int = 0
         self._world: World | None = None
         self._data: mujoco.MjData | None = None
+        self._spec: RobotSpec | None = None
         self._substeps = 1
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
@@ -69,6 +71,13 @@ class Simulation:
     def robot(self) -> Robot:
         """The robot's indices and measured figures."""
         return self._loaded.robot
+
+    @property
+    def spec(self) -> RobotSpec:
+        """What the robot is."""
+        if self._spec is None:
+            self._spec = self.robot.spec
+        return self._spec
 
     @property
     def scene(self) -> Scene:
@@ -142,6 +151,7 @@ class Simulation:
     def adopt(self, world: World) -> None:
         """Simulate a compiled world, everything where the model has it."""
         self._world = world
+        self._spec = None
         self._data = mujoco.MjData(world.model)
         self._mesh_sizes = {}
         for item in world.scene.objects:

@@ -77,7 +77,7 @@ class CloseDrawer(Skill):
         """
         arm = Manipulator(ctx)
         before = find_drawer(arm, drawer)
-        if arm.sim.robot.gripper is not None:
+        if arm.sim.spec.gripper is not None:
             arm.open(0.0, wait=False)
         now, force = before, 0.0
         for stroke in range(_STROKES):
@@ -135,14 +135,14 @@ def _turned(drawer: DetectedObject, hand: Array) -> list[Array]:
 
 def _start(arm: Manipulator, drawer: DetectedObject, rotation: Array) -> Pose:
     """Return the TCP pose before the grip, from which it is pushed."""
-    gripper, shape = arm.sim.robot.gripper, DrawerParts.of(drawer.size)
+    gripper, shape = arm.sim.spec.gripper, DrawerParts.of(drawer.size)
     point = grip_point(drawer)
     if gripper is not None:
         along = abs(float(rotation[:, 1] @ outwards(drawer))) > 0.5
         depth = gripper.geometry.finger_thickness if along else gripper.geometry.finger_width / 2.0
     else:
         # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
-        depth = flange_depth(arm.sim.robot.tool_bounds, -(rotation.T @ outwards(drawer)))
+        depth = flange_depth(arm.sim.spec.tool_bounds, -(rotation.T @ outwards(drawer)))
         point[2] -= shape.grip[2]
     distance = depth + float(shape.grip[0]) + _STAND_OFF
     return Pose.from_matrix(point + distance * outwards(drawer), rotation)

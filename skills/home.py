@@ -32,7 +32,7 @@ class Home(Skill):
         """
         arm = Manipulator(ctx)
         held = arm.start.held
-        home = arm.sim.robot.home_q
+        home = arm.sim.spec.home_q
         arm.use(arm.start, held=held)
         if held:
             arm.motion.allow("table", *carried_along(arm.find(held), arm.start))

@@ -79,7 +79,7 @@ class Push(Skill):
         """
         arm = Manipulator(ctx)
         start = arm.find(object)
-        if arm.sim.robot.gripper is not None:
+        if arm.sim.spec.gripper is not None:
             arm.open(0.0, wait=False)
         allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
         missed, before = 0, -np.inf
@@ -151,13 +151,13 @@ def _hand_rotations(arm: Manipulator, axis: Array) -> list[tuple[Array, float]]:
     """Return TCP rotations pointing down, wide side to the object first, each with the hand's half depth along axis."""
     down = np.array([0.0, 0.0, -1.0])
     across = np.cross(down, axis)
-    gripper = arm.sim.robot.gripper
+    gripper = arm.sim.spec.gripper
     hand = arm.sim.state().tcp_pose.rotation
     options = []
     for closing in (across, -across, axis, -axis):
         rotation = np.column_stack([np.cross(closing, down), closing, down])
         if gripper is None:
-            depth = flange_depth(arm.sim.robot.tool_bounds, rotation.T @ axis)
+            depth = flange_depth(arm.sim.spec.tool_bounds, rotation.T @ axis)
         else:
             squarely = abs(float(closing @ axis)) > 0.5
             depth = gripper.geometry.finger_thickness if squarely else gripper.geometry.finger_width / 2.0
@@ -186,7 +186,7 @@ def _line(
     table_height: float,
 ) -> tuple[Pose, Pose]:
     """Return the TCP poses where the stroke begins and ends."""
-    gripper = arm.sim.robot.gripper
+    gripper = arm.sim.spec.gripper
     middle = centre(target)
     lowest = table_height + _TIP_CLEARANCE
     # A flange has no fingers to reach down with: what it pushes with lies above its TCP.

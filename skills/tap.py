@@ -76,7 +76,7 @@ class Tap(Skill):
         require(ctx.sim, "wrist_wrench", "a tap ends where the object is felt")
         arm = Manipulator(ctx)
         before = arm.find(object)
-        if arm.sim.robot.gripper is not None:
+        if arm.sim.spec.gripper is not None:
             arm.open(0.0)
         force = _touch(arm, before)
         after = arm.find(object, arm.settle(object))
@@ -154,7 +154,7 @@ def _feel(arm: Manipulator, target: DetectedObject, touch: Trajectory) -> float:
 
 def _poses(arm: Manipulator, target: DetectedObject, hand: Array) -> Iterator[Pose]:
     """Yield TCP poses with the fingertips at the top of the object: straight down first, the least turned first."""
-    robot = arm.sim.robot
+    robot = arm.sim.spec
     tip = robot.gripper.geometry.tip_depth if robot.gripper else 0.0
     down = np.array([0.0, 0.0, -1.0])
     angles = target.pose.yaw + 2.0 * np.pi * np.arange(_YAWS) / _YAWS

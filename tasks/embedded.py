@@ -39,7 +39,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     @property
     def robot_name(self) -> str:
         """The robot's model."""
-        return self.sim.robot.name
+        return self.sim.spec.name
 
     @property
     def cameras(self) -> tuple[str, ...]:

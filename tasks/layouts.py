@@ -12,7 +12,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.motion.dls import DlsSolver
 from robosandbox.motion.planning_scene import PlanningScenes
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.tasks.randomize import draw_layout
 from robosandbox.tasks.task import Task
@@ -89,7 +89,7 @@ class Layouts:
         return PlanningScenes(self._task.scene)
 
     @cached_property
-    def _robot(self) -> Robot:
+    def _robot(self) -> RobotSpec:
         return self._scenes.of(_nothing(self._task.scene)).robot
 
     @cached_property

@@ -26,7 +26,7 @@ class Clock:
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        self.robot = SimpleNamespace(limits=None)
+        self.spec = SimpleNamespace(limits=None)
 
     def step(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.01)):

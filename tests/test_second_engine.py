@@ -45,7 +45,7 @@ def test_the_driver_passes_the_check(driver: PyBulletDriver) -> None:
 
 
 def test_the_engine_and_the_planner_agree_where_the_hand_is(driver: PyBulletDriver) -> None:
-    world, robot = driver._world, driver.robot
+    world, robot = driver._world, driver.spec
     rng = np.random.default_rng(0)
     for _ in range(5):
         for joint, value in zip(world.arm, robot.home_q + rng.uniform(-0.5, 0.5, robot.n), strict=True):

@@ -15,7 +15,7 @@ from seed_pages import PAGES, PANDA, TUTORIAL, sidecars
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.diagnosis import static_checks
-from robosandbox.robots.robot import RobotFiles
+from robosandbox.robots.spec import RobotFiles
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Scene
 

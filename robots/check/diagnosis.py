@@ -16,8 +16,8 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.sidecar import Inference, infer_imported
 from robosandbox.robots.locate import find_sidecar, is_bundled, resolve_robot
-from robosandbox.robots.robot import RobotFiles
 from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.spec import RobotFiles
 from robosandbox.validation import load_yaml_model, parse_yaml, read_text
 
 _FIELD = re.compile(r"\b(?:arm|gripper|ee_site|base_pose)(?:\.[a-z_]+|\[\d+\])+")

@@ -24,8 +24,9 @@ from robosandbox.robots.gripper.calibrate import (
 from robosandbox.robots.gripper.extents import finger_extents, fingertip_depth
 from robosandbox.robots.gripper.grasp_frame import behind_fingers, grasp_sample
 from robosandbox.robots.gripper.pads import find_pads, opposed_pads, pad_gap
-from robosandbox.robots.robot import GripperGeometry, Indices
+from robosandbox.robots.robot import Indices
 from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.robots.surfaces import points_on, world_points
 from robosandbox.types import Array, frozen_array
 

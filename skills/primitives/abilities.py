@@ -32,7 +32,7 @@ class GripperAbilities(Abilities):
     """
 
     def __init__(self, ctx: SkillContext) -> None:
-        gripper, state = ctx.sim.robot.gripper, ctx.sim.state().gripper
+        gripper, state = ctx.sim.spec.gripper, ctx.sim.state().gripper
         self.gripper = gripper is not None
         if gripper is not None and state is not None:
             self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
@@ -55,7 +55,7 @@ class RobotAbilities(GripperAbilities):
     def __init__(self, ctx: SkillContext, limits: Limits | None = None) -> None:
         super().__init__(ctx)
         self._ctx = ctx
-        kept = [one for one in (ctx.sim.robot.limits, limits) if one is not None]
+        kept = [one for one in (ctx.sim.spec.limits, limits) if one is not None]
         self.workspaces = [one.workspace for one in kept if one.workspace is not None]
         self.max_force = min((one.max_force for one in kept if one.max_force is not None), default=math.inf)
         self._planning = ctx.planning(ctx.look())
@@ -83,11 +83,11 @@ class RobotAbilities(GripperAbilities):
             for yaw in _YAWS:
                 closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
                 down = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
-                yield Pose.from_matrix(point, lean(point - self._ctx.sim.robot.base_position, angle) @ down)
+                yield Pose.from_matrix(point, lean(point - self._ctx.sim.spec.base_position, angle) @ down)
 
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:
         """Return why the gripper cannot take hold of an object as it lies; None where it can."""
-        robot = self._ctx.sim.robot
+        robot = self._ctx.sim.spec
         if robot.gripper is None or scene.held == item.id:
             return None
         pieces = () if item.shape.size_fields else self._planning.pieces(item.id)
@@ -98,4 +98,4 @@ class RobotAbilities(GripperAbilities):
 
     def off_home(self) -> float:
         """Return how far the arm's joints are off their home, radians or metres."""
-        return float(np.abs(self._ctx.sim.state().q - self._ctx.sim.robot.home_q).max())
+        return float(np.abs(self._ctx.sim.state().q - self._ctx.sim.spec.home_q).max())

@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -78,7 +78,7 @@ def plan_grasp(
     arm.use(scene)
     pieces = () if target.shape.size_fields else arm.planning.pieces(target.id)
     hand = arm.sim.state().tcp_pose.rotation
-    found = arm.ctx.grasp.candidates(target, scene, arm.sim.robot, pieces=pieces, hand=hand)
+    found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
     search = _Search(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
     for grasp in fresh:
@@ -172,12 +172,12 @@ class _Search:
         Raises:
             UnreachableError: There is none.
         """
-        for seed in (self._q, self._arm.sim.robot.home_q):
+        for seed in (self._q, self._arm.sim.spec.home_q):
             try:
                 return self._arm.motion.ik(pose, seed, restarts=0)
             except UnreachableError:
                 continue
-        return self._arm.motion.ik(pose, self._arm.sim.robot.home_q, restarts=_RESTARTS)
+        return self._arm.motion.ik(pose, self._arm.sim.spec.home_q, restarts=_RESTARTS)
 
     def _plan(self, grasp: Grasp, aperture: float, descent: Trajectory) -> GraspPlan:
         """Add the approach, which is what takes longest to find."""

@@ -31,7 +31,7 @@ def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
         held: What is held, where it is seen.
         mass: Its mass, kg.
     """
-    robot, tcp = arm.sim.robot, arm.sim.state().tcp_pose
+    robot, tcp = arm.sim.spec, arm.sim.state().tcp_pose
     acceleration = CARRY_SPEED * float(robot.acceleration_limits.max()) * robot.reach[1]
     offset, closing = centre(held) - tcp.position, tcp.rotation[:, 1]
     lever = float(np.linalg.norm(offset - closing * (closing @ offset)))
@@ -46,7 +46,7 @@ def ease(arm: Manipulator, held: DetectedObject) -> float | None:
     Where it is no servo, or the weight needs all the force there is, or the object would slip, the grip stays as it was;
     and where the driver tells no force at all, which returns None.
     """
-    sim, gripper = arm.sim, arm.sim.robot.gripper
+    sim, gripper = arm.sim, arm.sim.spec.gripper
     if not (sim.capabilities.gripper_force and sim.capabilities.wrist_wrench):
         return None
     before = sim.grip_on(held.id)

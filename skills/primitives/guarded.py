@@ -96,7 +96,7 @@ def follow_free(arm: Manipulator, trajectory: Trajectory, phase: Phase) -> None:
         pressed = pressed + 1 if force > _PRESSING else 0
         if pressed < _PRESSED_LOOKS:
             return None
-        return MetError(body, other, force, phase=phase, joint=arm.sim.robot.joints[-1])
+        return MetError(body, other, force, phase=phase, joint=arm.sim.spec.joints[-1])
 
     arm.follow(trajectory, phase, guards=(check,))
 

@@ -19,7 +19,7 @@ from robosandbox.evidence import ObjectNotFoundEvidence, TrackingEvidence
 from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import Driver, Guard, MotionPlanner, SkillContext
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import (
     Array,
     DetectedObject,
@@ -106,10 +106,10 @@ class Manipulator:
         Raises:
             UnsupportedError: The robot has no gripper.
         """
-        gripper = self.sim.robot.gripper
+        gripper = self.sim.spec.gripper
         if gripper is None:
             raise UnsupportedError(
-                f"{self.sim.robot.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
+                f"{self.sim.spec.name} has no gripper in its sidecar, so it cannot hold things; it can push, tap and "
                 "go home",
                 phase=Phase.CHECK,
             )
@@ -124,7 +124,7 @@ class Manipulator:
         """
         state = self.sim.state().gripper
         if state is None:
-            raise UnsupportedError(f"{self.sim.robot.name} has no gripper", phase=Phase.CHECK)
+            raise UnsupportedError(f"{self.sim.spec.name} has no gripper", phase=Phase.CHECK)
         return state
 
     def find(self, object_id: str, scene: ObservedScene | None = None) -> DetectedObject:
@@ -185,7 +185,7 @@ class Manipulator:
 
     def _off_goal(self, goal: Array, joint: int, phase: Phase) -> TrackingError:
         """Return the error of a joint that did not get to its goal, with what its servo gave for it."""
-        robot, error = self.sim.robot, float((goal - self.q)[joint])
+        robot, error = self.sim.spec, float((goal - self.q)[joint])
         has = self.sim.capabilities
         contacts = tuple(f"{a} on {b}" for a, b in self.sim.arm_contacts()) if has.contact == "named" else ()
         force, limit = self.sim.servo_force(joint) if has.joint_torque else (None, np.inf)
@@ -238,7 +238,7 @@ class Manipulator:
         observation = self.sim.state()
         failure: UnreachableError | None = None
         for share, angle in _RISES:
-            target = leaning(raised(observation.tcp_pose, share * height), self.sim.robot.base_position, angle)
+            target = leaning(raised(observation.tcp_pose, share * height), self.sim.spec.base_position, angle)
             try:
                 trajectory = self.motion.plan_line(observation.q, target, speed=speed)
             except UnreachableError as error:
@@ -321,7 +321,7 @@ def check_rise(arm: Manipulator, q: Array, height: float, held: str) -> None:
     motion.allow("table", held)
     for angle in _LEANS:
         try:
-            motion.plan_line(q, leaning(top, arm.sim.robot.base_position, angle))
+            motion.plan_line(q, leaning(top, arm.sim.spec.base_position, angle))
             return
         except UnreachableError as error:
             failure = failure or error

@@ -248,7 +248,7 @@ def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
     scene = arm.look()
     arm.use(scene)
     try:
-        away = arm.motion.plan_joints(arm.q, arm.sim.robot.home_q, speed=FREE_SPEED)
+        away = arm.motion.plan_joints(arm.q, arm.sim.spec.home_q, speed=FREE_SPEED)
     except CollisionError:
         return scene
     arm.follow(away, Phase.RETREAT)

@@ -72,7 +72,7 @@ class Declares(Protocol):
     """Whatever says what it can do."""
 
     @property
-    def robot(self) -> Named:
+    def spec(self) -> Named:
         """Whose it is."""
         ...
 
@@ -141,7 +141,7 @@ def require(driver: Declares, capability: str, purpose: str) -> None:
     """
     if not getattr(driver.capabilities, capability):
         raise UnsupportedError(
-            f"{capability}: the driver of {driver.robot.name} does not tell {_SAID[capability]}, and {purpose}; "
+            f"{capability}: the driver of {driver.spec.name} does not tell {_SAID[capability]}, and {purpose}; "
             "use a driver that declares it",
             phase=Phase.CHECK,
         )

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from robosandbox.drivers import Capabilities
     from robosandbox.errors import CollisionError, Repair, SkillError
     from robosandbox.motion.planning_scene import PlanningScene
-    from robosandbox.robots.robot import Robot
+    from robosandbox.robots.spec import RobotSpec
     from robosandbox.types import (
         Array,
         DetectedObject,
@@ -45,7 +45,10 @@ class Driver(Protocol):
     """
 
     @property
-    def robot(self) -> Robot: ...
+    def spec(self) -> RobotSpec:
+        """What the robot is: joints, limits, gripper, reach."""
+        ...
+
     @property
     def capabilities(self) -> Capabilities:
         """What it has; what is not there raises an UnsupportedError where it is asked for."""
@@ -216,7 +219,7 @@ class GraspPlanner(Protocol):
         self,
         target: DetectedObject,
         scene: ObservedScene,
-        robot: Robot,
+        robot: RobotSpec,
         *,
         pieces: Sequence[Array] = (),
         hand: Array | None = None,

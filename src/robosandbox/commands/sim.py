@@ -105,7 +105,7 @@ def sim(
             server.adopt(saved)
         with server:
             where = ", ".join(endpoints) or "the routers of the Zenoh config"
-            print(f"listening on {where} as {robot_id!r}: {host.task.name} with {host.sim.robot.name}", flush=True)
+            print(f"listening on {where} as {robot_id!r}: {host.task.name} with {host.sim.spec.name}", flush=True)
             # A signal may be taken by one of Zenoh's threads; its handler runs when this thread wakes up next.
             while not stopped.wait(_WAKE_SECONDS):
                 pass

@@ -15,7 +15,7 @@ from robosandbox.grasp.pieces import Pieces
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
-from robosandbox.robots.robot import GripperGeometry, Robot
+from robosandbox.robots.spec import GripperGeometry, RobotSpec
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
 
@@ -31,7 +31,7 @@ class AnalyticTopDown:
         self,
         target: DetectedObject,
         scene: ObservedScene,
-        robot: Robot,
+        robot: RobotSpec,
         *,
         pieces: Sequence[Array] = (),
         hand: Array | None = None,

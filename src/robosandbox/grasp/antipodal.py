@@ -8,7 +8,7 @@ import numpy as np
 
 from robosandbox.grasp.hand import UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import Solid
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, Grasp
 
 FINGER_CLEARANCE = 0.003  # Metres between each finger and the object on its way down. Chosen.

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import DetectedObject, Grasp, ObservedScene, Pose
 from robosandbox.world.relations import bounds, gap, top
 

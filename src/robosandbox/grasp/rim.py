@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from robosandbox.grasp.hand import hand_pose, turned
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL, Room
 from robosandbox.types import Array, DetectedObject, Grasp
 

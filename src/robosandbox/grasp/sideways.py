@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.robots.robot import GripperGeometry
+from robosandbox.robots.spec import GripperGeometry
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose
 from robosandbox.world.relations import centre, contents, support, top
 

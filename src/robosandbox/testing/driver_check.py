@@ -46,7 +46,7 @@ def check_driver(driver: Driver, *, pictures: bool = True) -> None:
 
 
 def _check_values(driver: Driver) -> None:
-    robot, first, second = driver.robot, driver.state(), driver.state()
+    robot, first, second = driver.spec, driver.state(), driver.state()
     demand(
         len(first.q) == robot.n == len(robot.joints), f"{robot.name} has {robot.n} joints and q is {len(first.q)} long"
     )
@@ -122,7 +122,7 @@ def _check_cameras(driver: Driver) -> None:
             frame.depth.shape == (lens.height, lens.width),
             f"{name}: depth is {frame.depth.shape}, not as its lens says",
         )
-        demand(len(frame.q) == driver.robot.n, f"{name}: the frame does not tell how the arm stood")
+        demand(len(frame.q) == driver.spec.n, f"{name}: the frame does not tell how the arm stood")
     try:
         driver.capture("no such camera")
     except InputError:
@@ -210,7 +210,7 @@ def _check_listeners(driver: Driver) -> None:
 
 
 def _check_gripper(driver: Driver) -> None:
-    gripper = driver.robot.gripper
+    gripper = driver.spec.gripper
     for value in (-0.1, 1.1):
         try:
             driver.set_gripper(value)

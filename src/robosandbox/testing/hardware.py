@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from robosandbox.drivers import Capabilities, ControlLoop, require
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.sim.opening import open_mujoco
 from robosandbox.types import (
     Array,
@@ -85,8 +85,9 @@ class Hardware:
     ) -> None:
         self._plant = open_mujoco(scene, sensor=sensor, felt=felt, start_q=start_q)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
-        self._planning = PlanningScenes(scene).of(nothing)
-        self._kinematics = self._planning.kinematics()
+        planning = PlanningScenes(scene).of(nothing)
+        self._spec = planning.robot.spec
+        self._kinematics = planning.kinematics()
         self._random = np.random.default_rng(seed)
         self._noise = encoder_noise
         self._lost_share = lost_share
@@ -104,16 +105,16 @@ class Hardware:
         self._on_the_way: deque[Array] = deque(
             self._commands.copy() for _ in range(round(latency / self.control_timestep))
         )
-        self._trim = np.zeros(self.robot.n)
+        self._trim = np.zeros(self.spec.n)
         self._closed = 0.0
         self._ticks = 0
         # Seconds of the wall's clock when it was switched on; None where that clock is not this driver's.
         self._began = time.monotonic() if clock == "wall" else None
 
     @property
-    def robot(self) -> Robot:
-        """The robot."""
-        return self._planning.robot
+    def spec(self) -> RobotSpec:
+        """What the robot is."""
+        return self._spec
 
     @property
     def capabilities(self) -> Capabilities:
@@ -170,7 +171,7 @@ class Hardware:
 
     def stop(self) -> None:
         """Command the arm to stay where its encoders say it is."""
-        self._command(np.clip(self._measured_q(), self.robot.lower, self.robot.upper))
+        self._command(np.clip(self._measured_q(), self.spec.lower, self.spec.upper))
 
     def set_gripper(self, closed: float) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
@@ -178,7 +179,7 @@ class Hardware:
         Raises:
             ValueError: `closed` is outside 0..1, or the robot has no gripper.
         """
-        gripper = self.robot.gripper
+        gripper = self.spec.gripper
         if gripper is None or not 0.0 <= closed <= 1.0:
             raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")
         self._closed = closed
@@ -255,11 +256,11 @@ class Hardware:
     # Inside.
 
     def _measured_q(self) -> Array:
-        q: Array = self._plant.state().q + self._random.normal(0.0, self._noise, self.robot.n)
+        q: Array = self._plant.state().q + self._random.normal(0.0, self._noise, self.spec.n)
         return q
 
     def _gripper_state(self, exact: GripperState | None) -> GripperState | None:
-        gripper = self.robot.gripper
+        gripper = self.spec.gripper
         if exact is None or gripper is None:
             return None
         geometry = gripper.geometry

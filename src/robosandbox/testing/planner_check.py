@@ -10,7 +10,7 @@ import numpy as np
 
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.protocols import GraspPlanner, MotionPlanner, SkillContext
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, Trajectory
 
 # How many grasps of a planner are looked at: skills rarely weigh more.
@@ -34,7 +34,12 @@ _BELOW_TABLE = 0.05
 
 
 def check_grasp_planner(
-    planner: GraspPlanner, target: DetectedObject, scene: ObservedScene, robot: Robot, *, pieces: Sequence[Array] = ()
+    planner: GraspPlanner,
+    target: DetectedObject,
+    scene: ObservedScene,
+    robot: RobotSpec,
+    *,
+    pieces: Sequence[Array] = (),
 ) -> tuple[Grasp, ...]:
     """Check a grasp planner's promises about an object that the robot's gripper can hold.
 
@@ -53,7 +58,7 @@ def check_grasp_planner(
     """
     _demand(robot.gripper is not None, "the robot has no gripper to check with")
 
-    def first(arm: Robot) -> tuple[Grasp, ...]:
+    def first(arm: RobotSpec) -> tuple[Grasp, ...]:
         return tuple(islice(planner.candidates(target, scene, arm, pieces=pieces), _GRASPS))
 
     found = first(robot)
@@ -92,24 +97,24 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
     tcp = planner.forward(home)
     _demand(_same(tcp, before.tcp_pose), "forward() does not give the TCP pose that the world shows")
     goal = Pose.from_matrix(tcp.position + np.array([0.0, 0.0, _RISE]), tcp.rotation)
-    _check_kinematics(planner, sim.robot, home, goal)
+    _check_kinematics(planner, sim.spec, home, goal)
     _demand(planner.touch(home) is None, "touch() finds a collision where the arm stands free")
     q_goal = planner.ik(goal, home)
-    _check_trajectory(planner.plan_joints(home, q_goal), sim.robot, home, q_goal)
+    _check_trajectory(planner.plan_joints(home, q_goal), sim.spec, home, q_goal)
     line = planner.plan_line(home, goal)
-    _check_trajectory(line, sim.robot, home, None)
+    _check_trajectory(line, sim.spec, home, None)
     points = np.array([planner.forward(q).position for q in line.q])
     _demand(bool(np.abs(points[:, :2] - tcp.position[:2]).max() <= _LINE_TOLERANCE), "plan_line() is not straight")
     _demand(_same(planner.forward(line.q[-1]), goal), "plan_line() does not end at its goal")
     through = planner.plan_through(home, [goal, tcp])
-    _check_trajectory(through, sim.robot, home, None)
+    _check_trajectory(through, sim.spec, home, None)
     _demand(_same(planner.forward(through.q[-1]), tcp), "plan_through() does not end at its last pose")
     _check_table(planner, scene, home, tcp)
     after = sim.state()
     _demand(after.time == before.time and bool((after.q == before.q).all()), "planning moved the world")
 
 
-def _check_kinematics(planner: MotionPlanner, robot: Robot, home: Array, goal: Pose) -> None:
+def _check_kinematics(planner: MotionPlanner, robot: RobotSpec, home: Array, goal: Pose) -> None:
     q = planner.ik(goal, home)
     _demand(_same(planner.forward(q), goal), "ik() does not put the TCP at the pose")
     _demand(bool(((q >= robot.lower) & (q <= robot.upper)).all()), "ik() passes the joint limits")
@@ -130,7 +135,7 @@ def _check_table(planner: MotionPlanner, scene: ObservedScene, home: Array, tcp:
     raise AssertionError("plan_line() goes through the table")
 
 
-def _check_trajectory(trajectory: Trajectory, robot: Robot, start: Array, goal: Array | None) -> None:
+def _check_trajectory(trajectory: Trajectory, robot: RobotSpec, start: Array, goal: Array | None) -> None:
     q = trajectory.q
     _demand(trajectory.dt > 0.0 and len(q) >= 2, "a trajectory needs two rows and time between them")
     _demand(not q.flags.writeable, "a trajectory's rows can be written to")

@@ -84,7 +84,7 @@ def _start_field(scene: Scene, robot: RobotModel, clear_home: tuple[float, ...],
 
 
 def _home_is_held(sim: Driver, blame: str | None) -> Check:
-    home = sim.robot.home_q
+    home = sim.spec.home_q
     sim.wait(1.0)
     off = np.abs(sim.state().q - home)
     touching = [f"{a} on {b}" for a, b in sim.arm_contacts()]
@@ -95,14 +95,14 @@ def _home_is_held(sim: Driver, blame: str | None) -> Check:
         return Check(
             "home_held",
             False,
-            f"{sim.robot.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
+            f"{sim.spec.joints[worst]} is {off[worst]:.3f} off home after a second: its servo is too weak",
             blame or f"arm.actuators[{worst}]",
         )
     return Check("home_held", True, f"within {off[worst]:.4f} of home after a second, nothing touched")
 
 
 def _servos_track(sim: Driver, blame: str | None) -> Check:
-    robot = sim.robot
+    robot = sim.spec
     worst, who = 0.0, 0
     for joint in range(robot.n):
         target = robot.home_q.copy()
@@ -134,7 +134,7 @@ def _ramp(start: Array, goal: Array, acceleration: Array) -> Array:
 
 
 def _gripper_moves(sim: Driver, blame: str | None) -> Check:
-    gripper = sim.robot.gripper
+    gripper = sim.spec.gripper
     assert gripper is not None
     geometry = gripper.geometry
     widths = []

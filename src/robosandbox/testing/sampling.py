@@ -92,7 +92,7 @@ class EpisodeSampler:
         self.subject, self.target = SUBJECTS[task.name]
         with open_session(task, seed=int(self.rng.integers(1, 10**6))) as session:
             scene = simulated(session.sim, "its layout is changed").scene
-            self.base: Array = session.sim.robot.base_position
+            self.base: Array = session.sim.spec.base_position
         criterion = _without_undisturbed(task.success)
         self.task: Task = task.model_copy(update={"scene": scene, "success": criterion})
         self._moments: list[Moment] | None = None

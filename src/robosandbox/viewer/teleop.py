@@ -98,8 +98,8 @@ class SimTeleop:
             InputError: The robot has none.
         """
         sim = self._sim
-        if sim.robot.gripper is None:
-            raise InputError(f"{sim.robot.name} has no gripper")
+        if sim.spec.gripper is None:
+            raise InputError(f"{sim.spec.name} has no gripper")
         sim.set_gripper(1.0 if closed else 0.0)
         with self._session.ctx.goal():
             sim.wait(_GRIP_SECONDS)

@@ -12,7 +12,7 @@ from robosandbox.drivers import Capabilities, ControlLoop, require
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import (
     Array,
     GripperState,
@@ -70,7 +70,7 @@ class PyBulletDriver:
         self.scene = self.fit(scene)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(self.scene).of(nothing)
-        self._robot = planning.robot
+        self._robot = planning.robot.spec
         self._kinematics = planning.kinematics()
         self._world = BulletWorld(self.scene, self._robot)
         self._cameras = cameras(scene.table_height)
@@ -96,8 +96,8 @@ class PyBulletDriver:
         return scene.model_copy(update={"robot_urdf": ROBOT_MODEL, "robot_config": ROBOT_SIDECAR})
 
     @property
-    def robot(self) -> Robot:
-        """The robot."""
+    def spec(self) -> RobotSpec:
+        """What the robot is."""
         return self._robot
 
     @property

@@ -10,7 +10,7 @@ import numpy as np
 import pybullet
 import pybullet_data
 
-from robosandbox.robots.robot import Robot
+from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import Array, Pose, Scene
 from robosandbox_pybullet.objects import add_object
 
@@ -56,7 +56,7 @@ class BulletWorld:
         bodies: Bullet's numbers of each object's bodies.
     """
 
-    def __init__(self, scene: Scene, robot: Robot) -> None:
+    def __init__(self, scene: Scene, robot: RobotSpec) -> None:
         self.scene = scene
         self.client: int = pybullet.connect(pybullet.DIRECT)
         self._set_options()
@@ -128,7 +128,7 @@ class BulletWorld:
             self.call("changeDynamics", body, -1, lateralFriction=_TABLE_FRICTION)
             self.names[body] = name
 
-    def _add_robot(self, robot: Robot) -> int:
+    def _add_robot(self, robot: RobotSpec) -> int:
         body: int = self.call("loadURDF", str(ROBOT_MODEL), list(robot.base_position), useFixedBase=True)
         self.names[body] = "robot"
         return body

@@ -21,7 +21,7 @@ def info_of(
     served: EmbeddedWorkcell, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]
 ) -> Info:
     """Return what a loaded task is."""
-    sim, robot = modelled(served.sim, "a sim process tells what it is"), served.sim.robot
+    sim, robot = modelled(served.sim, "a sim process tells what it is"), served.sim.spec
     height, width = sim.render_size
     joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
     geometry = robot.gripper.geometry if robot.gripper else None
