@@ -94,9 +94,6 @@ Criterion = Annotated[
     | NotOf,
     Field(discriminator="kind"),
 ]
-AllOf.model_rebuild()
-AnyOf.model_rebuild()
-NotOf.model_rebuild()
 
 
 def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:

@@ -49,14 +49,18 @@ class Phrases:
 
     def add(self, phrase: str, tag: str, value: Any = None) -> None:
         """Add one phrase with its tag and value."""
-        first = phrase.partition(" ")[0]
-        self._written.setdefault(first, []).append((phrase, tag, value))
-        self._trees.pop(first, None)
+        self.add_all((phrase,), tag, value)
 
     def add_all(self, phrases: str | Iterable[str], tag: str, value: Any = None) -> None:
         """Add phrases, given as a list or separated by commas."""
+        written = self._written
         for phrase in phrase_list(phrases) if isinstance(phrases, str) else phrases:
-            self.add(phrase, tag, value)
+            first = phrase.partition(" ")[0]
+            if first in written:
+                written[first].append((phrase, tag, value))
+                self._trees.pop(first, None)
+            else:
+                written[first] = [(phrase, tag, value)]
 
     def at(self, tokens: Sequence[Token], i: int) -> list[tuple[int, str, Any]]:
         """Return (end, tag, value) of every phrase that starts at token `i`, the shorter first."""
@@ -112,8 +116,7 @@ def _build() -> Phrases:
     lexicon = Phrases()
     for verb, phrases in verbs.VERBS.items():
         for phrase in phrase_list(phrases):
-            for form in verbs.forms(phrase):
-                lexicon.add(form, "VERB", verb)
+            lexicon.add_all(verbs.forms(phrase), "VERB", verb)
     for noun, phrases in things.NOUNS.items():
         for phrase in phrase_list(phrases):
             lexicon.add(phrase, "NOUN", (noun, phrase, phrase in things.PLURAL_NOUNS))

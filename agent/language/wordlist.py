@@ -8,4 +8,4 @@ def word_set(text: str) -> frozenset[str]:
 
 def phrase_list(text: str) -> list[str]:
     """Return the phrases that commas separate."""
-    return [phrase.strip() for phrase in text.split(",") if phrase.strip()]
+    return [phrase for part in text.split(",") if (phrase := part.strip())]

@@ -89,6 +89,9 @@ def _as_process(application: typer.Typer, program: str, arguments: Sequence[str]
     gc.set_threshold(_GC_THRESHOLD)
     # Pydantic looks for its plugins in every installed package; none has anything to do with these commands.
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")
+    # MuJoCo loads GLFW with a parser of C, and GLFW asks a second process for its version; windows need a display.
+    if sys.platform == "linux" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
+        os.environ.setdefault("MUJOCO_GL", "disable")
     try:
         return run_app(application, program, arguments)
     finally:
