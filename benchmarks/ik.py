@@ -14,7 +14,7 @@ import time
 
 import numpy as np
 
-from robosandbox.motion.dls import DlsSolver
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.types import Scene
 
@@ -26,7 +26,7 @@ def measure(poses: int, seed: int) -> dict[str, object]:
     with MuJoCoBackend() as sim:
         sim.load(Scene())
         robot = sim.robot
-        solver = DlsSolver(
+        solver = Kinematics.of(
             sim.model,
             robot,
             position_tolerance=POSITION_TOLERANCE,

@@ -1,62 +1,144 @@
-"""A small solver for questions of placement: where can this arm hold its tool down?"""
+"""Kinematics of an arm: where its tool is, how it moves with the joints, and which joints put it somewhere.
+
+Inverse kinematics is damped least squares. Each step solves (J^T W J + lambda I) dq = J^T W e with the damping lambda
+proportional to the squared error (T. Sugihara, "Solvability-Unconcerned Inverse Kinematics by the Levenberg-Marquardt
+Method", IEEE T-RO 27(5), 2011). A joint that a step pushes against its limit is held there and the step solved again without
+it. What decides the solve rate is where one starts: restarts come from a fixed library of sampled configurations, nearest
+tool pose first.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import mujoco
 import numpy as np
 
-from robosandbox.robots.limits import joint_limits
+from robosandbox.robots.chains import Chains, Tool, length_bound, turned
+from robosandbox.robots.limits import commandable
+from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
 
-_ITERATIONS = 40
-_MOST_STEP = 0.5
-_METRES_PER_RADIAN = 0.2
-_POSITION = 1e-3
-_LIBRARY = 1500
-# Of the reach, per radian; of the whole Jacobian; and the share of a lost direction that is a force.
-_SINGULAR = 0.03
-_STRETCHED = 0.1
-_FORCE = 0.5
-_EXACT = 0.01
+# Metres of position error that count as much as one radian of turn; chosen near the length of a forearm, which makes that
+# way when it turns so far.
+_METRES_PER_RADIAN = 0.3
+# Metres and radians within which a pose is reached; chosen as a tenth of the accuracy that benchmarks/ik.py asks for.
+_POSITION_TOLERANCE, _STRICT = 1e-4, 1e-3
+# Radians within which an arm that has too few joints for every orientation has reached one; chosen: with it the arms of five
+# joints in docs/arms.md pick.
+_LOOSE = 0.12
+# Joints that it takes for any pose, and for any position and approach direction.
+_FULL_POSE, _APPROACH = 6, 5
+# Share of an orientation's usual weight while position alone decides; chosen as one order of magnitude.
+_ORIENTATION_SHARE = 0.1
+# Damping per squared error, and the least of it, numbers for errors in metres; tried: benchmarks/ik.py solves every pose.
+_DAMPING, _MIN_DAMPING = 0.05, 1e-6
+# Largest change of a joint in one step, rad or m; chosen because beyond it the Jacobian says little of where the tool goes.
+_MAX_STEP = 0.6
+# Steps of a descent; every so many the error must have shrunk to this share; tried: benchmarks/ik.py solves every pose.
+_MAX_STEPS, _STALL_STEPS, _STALL_SHARE = 40, 8, 0.7
+# Configurations that restarts are taken from; tried: benchmarks/ik.py solves every pose.
+_LIBRARY_SIZE = 4096
+# Share of the distance of a start from the seed beside the turn of its tool; chosen so that of two starts whose tools are about
+# as near, the one in the nearer posture comes first.
+_SEED_SHARE = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Tool:
-    """A TCP on a body: position and rotation (z approach, y closing) in the body's frame."""
+class Solution:
+    """A configuration and how far its TCP is from the target.
 
-    body: int
-    position: Array
-    rotation: Array
+    Attributes:
+        q: Shape (n,).
+        position_error: Metres.
+        orientation_error: Radians.
+        solved: Both are within tolerance.
+    """
+
+    q: Array
+    position_error: float
+    orientation_error: float
+    solved: bool
+
+    @property
+    def cost(self) -> float:
+        """One number to rank by."""
+        return self.position_error + _METRES_PER_RADIAN * self.orientation_error
 
 
 class Kinematics:
-    """Forward and inverse kinematics of arm joints in a robot compiled alone.
+    """Forward and inverse kinematics of arm joints, on MjData of its own.
+
+    A target's orientation is a rotation, shape (3, 3), or an approach direction, shape (3,), about which the turn is free.
 
     Args:
-        model: The robot.
-        joints: Ids of its arm joints.
+        model: The robot, alone or in a world.
+        joints: Ids of its arm joints, hinges and slides.
         tool: Where its TCP is.
-        qpos: Everything else stays like this, shape (nq,).
+        qpos: Everything else stays like this, shape (nq,); as the model has it when left out.
+        limits: Least and largest joint values, each (n,), infinite where there is none; when left out what the joints can be
+            commanded to, half a turn either way where there is no end.
+        position_tolerance: Metres.
+        orientation_tolerance: Radians; when left out, strict for six joints and more, loose for an arm that has too few
+            for every orientation: it takes the position exactly and comes as near to the orientation as it can.
     """
 
-    def __init__(self, model: mujoco.MjModel, joints: tuple[int, ...], tool: Tool, qpos: Array | None = None) -> None:
+    def __init__(
+        self,
+        model: mujoco.MjModel,
+        joints: Sequence[int],
+        tool: Tool,
+        *,
+        qpos: Array | None = None,
+        limits: tuple[Array, Array] | None = None,
+        position_tolerance: float = _POSITION_TOLERANCE,
+        orientation_tolerance: float | None = None,
+    ) -> None:
         self.model, self.tool = model, tool
         self.data = mujoco.MjData(model)
         if qpos is not None:
             self.data.qpos[:] = qpos
-        self.addresses = model.jnt_qposadr[list(joints)].copy()
-        self.dofs = model.jnt_dofadr[list(joints)].copy()
-        slide = model.jnt_type[list(joints)] == mujoco.mjtJoint.mjJNT_SLIDE.value
-        free = np.where(slide, 0.5, np.pi)
-        limited = model.jnt_limited[list(joints)].astype(bool)
-        lower, upper = joint_limits(model, joints)
-        self.lower = np.where(limited, lower, np.maximum(lower, -free))
-        self.upper = np.where(limited, upper, np.minimum(upper, free))
-        self._jacp, self._jacr = np.zeros((3, model.nv)), np.zeros((3, model.nv))
+        self.joints = np.asarray(joints, dtype=np.intp)
+        self.addresses, self.dofs = model.jnt_qposadr[self.joints].copy(), model.jnt_dofadr[self.joints].copy()
+        self.lower, self.upper = commandable(model, joints) if limits is None else limits
+        self.position_tolerance = position_tolerance
+        few = len(self.joints) < _FULL_POSE
+        self.orientation_tolerance: float = orientation_tolerance or (_LOOSE if few else _STRICT)
+        self.reach: float = length_bound(model, joints, tool)
+        mujoco.mj_kinematics(model, self.data)
+        # Views: making them anew costs as much as the arithmetic of a step.
+        self._origin, self._axes = self.data.xpos[tool.body], self.data.xmat[tool.body].reshape(3, 3)
+        self._local = tool.position, tool.rotation
+        if tool.site is not None and tool.R_site_tcp is not None:
+            self._origin, self._axes = self.data.site_xpos[tool.site], self.data.site_xmat[tool.site].reshape(3, 3)
+            self._local = np.zeros(3), tool.R_site_tcp
+        self._jacobian = np.zeros((6, model.nv))
+        self._linear, self._angular = self._jacobian[:3], self._jacobian[3:]
+        self._quat, self._target_quat, self._turn, self._error = np.zeros(4), np.zeros(4), np.zeros(3), np.zeros(6)
         self._library: tuple[Array, Array, Array] | None = None
+
+    @classmethod
+    def of(
+        cls,
+        model: mujoco.MjModel,
+        robot: Robot,
+        *,
+        position_tolerance: float = _POSITION_TOLERANCE,
+        orientation_tolerance: float | None = None,
+    ) -> Self:
+        """Return the kinematics of a robot that is bound to a model; tolerances as the constructor takes them."""
+        joints = model.dof_jntid[robot.dof_indices].tolist()
+        tool = Tool.at_site(model, robot.tcp_site, robot.R_site_tcp)
+        return cls(
+            model,
+            joints,
+            tool,
+            limits=(robot.lower, robot.upper),
+            position_tolerance=position_tolerance,
+            orientation_tolerance=orientation_tolerance,
+        )
 
     @property
     def n(self) -> int:
@@ -64,162 +146,190 @@ class Kinematics:
         return len(self.addresses)
 
     def forward(self, q: Array) -> tuple[Array, Array]:
-        """Return the TCP's position (3,) and rotation (3, 3) in the robot's frame."""
+        """Return the TCP's position (3,) and rotation (3, 3) in the model's world at `q` (n,)."""
         self.data.qpos[self.addresses] = q
         mujoco.mj_kinematics(self.model, self.data)
-        rotation = self.data.xmat[self.tool.body].reshape(3, 3)
-        return self.data.xpos[self.tool.body] + rotation @ self.tool.position, rotation @ self.tool.rotation
+        return self._tcp()
 
-    def jacobian(self, point: Array) -> tuple[Array, Array]:
-        """Return the linear and angular Jacobians (3, n) of a point on the tool body, at the last `forward`."""
+    def jacobian(self, point: Array) -> Array:
+        """Return the Jacobian (6, n), linear rows first, of a point (3,) on the tool's body, at the last `forward`."""
         mujoco.mj_comPos(self.model, self.data)
-        mujoco.mj_jac(self.model, self.data, self._jacp, self._jacr, point, self.tool.body)
-        return self._jacp[:, self.dofs], self._jacr[:, self.dofs]
+        mujoco.mj_jac(self.model, self.data, self._linear, self._angular, point, self.tool.body)
+        columns: Array = self._jacobian[:, self.dofs]
+        return columns
 
-    def conditioning(self, q: Array) -> float:
-        """Return how far the arm is from losing a direction of motion: 0 singular; metres per radian."""
-        position, _ = self.forward(q)
-        linear, _ = self.jacobian(position)
-        return float(np.linalg.svd(linear, compute_uv=False)[-1])
+    def root(self) -> Array:
+        """Return the anchor of the first arm joint, shape (3,), at the last `forward`."""
+        anchor: Array = self.data.xanchor[self.joints[0]].copy()
+        return anchor
 
-    def is_singular(self, q: Array, length: float) -> bool:
-        """Tell whether the arm cannot move its tool one way at `q` (n,), or holds a force without its motors.
-
-        An arm that is stretched out, or folded onto its own axis, holds any force along a line without a motor: a direction
-        that it has lost is a force. A wrist whose axes line up loses a turn: a couple, of which an arm can make its way out.
+    def solve(self, position: Array, orientation: Array, seed: Array, *, restarts: int = 60) -> Solution:
+        """Return the first solution found from `seed` and then from restarts, or the best try.
 
         Args:
-            q: Shape (n,).
-            length: How far it reaches, metres; what makes metres comparable to radians.
+            position: Of the TCP, shape (3,).
+            orientation: Rotation (3, 3) or approach (3,).
+            seed: Configuration to start from, shape (n,).
+            restarts: How many further starts may be made.
         """
-        if self.conditioning(q) < _SINGULAR * length:
-            return True
-        lost, _, _ = self._lost(q, length)
-        return bool(lost.size and np.linalg.norm(lost[:3], 2) > _FORCE)
+        found = self._descents(position, orientation, seed, restarts, None)
+        best = next(found)
+        for solution in found if not best.solved else ():
+            if solution.solved or solution.cost < best.cost:
+                best = solution
+            if solution.solved:
+                break
+        return best
 
-    def singularity(self, q: Array, length: float) -> str | None:
-        """Say in which way the arm is surely singular at `q` (n,), or None.
-
-        A narrower question than `is_singular`: a start pose with a wrist that is nearly straight is no good choice, and no
-        fault either. Stretched out, an arm holds a force along the line from its first joint to its tool without a motor.
-
-        Args:
-            q: Shape (n,).
-            length: How far it reaches, metres.
-        """
-        ratio = self.conditioning(q) / max(length, 1e-6)
-        if ratio < _SINGULAR:
-            return f"the tool cannot move one way ({ratio:.3f} m/rad per metre)"
-        lost, values, line = self._lost(q, length)
-        if lost.size and float(np.linalg.norm(line @ lost[:3])) > _FORCE:
-            return "it is stretched out and cannot move along its own line"
-        exact = lost[:, values < _EXACT]
-        if exact.size and float(np.linalg.norm(exact[:3], 2)) > _FORCE:
-            return "axes of its joints line up and a direction is lost"
-        return None
-
-    def _lost(self, q: Array, length: float) -> tuple[Array, Array, Array]:
-        """Return the wrenches nearly lost at `q` (6, k), their singular values (k,) and the line from root to tool (3,)."""
-        position, _ = self.forward(q)
-        linear, angular = self.jacobian(position)
-        u, s, _ = np.linalg.svd(np.vstack([linear / max(length, 1e-6), angular]), full_matrices=False)
-        # Lost directions come together, as in an arm whose elbow and wrist are straight at once: any mixture is lost.
-        weak = np.flatnonzero(s[: min(6, self.n)] < _STRETCHED)
-        line = position - self.data.xanchor[self.model.dof_jntid[self.dofs[0]]]
-        return u[:, weak], s[weak], line / max(float(np.linalg.norm(line)), 1e-9)
-
-    def centring(self, q: Array) -> float:
-        """Return how far the joint nearest to a limit is from it: 0 at the limit, 1 in the middle."""
-        half = (self.upper - self.lower) / 2.0
-        return float((1.0 - np.abs(q - (self.upper + self.lower) / 2.0) / half).min())
-
-    def solve(
+    def find(
         self,
-        point: Array,
-        approach: Array,
+        position: Array,
+        orientation: Array,
         *,
         tilt: float = 0.03,
         restarts: int = 8,
         seed: Array | None = None,
         collides: Callable[[Array], str | None] = lambda q: None,
     ) -> Array | None:
-        """Return a configuration with the TCP at `point` (3,) pointing along `approach` (3,), or None.
+        """Return a configuration with the TCP at a place that touches nothing, or None.
 
         Args:
-            point: In the robot's frame.
-            approach: Unit vector; the turn about it is free.
-            tilt: How far off it may point, radians.
+            position: Of the TCP, shape (3,).
+            orientation: Rotation (3, 3) or approach (3,).
+            tilt: How far off the orientation may be, radians.
             restarts: How many sampled starts are tried.
             seed: Tried first, shape (n,).
             collides: What touches at a configuration (n,), or None; those that touch are passed over.
         """
-        starts = [] if seed is None else [seed]
-        starts += list(self.starts(point, approach, restarts))
-        for start in starts:
-            q = self.descend(point, approach, start, tilt)
-            if q is not None and collides(q) is None:
-                return q
+        for solution in self._descents(position, orientation, seed, restarts, tilt):
+            if solution.solved and collides(solution.q) is None:
+                return solution.q
         return None
+
+    def descend(self, position: Array, orientation: Array, seed: Array, *, tilt: float | None = None) -> Solution:
+        """Return where one descent from `seed` ends; `tilt` radians off is near enough, by default the tolerance."""
+        data, free_turn = self.data, orientation.ndim == 1
+        tolerance = self.orientation_tolerance if tilt is None else tilt
+        # What cannot have any orientation, or need not, gives orientation up for position.
+        few = self.n < (_APPROACH if free_turn else _FULL_POSE)
+        usual = _METRES_PER_RADIAN * (_ORIENTATION_SHARE if few else 1.0)
+        yielding = usual * (_ORIENTATION_SHARE if few or free_turn else 1.0)
+        if not free_turn:
+            # The body, or the site, aims at what puts the TCP on the target.
+            mujoco.mju_mat2Quat(self._target_quat, (orientation @ self._local[1].T).ravel())
+        q = np.clip(seed, self.lower, self.upper)
+        best, best_cost, checkpoint = (q, np.inf, np.inf), np.inf, np.inf
+        error = self._error
+        for step in range(_MAX_STEPS):
+            data.qpos[self.addresses] = q
+            mujoco.mj_kinematics(self.model, data)
+            point, rotation = self._tcp()
+            error[:3] = position - point
+            error[3:] = _turn_of_axis(rotation, orientation) if free_turn else self._turn_to_target()
+            position_error, orientation_error = (
+                float(np.sqrt(error[:3] @ error[:3])),
+                float(np.sqrt(error[3:] @ error[3:])),
+            )
+            # Of a direction that may be off by so much, only what is beyond that is an error.
+            off = max(0.0, orientation_error - tolerance) if free_turn else orientation_error
+            cost = position_error + _METRES_PER_RADIAN * off
+            if position_error <= self.position_tolerance and orientation_error <= tolerance:
+                return Solution(q, position_error, orientation_error, True)
+            if cost < best_cost:
+                best_cost, best = cost, (q, position_error, orientation_error)
+            if step % _STALL_STEPS == 0:
+                if best_cost > _STALL_SHARE * checkpoint:
+                    break
+                checkpoint = best_cost
+            weight = usual
+            if orientation_error <= tolerance:
+                weight = yielding
+                if free_turn:
+                    error[3:] = 0.0
+            q = self._stepped(q, self.jacobian(point), error, weight)
+        return Solution(*best, False)
 
     def samples(self) -> tuple[Array, Array, Array]:
-        """Return random configurations (k, n), their TCP positions (k, 3) and approach directions (k, 3)."""
+        """Return random configurations (k, n), their TCP positions (k, 3) and rotations (k, 3, 3)."""
         if self._library is None:
-            rng = np.random.default_rng(0)
-            q = rng.uniform(self.lower, self.upper, (_LIBRARY, self.n))
-            positions, approaches = np.empty((_LIBRARY, 3)), np.empty((_LIBRARY, 3))
-            for k in range(_LIBRARY):
-                position, rotation = self.forward(q[k])
-                positions[k], approaches[k] = position, rotation[:, 2]
-            self._library = (q, positions, approaches)
+            low = np.where(np.isfinite(self.lower), self.lower, -np.pi)
+            high = np.where(np.isfinite(self.upper), self.upper, np.pi)
+            q = np.random.default_rng(0).uniform(low, high, (_LIBRARY_SIZE, self.n))
+            qpos = np.repeat(self.data.qpos[None], _LIBRARY_SIZE, axis=0)
+            qpos[:, self.addresses] = q
+            positions, quats = (each[:, 0] for each in Chains(self.model, [self.tool.body]).poses(qpos))
+            axes = [turned(quats, axis) for axis in self.tool.rotation.T]
+            self._library = (q, positions + turned(quats, self.tool.position), np.stack(axes, axis=2))
         return self._library
 
-    def starts(self, point: Array, approach: Array, count: int) -> Array:
-        """Return sampled configurations (count, n), those nearest to a target first."""
-        q, positions, approaches = self.samples()
-        angle = np.arccos(np.clip(approaches @ approach, -1.0, 1.0))
-        cost = np.linalg.norm(positions - point, axis=1) + _METRES_PER_RADIAN * angle
-        return q[np.argsort(cost, kind="stable")[:count]]
+    def starts(self, position: Array, orientation: Array, count: int, *, seed: Array | None = None) -> Array:
+        """Return sampled configurations, nearest TCP pose first and of two alike the one nearer the seed, shape (count, n)."""
+        configurations, positions, rotations = self.samples()
+        if orientation.ndim == 1:
+            cosine = rotations[:, :, 2] @ orientation
+        else:
+            # trace(A^T B) = 1 + 2 cos(angle)
+            cosine = (np.einsum("kij,ij->k", rotations, orientation) - 1.0) / 2.0
+        cost = np.linalg.norm(positions - position, axis=1) + _METRES_PER_RADIAN * np.arccos(np.clip(cosine, -1.0, 1.0))
+        if seed is not None:
+            cost += _METRES_PER_RADIAN * _SEED_SHARE * np.abs(configurations - seed).mean(axis=1)
+        nearest = np.argpartition(cost, min(count, len(cost) - 1))[:count]
+        return configurations[nearest[np.argsort(cost[nearest], kind="stable")]]
 
-    def descend(self, point: Array, approach: Array, start: Array, tilt: float) -> Array | None:
-        """Return where one descent from `start` (n,) reaches the target, or None."""
-        q = np.clip(start, self.lower, self.upper)
-        for iteration in range(_ITERATIONS):
-            position, rotation = self.forward(q)
-            error = point - position
-            axis = rotation[:, 2]
-            turn = _cross(axis, approach)
-            off = float(np.arctan2(np.linalg.norm(turn), axis @ approach))
-            if off > 1e-9 and np.linalg.norm(turn) < 1e-6:
-                turn = rotation[:, 0] * off
-            elif off > 1e-9:
-                turn = turn / np.linalg.norm(turn) * off
-            # Within the tolerance position alone counts, lightly tied to the direction.
-            weight = _METRES_PER_RADIAN if off > tilt else 0.2 * _METRES_PER_RADIAN
-            if np.linalg.norm(error) < _POSITION and off <= tilt:
-                return q
-            if iteration == _ITERATIONS // 2 and np.linalg.norm(error) > 0.2:
-                return None
-            linear, angular = self.jacobian(position)
-            stacked = np.vstack([linear, weight * angular])
-            target = np.concatenate([error, weight * turn])
-            damping = 1e-5 + 0.02 * float(target @ target)
-            hessian = stacked.T @ stacked + damping * np.eye(self.n)
-            step = bounded_step(q, hessian, stacked.T @ target, self.lower, self.upper)
-            largest = float(np.abs(step).max())
-            q = np.clip(q + step * min(1.0, _MOST_STEP / max(largest, 1e-9)), self.lower, self.upper)
-        return None
+    def _descents(
+        self, position: Array, orientation: Array, seed: Array | None, restarts: int, tilt: float | None
+    ) -> Iterator[Solution]:
+        if seed is not None:
+            yield self.descend(position, orientation, seed, tilt=tilt)
+        if np.linalg.norm(position - self.root()) <= self.reach:
+            for start in self.starts(position, orientation, restarts, seed=seed):
+                yield self.descend(position, orientation, start, tilt=tilt)
+
+    def _tcp(self) -> tuple[Array, Array]:
+        position, rotation = self._local
+        return self._origin + self._axes @ position, self._axes @ rotation
+
+    def _turn_to_target(self) -> Array:
+        mujoco.mju_mat2Quat(self._quat, self._axes.ravel())
+        mujoco.mju_subQuat(self._turn, self._target_quat, self._quat)
+        turn: Array = self._axes @ self._turn
+        return turn
+
+    def _stepped(self, q: Array, jacobian: Array, error: Array, weight: float) -> Array:
+        weighted, target = jacobian.copy(), error.copy()
+        weighted[3:] *= weight
+        target[3:] *= weight
+        hessian = weighted.T @ weighted
+        hessian.flat[:: len(q) + 1] += _DAMPING * float(target @ target) + _MIN_DAMPING
+        dq = _bounded_step(q, hessian, weighted.T @ target, self.lower, self.upper)
+        largest = float(np.abs(dq).max())
+        if largest > _MAX_STEP:
+            dq *= _MAX_STEP / largest
+        return np.clip(q + dq, self.lower, self.upper)
 
 
-def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper: Array) -> Array:
-    """Return the Newton step (n,) from `q` (n,); a joint that it pushes against its limit is held and it is solved again.
+def _turn_of_axis(rotation: Array, approach: Array) -> Array:
+    """Return the rotation vector (3,) that turns the approach axis of `rotation` (3, 3) into `approach` (3,)."""
+    axis = rotation[:, 2]
+    turn = _cross(axis, approach)
+    length = float(np.sqrt(turn @ turn))
+    angle = float(np.arctan2(length, axis @ approach))
+    if length < 1e-6:
+        # Opposite directions: about any axis across.
+        turned: Array = rotation[:, 0] * (angle if angle > 1.0 else 0.0)
+        return turned
+    return turn * (angle / length)
 
-    Args:
-        q: Configuration, within the limits.
-        hessian: Damped J^T W J, shape (n, n).
-        gradient: J^T W e, shape (n,).
-        lower: Limits, shape (n,).
-        upper: Shape (n,).
-    """
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors, and this is the inner loop."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def _bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper: Array) -> Array:
+    """Return the Newton step (n,) from `q` (n,); a joint that it pushes against its limit is held and it is solved again."""
     try:
         step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
     except np.linalg.LinAlgError:
@@ -231,10 +341,3 @@ def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper:
         step = np.zeros(len(q))
         step[free] = np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
     return step
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors, and this is the inner loop."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])

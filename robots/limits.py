@@ -11,7 +11,11 @@ from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.types import Array
 
 _JOINT = mujoco.mjtTrn.mjTRN_JOINT.value
-_LEAST_SHARE = 0.1  # Share of a joint's travel below which a control range is meant in other units. Chosen.
+# A control range that leaves less of a joint's travel than this share is meant in other units; chosen far below the 57 of
+# degrees for radians.
+_LEAST_SHARE = 0.1
+# How far a slide without limits is taken to go either way, metres; chosen as the length of an arm.
+_FREE_SLIDE = 0.5
 
 
 def joint_limits(model: mujoco.MjModel, joints: Sequence[int]) -> tuple[Array, Array]:
@@ -30,6 +34,15 @@ def joint_limits(model: mujoco.MjModel, joints: Sequence[int]) -> tuple[Array, A
             if right - left > _LEAST_SHARE * min(upper[k] - lower[k], 2.0 * np.pi):
                 lower[k], upper[k] = left, right
     return lower, upper
+
+
+def commandable(model: mujoco.MjModel, joints: Sequence[int]) -> tuple[Array, Array]:
+    """Return what joints can be commanded to, as `joint_limits`, but half a turn either way where there is no end."""
+    ids = list(joints)
+    free = np.where(model.jnt_type[ids] == mujoco.mjtJoint.mjJNT_SLIDE.value, _FREE_SLIDE, np.pi)
+    limited = model.jnt_limited[ids].astype(bool)
+    lower, upper = joint_limits(model, joints)
+    return np.where(limited, lower, np.maximum(lower, -free)), np.where(limited, upper, np.minimum(upper, free))
 
 
 def _commanded(model: mujoco.MjModel, joint: int) -> list[tuple[float, float]]:

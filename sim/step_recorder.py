@@ -11,8 +11,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.robots.chains import Chains, product, turned
 from robosandbox.robots.robot import Gripper
-from robosandbox.sim.chains import Chains
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
@@ -131,13 +131,13 @@ class StepRecorder:
         force = np.frombuffer(b"".join(self._forces)).reshape(rows, model.nu)
         positions, quats = self._chains.poses(qpos)
         tcp_quat = quats[:, 0]
-        tcp = positions[:, 0] + _turned(tcp_quat, self._tcp_offset)
+        tcp = positions[:, 0] + turned(tcp_quat, self._tcp_offset)
         objects = np.concatenate([positions[:, 1:], quats[:, 1:]], axis=2)
         fixed = {
             "time": state[:, :1],
             "q": qpos[:, robot.qpos_indices],
             "qd": qvel[:, robot.dof_indices],
-            "tcp_pose": np.concatenate([tcp, _product(tcp_quat, self._tcp_quat)], axis=1),
+            "tcp_pose": np.concatenate([tcp, product(tcp_quat, self._tcp_quat)], axis=1),
             "action": action,
             "action_q": (action[:, np.asarray(robot.actuator_ids, dtype=int)] - robot.control_offset)
             / robot.control_scale,
@@ -223,19 +223,3 @@ def _site_to_tcp(world: World) -> Array:
     mujoco.mju_quat2Mat(matrix, world.model.site_quat[world.robot.tcp_site])
     mujoco.mju_mat2Quat(quat, (matrix.reshape(3, 3) @ world.robot.R_site_tcp).ravel())
     return quat[[1, 2, 3, 0]]
-
-
-def _turned(quats: Array, vector: Array) -> Array:
-    """Return `vector` (3,) turned by each of `quats` (rows, 4) xyzw, shape (rows, 3)."""
-    axes, scalars = quats[:, :3], quats[:, 3:]
-    across = 2.0 * np.cross(axes, vector)
-    turned: Array = vector + scalars * across + np.cross(axes, across)
-    return turned
-
-
-def _product(first: Array, second: Array) -> Array:
-    """Return the quaternions (rows, 4) xyzw of `first` (rows, 4) turned further by `second` (4,)."""
-    vectors, scalars = first[:, :3], first[:, 3:]
-    vector, scalar = second[:3], second[3]
-    product = scalars * vector + scalar * vectors + np.cross(vectors, vector)
-    return np.column_stack([product, scalars[:, 0] * scalar - vectors @ vector])

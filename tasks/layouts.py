@@ -10,8 +10,8 @@ from typing import TypeVar
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.motion.dls import DlsSolver
 from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
 from robosandbox.tasks.randomize import draw_layout
@@ -69,7 +69,7 @@ class Layouts:
                 seed,
                 joints=len(robot.home_q),
                 extents=self._extents,
-                accept=_ReachCheck(self._kinematics(), task.scene, self._wait),
+                accept=_ReachCheck(self._kinematics(), self._robot, task.scene, self._wait),
                 attempt=attempt,
             )
             q = np.array(task.start_q or robot.home_q) + layout.q_offset
@@ -81,7 +81,7 @@ class Layouts:
                     raise InputError(f"{task.name}: seed {seed}: {error}") from None
         raise AssertionError("the last draw returns or raises")
 
-    def _kinematics(self) -> DlsSolver:
+    def _kinematics(self) -> Kinematics:
         return self._scenes.of(_nothing(self._task.scene)).kinematics()
 
     @cached_property
@@ -123,8 +123,10 @@ class _ReachCheck:
     An arm that cannot do so even where the task puts the object works in another way; its draws are not checked.
     """
 
-    def __init__(self, solver: DlsSolver, scene: Scene, wait_hook: Callable[[], None] | None) -> None:
-        self._solver = solver
+    def __init__(
+        self, solver: Kinematics, robot: RobotSpec, scene: Scene, wait_hook: Callable[[], None] | None
+    ) -> None:
+        self._solver, self._robot = solver, robot
         self._scene = scene
         self._wait = wait_hook
         self._exempt: dict[str, bool] = {}
@@ -139,14 +141,14 @@ class _ReachCheck:
         if self._wait is not None:
             self._wait()
         middle = centre(obj)
-        if float(np.hypot(*(middle - self._solver.robot.base_position)[:2])) < _BASE_RADIUS:
+        if float(np.hypot(*(middle - self._robot.base_position)[:2])) < _BASE_RADIUS:
             return False
         return any(self._reaches_with(middle, yaw) for yaw in _REACH_YAWS)
 
     def _reaches_with(self, middle: Array, yaw: float) -> bool:
         closing = np.array([np.cos(yaw), np.sin(yaw), 0.0])
         rotation = np.column_stack([np.cross(closing, _DOWN), closing, _DOWN])
-        seed: Array = self._solver.robot.home_q
+        seed: Array = self._robot.home_q
         for above in _REACH_ABOVE:
             found = self._solver.solve(middle + [0.0, 0.0, above], rotation, seed, restarts=_RESTARTS)
             if not found.solved:

@@ -3,8 +3,8 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import InputError, RenderingError
+from robosandbox.robots.chains import Chains
 from robosandbox.robots.loader import load_robot
-from robosandbox.sim.chains import Chains
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.testing import check_driver
 from robosandbox.types import Pose, Scene, SceneObject

@@ -7,14 +7,16 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from robosandbox.robots.chains import Tool
 from robosandbox.robots.check.finding import Check
 from robosandbox.robots.importers.imported import compile_spec
 from robosandbox.robots.infer.kinematic_tree import actuator_joints
 from robosandbox.robots.infer.placement import find_workspace
 from robosandbox.robots.infer.reach import collision_test
 from robosandbox.robots.infer.sidecar import Inference
-from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar
+from robosandbox.robots.singularity import conditioning, singularity
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -242,7 +244,7 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
     if measured is not None:
         for name, value in found.open_joints.items():
             start[model.joint(name).qposadr[0]] = value
-    kinematics = Kinematics(model, joints, tool, start)
+    kinematics = Kinematics(model, joints, tool, qpos=start)
     q = np.array(given.arm.home_qpos)
     base = np.array(given.base_pose.xyz)
     table = TABLE_HEIGHT - base[2]
@@ -276,7 +278,7 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
     itself = collision_test(kinematics.model, kinematics)(q)
     if itself is not None:
         return Check("home", False, f"touches itself: {itself}", "arm.home_qpos")
-    singular = kinematics.singularity(q, found.workspace.far)
+    singular = singularity(kinematics, q, found.workspace.far)
     if singular is not None:
         return Check("home", False, f"singular: {singular}; bend the elbow", "arm.home_qpos")
     position, _ = kinematics.forward(q)
@@ -284,7 +286,7 @@ def _home(found: Inference, kinematics: Kinematics, q: Array, table: float, sunk
         return Check(
             "home", False, f"has the tool {1000 * (table - position[2]):.0f} mm under the table", "arm.home_qpos"
         )
-    ratio = kinematics.conditioning(q) / max(found.workspace.far, 1e-6)
+    ratio = conditioning(kinematics, q) / max(found.workspace.far, 1e-6)
     return Check("home", True, f"clear of itself, {ratio:.2f} m/rad per metre from a singularity")
 
 
@@ -302,7 +304,7 @@ def _reach(kinematics: Kinematics, given: Sidecar, table: float) -> Check:
                 continue
             tried += 1
             local = R.T @ (np.array([x, y, TABLE_HEIGHT + 0.03]) - base)
-            if kinematics.solve(local, _DOWN, tilt=max(0.05, space.tilt), restarts=4) is not None:
+            if kinematics.find(local, _DOWN, tilt=max(0.05, space.tilt), restarts=4) is not None:
                 reached += 1
     share = reached / len(steps) ** 2
     if (reached < _LEAST_REACHED and space.far - space.near > 2 * _GRID) or reached == 0:

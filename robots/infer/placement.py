@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.kinematics import Kinematics
+from robosandbox.robots.singularity import centring, conditioning, is_singular
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
@@ -106,12 +107,12 @@ def find_workspace(
 ) -> Workspace:
     """Return where the tool can point down at a table at height `floor`."""
     model, data = kinematics.model, kinematics.data
-    _, positions, approaches = kinematics.samples()
-    joint = int(model.dof_jntid[kinematics.dofs[0]])
+    _, positions, rotations = kinematics.samples()
+    joint = int(kinematics.joints[0])
     axis = data.xanchor[joint][:2].copy()
     shoulder = float(data.xanchor[joint][2])
     reach = float(np.linalg.norm(positions - data.xanchor[joint], axis=1).max())
-    forward = _forward(positions - [*axis, 0.0], approaches)
+    forward = _forward(positions - [*axis, 0.0], rotations[:, :, 2])
     first = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) == int(model.jnt_bodyid[joint])]
     lowest = world_points(model, data, first, 0.01)[:, 2].min(initial=shoulder)
     # From a pedestal as high as the arm is long nothing on its foot's level is reached: the table comes up to the arm.
@@ -156,7 +157,7 @@ def _band(
         good = True
         for height in _HEIGHTS:
             point = space.point(float(radius), height)
-            q = kinematics.solve(point, _DOWN, tilt=space.tilt, restarts=6, seed=seed, collides=collides)
+            q = kinematics.find(point, _DOWN, tilt=space.tilt, restarts=6, seed=seed, collides=collides)
             seed = q if q is not None else seed
             good = q is not None
             if not good:
@@ -224,8 +225,8 @@ def find_home(
     if best is not None:
         how = f"optimized: tool down over the table, far from limits and singularities{note}"
         return Home(_rounded(kinematics, best), how, 0.85)
-    q, positions, approaches = kinematics.samples()
-    order = np.argsort(approaches[:, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
+    q, positions, rotations = kinematics.samples()
+    order = np.argsort(rotations[:, 2, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
     free = next((k for k in order if collides(q[k]) is None), order[0])
     how = f"the sampled posture that points down best; check it on the picture{note}"
     return Home(_rounded(kinematics, q[free]), how, 0.3)
@@ -240,7 +241,7 @@ def _optimized(kinematics: Kinematics, space: Workspace, collides: Callable[[Arr
             for q in _postures(kinematics, space, point):
                 score = _score(kinematics, space, q)
                 better = best is None or score > best[0]
-                if better and not kinematics.is_singular(q, space.far) and collides(q) is None:
+                if better and not is_singular(kinematics, q, space.far) and collides(q) is None:
                     best = (score, q)
         if best is not None and best[0] > _GOOD_HOME:
             break
@@ -250,9 +251,9 @@ def _optimized(kinematics: Kinematics, space: Workspace, collides: Callable[[Arr
 def _postures(kinematics: Kinematics, space: Workspace, point: Array) -> Iterator[Array]:
     """Yield configurations (n,) that hold the tool down at a point (3,)."""
     for start in kinematics.starts(point, _DOWN, _HOME_STARTS):
-        solved = kinematics.descend(point, _DOWN, start, max(_TILTS[0], space.tilt))
-        if solved is not None:
-            yield _unwound(kinematics, solved)
+        solution = kinematics.descend(point, _DOWN, start, tilt=max(_TILTS[0], space.tilt))
+        if solution.solved:
+            yield _unwound(kinematics, solution.q)
 
 
 def _rounded(kinematics: Kinematics, q: Array) -> Array:
@@ -277,7 +278,7 @@ def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callabl
     ahead = np.array([np.cos(space.forward), np.sin(space.forward)])
     if (position[:2] - space.axis) @ ahead < 0.5 * reach:
         return "looks away from the workspace"
-    if kinematics.is_singular(q, space.far):
+    if is_singular(kinematics, q, space.far):
         return "is close to a singularity"
     touching = collides(q)
     return f"has {touching}" if touching else None
@@ -285,24 +286,24 @@ def _fault(kinematics: Kinematics, space: Workspace, q: Array, collides: Callabl
 
 def _score(kinematics: Kinematics, space: Workspace, q: Array) -> float:
     """Return how well a posture suits as a home; near 1 is best."""
-    conditioning = min(1.0, kinematics.conditioning(q) / (0.3 * space.far))
-    centring = min(1.0, kinematics.centring(q) / 0.4)
+    moving = min(1.0, conditioning(kinematics, q) / (0.3 * space.far))
+    central = min(1.0, centring(kinematics, q) / 0.4)
     # Elbow up: the links' mean height over the table.
     kinematics.forward(q)
-    joints = kinematics.model.dof_jntid[kinematics.dofs]
+    joints = kinematics.joints
     heights = kinematics.data.xanchor[joints, 2] - space.floor
     up = float(np.clip(heights.mean() / (0.5 * space.far), 0.0, 1.0))
     side = np.array([-np.sin(space.forward), np.cos(space.forward)])
     aside = float(np.abs((kinematics.data.xanchor[joints, :2] - space.axis) @ side).mean()) / space.far
     full = kinematics.upper - kinematics.lower > 2.0 * np.pi - 0.1
     turned = float(np.abs(q[full]).mean() / np.pi) if full.any() else 0.0
-    return 0.3 * conditioning + 0.25 * centring + 0.45 * up - 3.0 * aside - 0.2 * turned
+    return 0.3 * moving + 0.25 * central + 0.45 * up - 3.0 * aside - 0.2 * turned
 
 
 def _unwound(kinematics: Kinematics, q: Array) -> Array:
     """Return the same posture with every hinge within half a turn of zero, where its limits allow."""
     wound = q.copy()
-    for i, joint in enumerate(kinematics.model.dof_jntid[kinematics.dofs]):
+    for i, joint in enumerate(kinematics.joints):
         if kinematics.model.jnt_type[joint] != mujoco.mjtJoint.mjJNT_HINGE.value:
             continue
         near = (q[i] + np.pi) % (2.0 * np.pi) - np.pi

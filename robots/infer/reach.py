@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import mujoco
-import numpy as np
 
+from robosandbox.robots.chains import Tool
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.importers.imported import compile_spec
 from robosandbox.robots.infer.placement import Workspace, find_workspace
-from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.types import Array
 
@@ -40,10 +40,8 @@ def measured_workspace(
         widest = int(gripper.geometry.aperture_samples.argmax())
         for name, value in zip(sidecar.gripper.joints, gripper.coupled_samples[widest], strict=True):
             start[model.joint(name).qposadr[0]] = value
-    quat = np.zeros(9)
-    mujoco.mju_quat2Mat(quat, model.site_quat[site])
-    tool = Tool(int(model.site_bodyid[site]), model.site_pos[site].copy(), quat.reshape(3, 3) @ R_site_tcp)
-    kinematics = Kinematics(model, tuple(model.joint(name).id for name in sidecar.arm.joints), tool, start)
+    joints = [model.joint(name).id for name in sidecar.arm.joints]
+    kinematics = Kinematics(model, joints, Tool.at_site(model, site, R_site_tcp), qpos=start)
     floor = table_height - sidecar.base_pose.xyz[2]
     space = find_workspace(kinematics, floor, collision_test(model, kinematics))
     # Shapes that overlap wherever the arm is say nothing of its reach.

@@ -11,6 +11,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
+from robosandbox.robots.chains import Tool
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.gripper.collision import ensure_solid_tool
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
@@ -22,7 +23,7 @@ from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find
 from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
 from robosandbox.robots.infer.reach import collision_test, with_table
 from robosandbox.robots.infer.tcp import flange_tool, is_tool
-from robosandbox.robots.kinematics import Kinematics, Tool
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.sidecar import (
     ArmRoles,
     BasePose,
@@ -138,7 +139,7 @@ def infer_imported(
     else:
         palm, position, rotation, findings["ee_site.inject.xyz"] = flange_tool(model, joints, palm)
         start = model.qpos0.copy()
-    kinematics = Kinematics(model, joints, Tool(model.body(palm).id, position, rotation), start)
+    kinematics = Kinematics(model, joints, Tool(model.body(palm).id, position, rotation), qpos=start)
     place = _place(imported, kinematics, base_bottom(model, joints), names, table_height)
     actuators = _actuators(model, joints)
     made = set(actuators) <= imported.made_actuators

@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from robosandbox.motion.dls import DlsSolver
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.sim.modelled import Modelled
 from robosandbox.types import Array, Trajectory, matrix_from_rotation_vector
 
@@ -35,7 +35,7 @@ class Controller:
         self._kind = kind
         self._period = period
         robot = sim.robot
-        self._solver = DlsSolver(sim.model, robot)
+        self._solver = Kinematics.of(sim.model, robot)
         self._low = np.where(np.isfinite(robot.lower), robot.lower, -_FULL_TURN)
         self._high = np.where(np.isfinite(robot.upper), robot.upper, _FULL_TURN)
         self._q: Array = robot.home_q.copy()
@@ -52,7 +52,7 @@ class Controller:
         """Begin where the arm stands."""
         if self._solver.model is not self._sim.model:
             # A layout with other things in it is another model.
-            self._solver = DlsSolver(self._sim.model, self._sim.robot)
+            self._solver = Kinematics.of(self._sim.model, self._sim.robot)
         self._q = self._sim.state().q.copy()
         self._position, self._rotation = self._solver.forward(self._q)
 

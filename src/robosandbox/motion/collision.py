@@ -26,8 +26,9 @@ _GENERAL = [
     mujoco.mjtGeom.mjGEOM_MESH.value,
 ]
 _DOUBT = 0.5
-_STRIDE = 0.10
-_LEAST_STRIDE = 0.001
+# Shortest and longest way of any point of the robot between two checks of a path, metres; chosen so that a walk past a near
+# thing comes to an end, and as a finger's length.
+_LEAST_STRIDE, _STRIDE = 0.001, 0.10
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,19 +9,30 @@ import numpy as np
 from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.evidence import CollisionEvidence, UnreachableEvidence
 from robosandbox.motion.collision import CollisionChecker
-from robosandbox.motion.dls import DlsSolver, Solution
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.motion.sampling import find_knots
 from robosandbox.motion.timing import join, spline, time_path
+from robosandbox.robots.kinematics import Kinematics, Solution
+from robosandbox.robots.robot import Robot
 from robosandbox.types import Array, Observation, Pose, Trajectory, matrix_about_axis
 
+# Way of the TCP from one waypoint of a line to the next, metres; chosen as a quarter of the smallest thing on the table.
 _LINE_STEP = 0.01
+# Way of the TCP that one radian of turn along a line counts as, metres; chosen as the length of a hand.
+_HAND = 0.2
+# Turn of the farthest-moving joint from one waypoint of a joint path to the next, rad; chosen as 5 cm at an arm's length.
 _JOINT_STEP = 0.06
-_LINE_JUMP = 0.35
-_FINEST = 0.1
+# Largest turn of a joint from one waypoint of a line to the next, rad, above which the step is halved, and the share of a
+# step below which it is another posture; chosen as three times what a step turns a joint 10 cm away.
+_LINE_JUMP, _FINEST = 0.35, 0.1
+# Distance from a joint's limit at which it is told to be there, rad or m; chosen: far less than anybody sees, far more than rounding.
 _AT_LIMIT = 1e-3
+# How far ways over obstacles are raised, once and twice, metres; chosen as a mug and a hand's clearance.
 _VIA_HEIGHT = 0.12
+# How often the knots of a sampled way are doubled before it is followed with stops; chosen: eight times the knots.
 _SMOOTHINGS = 3
+# Distances between examined configurations of a sampled way, rad, first and where that was too coarse; tried with
+# benchmarks/planning.py.
 _RESOLUTIONS = (0.02, 0.005)
 # What things stand on: one who may touch the table may touch the floor beside it, where things fall to.
 _GROUND = frozenset({"table", "floor"})
@@ -45,7 +56,7 @@ class DLSMotionPlanner:
         self.dt = dt
         self.clearance = clearance
         self._planning: PlanningScene | None = None
-        self._solver: DlsSolver | None = None
+        self._solver: Kinematics | None = None
         self._checker: CollisionChecker | None = None
 
     def use(self, planning: PlanningScene, state: Observation, *, held: str | None = None) -> None:
@@ -91,7 +102,7 @@ class DLSMotionPlanner:
 
     def open_to(self, aperture: float) -> None:
         """Check the paths that follow with the fingers `aperture` apart, metres."""
-        gripper = self._kinematics.robot.gripper
+        gripper = self._robot.gripper
         if gripper:
             self._collisions.set_gripper(gripper.geometry.joint_for_aperture(aperture))
 
@@ -106,7 +117,7 @@ class DLSMotionPlanner:
             UnreachableError: None was found; the evidence says how close one comes.
         """
         solver = self._kinematics
-        start = solver.robot.home_q if seed is None else seed
+        start = self._robot.home_q if seed is None else seed
         solution = solver.solve(tcp_pose.position, tcp_pose.rotation, start, restarts=restarts)
         if not solution.solved:
             raise self._unreachable(tcp_pose, solution)
@@ -142,7 +153,7 @@ class DLSMotionPlanner:
 
     def _sampled(self, q_start: Array, q_goal: Array, speed: float) -> Trajectory | None:
         """Return a way found by sampling, as smooth as the obstacles allow."""
-        robot, checker = self._kinematics.robot, self._collisions
+        robot, checker = self._robot, self._collisions
         # An end that touches cannot be cured by another way.
         if checker.touch(q_start) or checker.touch(q_goal):
             return None
@@ -212,7 +223,7 @@ class DLSMotionPlanner:
         position, rotation = solver.forward(q_start)
         goal_position, goal_rotation = tcp_pose.position, tcp_pose.rotation
         axis, angle = _axis_angle(rotation.T @ goal_rotation)
-        length = max(float(np.linalg.norm(goal_position - position)), 0.2 * angle)
+        length = max(float(np.linalg.norm(goal_position - position)), _HAND * angle)
         stride = 1.0 / int(np.clip(np.ceil(length / _LINE_STEP), 2, self.n_waypoints - 1))
         path, step, done, before = [q_start], stride, 0.0, 0.0
         while done < 1.0:
@@ -260,11 +271,11 @@ class DLSMotionPlanner:
             vias = [q for h, q in raised if h == height]
             if len(vias) == 2:
                 ways.append(np.array([q_start, *vias, q_goal]))
-        ways.append(np.array([q_start, self._kinematics.robot.home_q, q_goal]))
+        ways.append(np.array([q_start, self._robot.home_q, q_goal]))
         return ways
 
     def _timed(self, path: Array, speed: float) -> Trajectory:
-        robot = self._kinematics.robot
+        robot = self._robot
         # np.gradient needs a path finer than the waypoints that were checked; the spline runs through all of them.
         fine = spline(path, max(2 * len(path), 33)) if len(path) > 2 else path
         return time_path(fine, speed * robot.velocity_limits, speed * robot.acceleration_limits, self.dt)
@@ -293,12 +304,12 @@ class DLSMotionPlanner:
         error = self._unreachable(target, found)
         error.message = (
             f"the straight way is reached at ({x:.3f}, {y:.3f}, {z:.3f}) in another posture of the arm only: "
-            f"{self._kinematics.robot.joints[joint]} would jump by {np.degrees(jump[joint]):.0f} deg; come from elsewhere"
+            f"{self._robot.joints[joint]} would jump by {np.degrees(jump[joint]):.0f} deg; come from elsewhere"
         )
         return error
 
     def _unreachable(self, target: Pose, best: Solution) -> UnreachableError:
-        robot = self._kinematics.robot
+        robot = self._robot
         stuck = (best.q <= robot.lower + _AT_LIMIT) | (best.q >= robot.upper - _AT_LIMIT)
         joints = tuple(name for name, at_limit in zip(robot.joints, stuck, strict=True) if at_limit)
         nearest = self.forward(best.q)
@@ -319,10 +330,14 @@ class DLSMotionPlanner:
         )
 
     @property
-    def _kinematics(self) -> DlsSolver:
+    def _kinematics(self) -> Kinematics:
         if self._solver is None:
             raise RuntimeError("the motion planner has no world yet; call use(sim, scene) first")
         return self._solver
+
+    @property
+    def _robot(self) -> Robot:
+        return self._collisions.robot
 
     @property
     def _collisions(self) -> CollisionChecker:

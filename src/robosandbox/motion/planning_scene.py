@@ -10,10 +10,10 @@ import numpy as np
 
 from robosandbox.motion.beliefs import Known, believed_scene
 from robosandbox.motion.collision import CollisionChecker
-from robosandbox.motion.dls import DlsSolver
 from robosandbox.motion.robot_shapes import RobotShapes
 from robosandbox.motion.twin import closing_stiffness, make_twin
 from robosandbox.protocols import Simulated
+from robosandbox.robots.kinematics import Kinematics
 from robosandbox.robots.loader import load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.world import World, build_world
@@ -67,9 +67,9 @@ class PlanningScene:
 
     # What motion planners are made of.
 
-    def kinematics(self) -> DlsSolver:
-        """Return a new solver of the robot's inverse kinematics."""
-        return DlsSolver(self._world.model, self._world.robot)
+    def kinematics(self) -> Kinematics:
+        """Return new kinematics of the robot."""
+        return Kinematics.of(self._world.model, self._world.robot)
 
     def collisions(self, clearance: float) -> CollisionChecker:
         """Return a new checker of collisions that keeps `clearance` metres from obstacles."""

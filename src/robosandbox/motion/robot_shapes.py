@@ -12,9 +12,9 @@ from robosandbox.types import Array
 
 # Geoms of these groups are drawn, as MuJoCo's own viewer does by default.
 _DRAWN_GROUPS = 3
-# Corners of the polygons that stand for circles.
+# Corners of the polygons that stand for circles; chosen: a circle of 20 pixels is off by half a pixel.
 _ROUND = 14
-# The most points kept of one mesh: more do not change its outline by a pixel at 640 x 480.
+# The most points kept of one mesh; chosen: more do not change its outline by a pixel at 640 x 480.
 _MOST_VERTICES = 150
 
 

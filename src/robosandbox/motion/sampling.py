@@ -10,7 +10,10 @@ import numpy as np
 from robosandbox.types import Array
 
 _SEED = 1
+# Rounds of cutting corners, and rounds without an effect after which that ends; chosen as about the knots of a sampled way.
 _SHORTCUTS = 20
+# Distance at which a state counts as the goal, rad; chosen below what any servo resolves.
+_AT_GOAL = 1e-6
 
 Free = Callable[[Array], bool]
 
@@ -45,34 +48,20 @@ def find_knots(
         return None
     util.setLogLevel(util.LOG_NONE)
     util.RNG.setSeed(_SEED)
-    count = len(q_start)
-    space = base.RealVectorStateSpace(count)
-    bounds = base.RealVectorBounds(count)
-    for index in range(count):
-        ends = q_start[index], q_goal[index]
-        # A start at its limit may lie a hair outside; a joint without limits gets half a turn to either side.
-        low = lower[index] if np.isfinite(lower[index]) else min(ends) - np.pi
-        high = upper[index] if np.isfinite(upper[index]) else max(ends) + np.pi
-        bounds.setLow(index, float(min(low, *ends)))
-        bounds.setHigh(index, float(max(high, *ends)))
-    space.setBounds(bounds)
+    space = _space(base, np.stack([q_start, q_goal]), lower, upper)
     information = base.SpaceInformation(space)
     examined = 0
 
     def valid(state: Any) -> bool:
         nonlocal examined
         examined += 1
-        return bool(free(np.array([state[index] for index in range(count)])))
+        return bool(free(_read(state, len(q_start))))
 
     information.setStateValidityChecker(valid)
     information.setStateValidityCheckingResolution(resolution / space.getMaximumExtent())
     information.setup()
     problem = base.ProblemDefinition(information)
-    start: Any = information.allocState()
-    goal: Any = information.allocState()
-    for index in range(count):
-        start[index], goal[index] = float(q_start[index]), float(q_goal[index])
-    problem.setStartAndGoalStates(start, goal, 1e-6)
+    problem.setStartAndGoalStates(_state(information, q_start), _state(information, q_goal), _AT_GOAL)
     planner = geometric.RRTConnect(information)
     planner.setProblemDefinition(problem)
     planner.setup()
@@ -84,5 +73,29 @@ def find_knots(
     simplifier = geometric.PathSimplifier(information)
     simplifier.reduceVertices(path)
     simplifier.partialShortcutPath(path, _SHORTCUTS, _SHORTCUTS)
-    states = (path.getState(index) for index in range(path.getStateCount()))
-    return np.array([[state[index] for index in range(count)] for state in states])
+    return np.array([_read(path.getState(index), len(q_start)) for index in range(path.getStateCount())])
+
+
+def _space(base: Any, ends: Array, lower: Array, upper: Array) -> Any:
+    """Return the joint space around two configurations (2, n)."""
+    # A start at its limit may lie a hair outside; a joint without limits gets half a turn to either side.
+    low = np.minimum(np.where(np.isfinite(lower), lower, ends.min(axis=0) - np.pi), ends.min(axis=0))
+    high = np.maximum(np.where(np.isfinite(upper), upper, ends.max(axis=0) + np.pi), ends.max(axis=0))
+    bounds = base.RealVectorBounds(len(low))
+    for index in range(len(low)):
+        bounds.setLow(index, float(low[index]))
+        bounds.setHigh(index, float(high[index]))
+    space = base.RealVectorStateSpace(len(low))
+    space.setBounds(bounds)
+    return space
+
+
+def _state(information: Any, q: Array) -> Any:
+    state = information.allocState()
+    for index, value in enumerate(q.tolist()):
+        state[index] = value
+    return state
+
+
+def _read(state: Any, count: int) -> Array:
+    return np.array([state[index] for index in range(count)])
