@@ -12,6 +12,8 @@ from robosandbox.world.predicate import View
 
 # Stands for a number of which only the type matters, within the bounds of all skills here.
 _NUMBER = 0.05
+# By so much the numbers of one call differ.
+_APART = 0.001
 
 
 class Described(Protocol):
@@ -52,13 +54,15 @@ def terms(skill: Described) -> str:
     contract = _contract(skill, {})
     if contract is None:
         return ""
-    needs, gives = (", ".join(_named(one) for one in facts) for facts in (contract.needs, contract.gives))
+    names = {value: name for name, value in _values(skill, {}).items()}
+    needs, gives = (", ".join(_named(one, names) for one in facts) for facts in (contract.needs, contract.gives))
     return f"Needs {needs or 'nothing'}; brings about {gives}."
 
 
-def _named(one: Fact) -> str:
-    return (
-        str(one).replace("*", "") if HELD not in one.arguments else str(one.resolved({HELD: "held"})).replace("*", "")
+def _named(one: Fact, names: Mapping[Any, str]) -> str:
+    """Return a fact with the arguments' names in place of the values that were put in for them."""
+    return str(
+        Fact(one.relation, tuple("held" if value == HELD else names.get(value, value) for value in one.arguments))
     )
 
 
@@ -68,10 +72,16 @@ def _objects(skill: Described, given: Mapping[str, Any]) -> tuple[str, ...]:
 
 
 def _contract(skill: Described, given: Mapping[str, Any]) -> Contract | None:
-    properties = skill.schema.get("properties", {})
-    probes = _probes(skill)
-    values = {name: given.get(name, probes.get(name, _sample(field))) for name, field in properties.items()}
-    return contract_of(skill, values)
+    return contract_of(skill, _values(skill, given))
+
+
+def _values(skill: Described, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return arguments for a call: those given, names that no object has, and samples that differ from one another."""
+    properties, probes = skill.schema.get("properties", {}), _probes(skill)
+    return {
+        name: given.get(name, probes.get(name, _sample(field, number)))
+        for number, (name, field) in enumerate(properties.items())
+    }
 
 
 def _probes(skill: Described) -> dict[str, str]:
@@ -85,7 +95,7 @@ def _may_be_id(field: Mapping[str, Any]) -> bool:
     return any(one.get("type") == "string" and "enum" not in one for one in options)
 
 
-def _sample(field: Mapping[str, Any]) -> Any:
+def _sample(field: Mapping[str, Any], number: int) -> Any:
     if "enum" in field:
         return field["enum"][0]
-    return field.get("default", _NUMBER)
+    return field["default"] if "default" in field else _NUMBER + number * _APART
