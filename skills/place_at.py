@@ -10,7 +10,7 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import occupied, place
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
 from robosandbox.world.contracts import Contract
-from robosandbox.world.facts import HELD, fact
+from robosandbox.world.facts import HELD, TABLE, fact
 from robosandbox.world.relations import Relation, centre, on_table
 from robosandbox.world.spots import table_spots
 
@@ -31,7 +31,7 @@ class PlaceAt(Skill):
                 fact("room_at", HELD, x, y),
                 fact("reachable_at", HELD, x, y),
             ),
-            gives=(fact("at", HELD, x, y), fact("hand_empty")),
+            gives=(fact("at", HELD, x, y), fact("on", HELD, TABLE), fact("hand_empty")),
         )
 
     def run(self, ctx: SkillContext, *, x: float, y: float) -> SkillResult:

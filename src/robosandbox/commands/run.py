@@ -27,6 +27,10 @@ Steps = Annotated[
     str | None,
     typer.Option("--steps", help="Check the plan in this file, as --json prints one; '-' reads it from stdin."),
 ]
+Goal = Annotated[
+    str | None,
+    typer.Option("--goal", help='Relations to bring about, as "on(red_cube, blue_block), closed(drawer)".'),
+]
 Policy = Annotated[
     str | None, typer.Option("--policy", help="Run this policy, MODULE:FACTORY, on the task in place of a planner.")
 ]
@@ -42,12 +46,15 @@ def run(
     video: Video = None,
     video_fps: VideoFps = 20.0,
     policy: Policy = None,
+    goal: Goal = None,
     observation: Annotated[str, typer.Option("--observation", help="What a policy sees: state, pixels.")] = "state",
     action: Annotated[str, typer.Option("--action", help="What a policy commands: ee, joint.")] = "ee",
     max_steps: Annotated[int, typer.Option("--max-steps", help="Actions that a policy may take.")] = 400,
     json: Json = False,
 ) -> int:
     """Carry out a prompt and check what came of it."""
+    if goal is not None:
+        prompt = _goal(goal, prompt)
     _check_said(prompt, world.task)
     if policy is not None and prompt is not None:
         raise InputError("--policy: a policy works on the task and is told nothing; leave the prompt out")
@@ -68,6 +75,11 @@ def run(
                 )
         from robosandbox.commands import trying
 
+        if goal is not None:
+            from robosandbox.agent.goal_planner import GoalPlanner
+            from robosandbox.skills.primitives.abilities import RobotAbilities
+
+            session.agent.planner = GoalPlanner(session.skills, RobotAbilities(session.ctx, session.task.limits))
         if confirm:
             trying.ask_before(session, prompt)
         said = session.task.prompt if prompt is None else read_prompt(prompt)
@@ -123,6 +135,16 @@ def _verified(world: WorkcellOptions, prompt: str | None, steps: str, json: bool
     given = read_steps(steps)
     with open_here(world, what_if=False) as session:
         return verify_steps(session, given, json=json)
+
+
+def _goal(goal: str, prompt: str | None) -> str:
+    """Return a goal as the prompt of a planner for goals, checked before a world is built."""
+    from robosandbox.agent.goal_planner import read_goals
+
+    if prompt is not None:
+        raise InputError("--goal: says what is to hold in the end; leave the prompt out")
+    read_goals(goal)
+    return goal
 
 
 def planned(answer: Plan | Refusal) -> str:

@@ -12,6 +12,7 @@ from robosandbox.errors import Phase, PlacementError, PourError, SkillError
 from robosandbox.evidence import PlacementEvidence, PourEvidence
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 from robosandbox.world import drawers, relations
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.imagine import put
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bounds, contents, loose, mouth_of
@@ -112,6 +113,7 @@ def empty(view: View, c: str) -> Finding:
         cause=f"{', '.join(names)} is in {c}",
         help="take it out first",
         blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
     )
 
 
@@ -146,6 +148,7 @@ def lets_in(view: View, a: str, c: str) -> Finding:
         is_sure=vessel.opening is not None and is_clearly_seen(item, vessel),
         cause=f"{c} is {far}, and {a} needs {1e3 * (width + 2.0 * _ROOM):.0f} mm",
         help="open it first",
+        remedies=(fact("open", c),),
     )
 
 
@@ -169,6 +172,7 @@ def fits(view: View, a: str, c: str) -> Finding:
         cause=f"no room for {a} in {c}: {why}",
         help="clear it or choose another place",
         blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names[-1:]),
     )
 
 

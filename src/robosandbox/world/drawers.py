@@ -9,6 +9,7 @@ from robosandbox.errors import DrawerError, Phase, SkillError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.types import ObservedScene
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.imagine import slid
 from robosandbox.world.predicate import Finding, View, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, contents, top
@@ -47,6 +48,7 @@ def open_(view: View, d: str) -> Finding:
         is_sure=not drawer.shape.opens or drawer.opening is not None,
         cause=f"{d} is {1e3 * (drawer.opening or 0.0):.0f} mm open",
         help=f"open {d} first",
+        remedies=(fact("open", d),),
     )
 
 
@@ -112,4 +114,5 @@ def shuts(view: View, d: str) -> Finding:
         cause=f"{', '.join(item.id for item in high)} in it is higher than {d}, which does not close over it",
         help=f"clear {', '.join(item.id for item in high)} away first",
         blocking=tuple(item.id for item in high),
+        remedies=tuple(fact("on", item.id, TABLE) for item in high[:1]),
     )

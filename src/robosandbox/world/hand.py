@@ -16,7 +16,7 @@ from robosandbox.errors import (
 from robosandbox.evidence import HoldingEvidence, ObjectNotFoundEvidence
 from robosandbox.suggestions import did_you_mean
 from robosandbox.types import ObservedScene
-from robosandbox.world.facts import HELD
+from robosandbox.world.facts import HELD, TABLE, Fact, fact
 from robosandbox.world.imagine import taken
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import mouth_of, room_of
@@ -73,6 +73,10 @@ def not_seen_error(view: View, name: str) -> SkillError:
     )
 
 
+def _put_down(held: str | None) -> tuple[Fact, ...]:
+    return () if held is None else (fact("on", held, TABLE),)
+
+
 @predicate("object")
 def seen(view: View, a: str) -> Finding:
     """An object is seen; without that nothing else is asked of it."""
@@ -84,21 +88,25 @@ def holding(view: View, a: str) -> Finding:
     """The gripper holds an object."""
     held = view.scene.held
     now = "the gripper is empty" if held is None else f"the gripper holds {held}"
-    return Finding(holds=held == a, cause=now, help=f"pick {a} first")
+    return Finding(holds=held == a, cause=now, help=f"pick {a} first", remedies=(fact("holding", a),))
 
 
 @predicate(blame=_already_holding)
 def hand_empty(view: View) -> Finding:
     """The gripper holds nothing."""
     held = view.scene.held
-    return Finding(holds=held is None, cause=f"the gripper holds {held}", help="place it first")
+    return Finding(
+        holds=held is None, cause=f"the gripper holds {held}", help="place it first", remedies=_put_down(held)
+    )
 
 
 @predicate("object", blame=_already_holding)
 def hand_ready(view: View, a: str) -> Finding:
     """The gripper is empty, or holds the object already."""
     held = view.scene.held
-    return Finding(holds=held in (None, a), cause=f"the gripper holds {held}", help="place it first")
+    return Finding(
+        holds=held in (None, a), cause=f"the gripper holds {held}", help="place it first", remedies=_put_down(held)
+    )
 
 
 @predicate(fixed=True, blame=_unsupported)
@@ -162,5 +170,6 @@ def accessible(view: View, a: str) -> Finding:
             cause=f"{a} is inside {drawer.id}, which is not open far enough",
             help=f"open {drawer.id} first",
             blocking=(drawer.id,),
+            remedies=(fact("open", drawer.id),),
         )
     return Finding(holds=True)

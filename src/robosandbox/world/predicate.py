@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.abilities import Abilities
+from robosandbox.world.facts import Fact
 
 # Below this confidence what is told of an object is not sure; perceptions say 1 where they know.
 _SURE = 0.5
@@ -63,6 +64,7 @@ class Finding:
         cause: Why it does not hold, in a clause.
         help: What would make it hold, in a clause.
         blocking: Ids of what stands against it.
+        remedies: What would have to be brought about first, the facts in their order.
     """
 
     holds: bool
@@ -72,6 +74,7 @@ class Finding:
     cause: str = ""
     help: str = ""
     blocking: tuple[str, ...] = ()
+    remedies: tuple[Fact, ...] = ()
 
     @property
     def is_refuted(self) -> bool:
@@ -81,6 +84,7 @@ class Finding:
 
 Test = Callable[..., Finding]
 Imagine = Callable[..., ObservedScene]
+Choices = Callable[..., Iterator[tuple[float, ...]]]
 Blame = Callable[[View, Sequence[Any], Finding], SkillError]
 
 
@@ -96,6 +100,7 @@ class Predicate:
         is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
         lasts: Whether it is a state that can be looked at later, not a change.
         blame: Returns the error of a skill that needs it and does not have it.
+        choices: Yields values for its last arguments with which it holds, the best first, where they are open.
         lost: Returns the error for it not being there, or no more, though it was brought about.
     """
 
@@ -107,6 +112,7 @@ class Predicate:
     lasts: bool = False
     blame: Blame | None = None
     lost: Blame | None = None
+    choices: Choices | None = None
 
     def objects(self, arguments: Sequence[Any]) -> list[str]:
         """Return the arguments that are ids of objects."""
@@ -141,6 +147,7 @@ def predicate(
     lasts: bool = False,
     blame: Blame | None = None,
     lost: Blame | None = None,
+    choices: Choices | None = None,
 ) -> Callable[[Test], Test]:
     """Register a function as the test of the relation that is called like it."""
 
@@ -155,6 +162,7 @@ def predicate(
             lasts=lasts,
             blame=blame,
             lost=lost,
+            choices=choices,
         )
         return test
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,8 +13,8 @@ from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError
 from robosandbox.evidence import CollisionEvidence, PlacementEvidence
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
 from robosandbox.world import relations
-from robosandbox.world.facts import TABLE
-from robosandbox.world.imagine import put
+from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.imagine import put, slid
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import BESIDE_GAP, REST_TOLERANCE, bottom, centre, rest_height, support
 from robosandbox.world.spots import (
@@ -38,6 +38,9 @@ TIPPED = math.radians(30.0)
 _FEELER = math.radians(4.0)
 # Least half-width of a face on which something stays that is put there to within a few millimetres, metres.
 _LEAST_FACE = 0.004
+# Points of the table at which room is looked for, metres apart: half a small object.
+_STEP = 0.04
+_GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _STEP) for y in np.arange(-0.44, 0.45, _STEP)])
 _COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
@@ -221,6 +224,7 @@ def upright(view: View, a: str) -> Finding:
         is_sure=is_clearly_seen(item),
         cause=f"{a} has tipped over",
         help="set it upright first",
+        remedies=(fact("upright", a),),
     )
 
 
@@ -235,6 +239,7 @@ def clear(view: View, a: str) -> Finding:
         cause=f"{', '.join(names)} {verb} on {a} and would fall when that is moved",
         help=f"put {names[0]} aside first" if names else "",
         blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
     )
 
 
@@ -248,6 +253,7 @@ def room_on(view: View, a: str, b: str) -> Finding:
         cause=f"no room for {a} at {b}: occupied by {', '.join(names)}",
         help="clear it or choose another place",
         blocking=names,
+        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
     )
 
 
@@ -286,10 +292,30 @@ def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where
         cause=f"no room for {item.id} at {where}: {why}",
         help="choose a place on the table" if off else "clear it or choose another place",
         blocking=blocking,
+        remedies=tuple(fact("on", name, TABLE) for name in blocking[:1]),
     )
 
 
-@predicate("object", "number", "number", blame=_occupied)
+def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
+    """Yield free points of the table in easy reach, the nearest to an object first, but not where drawers open."""
+    item = view.get(a)
+    scene = view.scene
+    for other in scene.objects:
+        if other.shape.opens:
+            scene = slid(scene, other.id, other.shape.max_open(other.size))
+    # It is put aside since it is in the way where it is, or was picked: there it counts as standing still.
+    down = scene.table_height - bottom(item)
+    there = Pose.from_matrix(item.pose.position + [0.0, 0.0, down], item.pose.rotation)
+    scene = replace(scene, objects=(*scene.objects, replace(item, id=f"{a}/before", pose=there)))
+    here, (near, far) = centre(item)[:2], scene.reach
+    away = np.hypot(*(_GRID - here).T)
+    for k in np.argsort(away, kind="stable"):
+        point = _GRID[k]
+        if near <= math.dist(point, scene.base_xy) <= far and table_spots(scene, item, [point])[0]:
+            yield round(float(point[0]), 3) + 0.0, round(float(point[1]), 3) + 0.0
+
+
+@predicate("object", "number", "number", blame=_occupied, choices=_free_spots)
 def room_at(view: View, a: str, x: float, y: float) -> Finding:
     """An object has room to stand at a point of the table, metres."""
     return _table_room(view, view.get(a), [np.array([x, y])], f"({x:.3f}, {y:.3f})")

@@ -136,7 +136,7 @@ class _Run:
     """The scene and what was moved, step by step."""
 
     def __init__(self, scene: ObservedScene, constraints: Constraints, robot: Abilities) -> None:
-        self._scene = scene
+        self._start = self._scene = scene
         self._asked = constraints
         self._robot = robot
         self._moved: dict[str, None] = {}
@@ -176,7 +176,7 @@ class _Run:
         return None
 
     def _unkept(self) -> Iterable[Problem]:
-        asked, view = self._asked, View.of(self._scene, self._robot)
+        asked, view = self._asked, View(scene=self._scene, before=self._start, robot=self._robot)
         if asked.exactly is not None and len(self._moved) != asked.exactly:
             cause = f"the plan moves {len(self._moved)} things; {asked.exactly} were asked for"
             yield Problem(step=0, call=None, relation=fact("exactly", float(asked.exactly)), cause=cause)

@@ -1,0 +1,62 @@
+"""A planner for goals in relations in place of sentences: the same search again after each failure."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robosandbox.errors import InputError
+from robosandbox.protocols import Attempt, Skill
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
+from robosandbox.world.abilities import Abilities
+from robosandbox.world.achieve import achieve
+from robosandbox.world.contracts import contract_of, imagined, lookup
+from robosandbox.world.facts import Fact, parse_facts
+
+
+class GoalPlanner:
+    """Plans for prompts that list relations, as in "on(red_cube, blue_block), closed(drawer)".
+
+    Args:
+        skills: What it may call.
+        robot: What the robot can do; None denies nothing but what is far out of reach.
+    """
+
+    def __init__(self, skills: Sequence[Skill[Any]], robot: Abilities | None = None) -> None:
+        self._skills = {skill.name: skill for skill in skills}
+        self._robot = robot
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        """Return the cheapest calls found after which the goals hold.
+
+        After a failure its first repair, which was tried on a copy of the world, comes before what is planned for the scene
+        that it would leave.
+
+        Raises:
+            InputError: The prompt is no list of relations.
+        """
+        goals = read_goals(prompt)
+        before: tuple[SkillCall, ...] = ()
+        if history and history[-1].error.repairs:
+            before = history[-1].error.repairs[0].calls
+            for call in before:
+                skill = self._skills[call.skill]
+                contract = contract_of(skill, skill.check(call.arguments))
+                scene = scene if contract is None else imagined(contract, scene)
+        answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot)
+        return answer if isinstance(answer, Refusal) else Plan(steps=(*before, *answer.steps))
+
+
+def read_goals(text: str) -> tuple[Fact, ...]:
+    """Return the goals that a text lists.
+
+    Raises:
+        InputError: It is no list of relations, or one of them is not known or takes other arguments.
+    """
+    try:
+        goals = parse_facts(text)
+    except ValueError as error:
+        raise InputError(f"--goal: {error}") from None
+    for goal in goals:
+        lookup(goal)
+    return goals

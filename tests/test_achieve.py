@@ -1,0 +1,157 @@
+"""Goals in relations are planned for by the skills' contracts."""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+import json
+import random
+
+import pytest
+
+from robosandbox.agent.goal_planner import GoalPlanner
+from robosandbox.cli import app
+from robosandbox.commands.console import run_app
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
+from robosandbox.world.achieve import achieve
+from robosandbox.world.contracts import find
+from robosandbox.world.facts import TABLE, Fact, fact, parse_facts
+from robosandbox.world.predicate import View
+from robosandbox.world.verifier import Constraints, verify
+
+SKILLS = load_skills()
+HALF = 0.02
+GREY = (0.5, 0.5, 0.5, 1.0)
+# What stands on what; None is the table.
+Stacks = dict[str, str | None]
+
+
+def thing(
+    name: str, kind: str, size: tuple[float, ...], xyz: tuple[float, float, float], **more: float
+) -> DetectedObject:
+    return DetectedObject(id=name, kind=kind, size=size, colour="grey", rgba=GREY, pose=Pose(xyz=xyz), **more)  # type: ignore[arg-type]
+
+
+def scene_of(*objects: DetectedObject) -> ObservedScene:
+    return ObservedScene(time=0.0, objects=objects, table_height=0.04, base_xy=(-0.3, 0.0))
+
+
+def block_scene(stacks: Stacks) -> ObservedScene:
+    """Return blocks that stand on one another, each tower at a spot of its own."""
+    bases = [name for name, below in stacks.items() if below is None]
+    spots = {name: (0.05 + 0.12 * (k % 3), -0.2 + 0.12 * (k // 3)) for k, name in enumerate(bases)}
+    objects = []
+    for name in stacks:
+        level, base = 0, name
+        while (below := stacks[base]) is not None:
+            level, base = level + 1, below
+        objects.append(thing(name, "box", (HALF,) * 3, (*spots[base], 0.04 + HALF + 2 * HALF * level)))
+    return scene_of(*objects)
+
+
+def drawn(names: list[str], draw: random.Random) -> Stacks:
+    """Return random towers of these blocks."""
+    stacks: Stacks = {}
+    for name in draw.sample(names, len(names)):
+        tops = [other for other in stacks if other not in stacks.values()]
+        stacks[name] = draw.choice([None, *tops])
+    return stacks
+
+
+def least_calls(start: Stacks, goal: Stacks) -> int:
+    """Return the length of the shortest plan in calls, by uniform-cost search: a reference with no geometry in it."""
+    count = itertools.count()
+    queue = [(0, next(count), start)]
+    seen = set()
+    while queue:
+        cost, _, now = heapq.heappop(queue)
+        if all(now[name] == below for name, below in goal.items()):
+            return cost
+        key = tuple(sorted((name, below or "") for name, below in now.items()))
+        if key in seen:
+            continue
+        seen.add(key)
+        for name in now:
+            if name in now.values():
+                continue
+            for target in [None, *(other for other in now if other != name and other not in now.values())]:
+                if target != now[name]:
+                    # One call stacks; to the table it is picked and placed.
+                    heapq.heappush(queue, (cost + (2 if target is None else 1), next(count), {**now, name: target}))
+    raise AssertionError("the reference finds no plan")
+
+
+def facts_of(goal: Stacks) -> list[Fact]:
+    return [fact("on", name, below or TABLE) for name, below in goal.items()]
+
+
+@pytest.mark.parametrize("count", [3, 4, 5])
+def test_plans_for_towers_are_as_short_as_a_references(count: int) -> None:
+    draw = random.Random(count)
+    names = [f"block_{letter}" for letter in "abcdefgh"[:count]]
+    ours = least = 0
+    for _ in range(12):
+        start, goal = drawn(names, draw), drawn(names, draw)
+        scene = block_scene(start)
+        answer = achieve(facts_of(goal), scene, SKILLS)
+        assert isinstance(answer, Plan), (start, goal, answer)
+        end = verify(answer, scene, SKILLS).end
+        assert all(find(one, View.of(end)).holds for one in facts_of(goal))
+        ours, least = ours + len(answer.steps), least + least_calls(start, goal)
+    assert least <= ours <= 1.1 * least
+
+
+DRAWER = thing("drawer", "drawer", (0.16, 0.20, 0.09, 0.12), (0.28, 0.05, 0.04), opening=0.0)
+CUBE = thing("cube", "box", (0.015,) * 3, (0.1, -0.25, 0.055))
+BALL = thing("ball", "sphere", (0.02,), (0.1, 0.25, 0.06))
+BOWL = thing("bowl", "bowl", (0.06, 0.045), (0.0, 0.3, 0.04))
+
+
+@pytest.mark.parametrize(
+    ("goal", "calls"),
+    [
+        ("inside(cube, drawer)", "open_drawer pick place_in close_drawer"),
+        ("inside(cube, drawer), open(drawer)", "open_drawer pick place_in"),
+        ("inside(ball, bowl), holding(cube)", "pick place_in pick"),
+        ("at(cube, 0.1, 0.25)", "pick place_at pick place_at"),
+        ("holding(cube)", "pick"),
+        ("on(cube, table)", ""),
+    ],
+)
+def test_what_a_goal_needs_is_done_first_and_drawers_are_left_as_they_were(goal: str, calls: str) -> None:
+    answer = achieve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS)
+    assert isinstance(answer, Plan), answer
+    assert [call.skill for call in answer.steps] == calls.split()
+
+
+@pytest.mark.parametrize(
+    ("goal", "constraints", "cause"),
+    [
+        ("on(cube, ball)", Constraints(), "nothing stays on top"),
+        ("inside(drawer, bowl)", Constraints(), "too small"),
+        ("inside(cube, drawer)", Constraints(never=frozenset({"drawer"})), "not to be touched"),
+        ("at(cube, 2.0, 0.0)", Constraints(), "off the table"),
+        ("on(cube, moon)", Constraints(), "no object 'moon' is seen"),
+    ],
+)
+def test_why_there_is_no_plan_is_said(goal: str, constraints: Constraints, cause: str) -> None:
+    answer = achieve(parse_facts(goal), scene_of(DRAWER, CUBE, BALL, BOWL), SKILLS, constraints=constraints)
+    assert isinstance(answer, Refusal) and cause in answer.message
+
+
+def test_goal_planner_plans_for_a_list_of_relations() -> None:
+    answer = GoalPlanner(SKILLS).plan("inside(ball, bowl)", scene_of(CUBE, BALL, BOWL))
+    assert isinstance(answer, Plan) and [call.skill for call in answer.steps] == ["pick", "place_in"]
+
+
+def test_run_command_reaches_a_goal(capsys: pytest.CaptureFixture[str]) -> None:
+    goal = "at(red_cube, 0.15, 0.14), on(blue_cube, red_cube)"
+    assert run_app(app, "robo-sandbox", ["run", "--goal", goal, "--task", "stack_two", "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["success"]
+
+
+def test_run_command_says_what_is_wrong_with_a_goal(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run_app(app, "robo-sandbox", ["run", "--goal", "over(red_cube, blue_cube)"]) == 2
+    assert "no relation is called 'over'" in capsys.readouterr().err
