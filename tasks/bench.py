@@ -6,7 +6,7 @@ import logging
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, nullcontext
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, product
 
 from robosandbox.errors import InputError, ServiceUnavailableError
 from robosandbox.service.client.workcell import RemoteWorkcell
@@ -75,25 +75,33 @@ def run_bench(
         raise InputError("--connect: the sim was started with --no-ground-truth, so nothing can be judged there")
     # A sim tries a task's world when it is told to load it.
     tasks = tasks if remote else _tried(tasks, seeds, settings, kept)
-    if all(isinstance(task, BrokenTask) for task in tasks):
-        # What all tasks have in common, a camera that no world has, is said once.
-        raise InputError("; ".join(dict.fromkeys(task.error for task in tasks if isinstance(task, BrokenTask))))
-    for task in tasks:
-        if isinstance(task, BrokenTask):
-            _log.warning("%s; the other tasks are run", task.error)
+    _check_some_can_run(tasks)
     size = max(1, min(_CHUNK, -(-seeds // jobs)))
     jobs = min(jobs, sum(1 for _ in _chunks(tasks, seeds, size=size, settings=settings, kept=kept)))
     if engine is None:
         engine = InProcess(remote) if jobs <= 1 or remote is not None else ProcessPool(jobs)
     coming = engine.run(_chunks(tasks, seeds, size=size, settings=settings, kept=kept))
     with closing(ResultsFile.temporary()) if kept is None else nullcontext(kept) as store:
-        for task in tasks:
-            for seed in range(seeds):
-                row = store.find(task.name, seed)
-                if row is None:
-                    source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming
-                    row = _until(task.name, seed, source=source, store=store, keep_all=kept is not None, on_row=on_row)
-                yield row
+        for task, seed in product(tasks, range(seeds)):
+            row = store.find(task.name, seed)
+            if row is None:
+                source = task.rows(seed, settings) if isinstance(task, BrokenTask) else coming
+                row = _until(task.name, seed, source=source, store=store, keep_all=kept is not None, on_row=on_row)
+            yield row
+
+
+def _check_some_can_run(tasks: Sequence[Task | BrokenTask]) -> None:
+    """Warn of broken tasks.
+
+    Raises:
+        InputError: All are broken.
+    """
+    broken = [task for task in tasks if isinstance(task, BrokenTask)]
+    if len(broken) == len(tasks):
+        # What all tasks have in common, a camera that no world has, is said once.
+        raise InputError("; ".join(dict.fromkeys(task.error for task in broken)))
+    for task in broken:
+        _log.warning("%s; the other tasks are run", task.error)
 
 
 def _until(

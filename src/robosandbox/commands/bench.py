@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -23,11 +24,71 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from robosandbox.service.client.workcell import RemoteWorkcell
-    from robosandbox.tasks.bench import BrokenTask
+    from robosandbox.tasks.bench import BenchSettings, BrokenTask, Tally
     from robosandbox.tasks.task import Task
 
 app: typer.Typer = plain_app()
 _LISTS = ("--tasks", "--task-file")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BenchRun:
+    """What a bench runs, what runs it, and where its rows go.
+
+    Attributes:
+        tasks: Names of bundled tasks.
+        suite: A suite's name.
+        task_file: Task files.
+        seeds: Layouts per task.
+        jobs: Processes.
+        engine: What runs the episodes, in place of processes of this machine.
+        ray_address: A running cluster.
+        resume: The file that rows are appended to, and whose rows are not run again.
+        json: Where the rows are written.
+    """
+
+    tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None
+    suite: Annotated[
+        str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
+    ] = None
+    task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None
+    seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1
+    jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1
+    engine: Annotated[
+        str | None, typer.Option("--engine", help="What runs the episodes: ray; processes of this machine if left out.")
+    ] = None
+    ray_address: Annotated[
+        str | None, typer.Option("--ray-address", help="A running cluster; one on this machine if left out.")
+    ] = None
+    resume: Annotated[
+        Path | None, typer.Option("--resume", help="Append each row to this JSON Lines file; run what it lacks.")
+    ] = None
+    json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None
+
+    def check(self, connection: Connection, record: Path | None) -> None:
+        """Refuse what does not go together, before anything is loaded.
+
+        Raises:
+            InputError: The message names the option.
+        """
+        for option, value in (("--seeds", self.seeds), ("--jobs", self.jobs)):
+            if value < 1:
+                raise InputError(f"{option}: {value}; give 1 or more")
+        if self.json is not None and self.json != "-":
+            _check_writable(Path(self.json))
+        if connection.connect and self.jobs > 1:
+            raise InputError(f"--jobs: {self.jobs}; with --connect there is one world, so give 1 or leave it out")
+        if connection.connect and record:
+            raise InputError("--record: the world is the sim's; give it to `robo-sandbox sim`, or leave --connect out")
+        if connection.connect and self.engine:
+            raise InputError(f"--engine: {self.engine}; with --connect there is one world, so leave it out")
+        if self.ray_address and self.engine != "ray":
+            raise InputError("--ray-address: goes with --engine ray")
+
+    def show(self, *lines: str) -> None:
+        """Print lines for people, out of the way of rows that go to stdout."""
+        # Looked up now, not earlier: a progress bar puts its own streams in place.
+        print(*lines, sep="\n", file=sys.stderr if self.json == "-" else sys.stdout, flush=True)
 
 
 @app.command()
@@ -35,100 +96,67 @@ _LISTS = ("--tasks", "--task-file")
 def bench(
     world: WorkcellOptions,
     connection: Connection,
-    tasks: Annotated[list[str] | None, typer.Option("--tasks", help="Names, by comma or space.")] = None,
-    suite: Annotated[
-        str | None, typer.Option("--suite", help="The tasks of a suite, or 'all'; standard if no task is named.")
-    ] = None,
-    task_file: Annotated[list[Path] | None, typer.Option("--task-file", help="Task YAML files.")] = None,
-    seeds: Annotated[int, typer.Option("--seeds", help="Layouts per task, from seed 0.")] = 1,
-    jobs: Annotated[int, typer.Option("--jobs", help="Processes.")] = 1,
-    engine: Annotated[
-        str | None, typer.Option("--engine", help="What runs the episodes: ray; processes of this machine if left out.")
-    ] = None,
-    ray_address: Annotated[
-        str | None, typer.Option("--ray-address", help="A running cluster; one on this machine if left out.")
-    ] = None,
-    resume: Annotated[
-        Path | None, typer.Option("--resume", help="Append each row to this JSON Lines file; run what it lacks.")
-    ] = None,
-    json: Annotated[str | None, typer.Option("--json", help="Write the rows here; '-' is stdout.")] = None,
+    run: BenchRun,
     record: Record = None,
     video: Video = None,
     video_fps: VideoFps = 20.0,
     only_success: Annotated[bool, typer.Option("--only-success", help="With --record: keep successes only.")] = False,
 ) -> int:
     """Run tasks over seeds and judge each episode on the simulated state."""
-    for option, value, least in (("--seeds", seeds, 1), ("--jobs", jobs, 1)):
-        if value < least:
-            raise InputError(f"{option}: {value}; give {least} or more")
-    if json is not None and json != "-":
-        _check_writable(Path(json))
-
-    if connection.connect and jobs > 1:
-        raise InputError(f"--jobs: {jobs}; with --connect there is one world, so give 1 or leave it out")
-    if connection.connect and record:
-        raise InputError("--record: the world is the sim's; give it to `robo-sandbox sim`, or leave --connect out")
-
-    if connection.connect and engine:
-        raise InputError(f"--engine: {engine}; with --connect there is one world, so leave it out")
-    if ray_address and engine != "ray":
-        raise InputError("--ray-address: goes with --engine ray")
-
+    run.check(connection, record)
     from robosandbox.agent.planners import make_planner
     from robosandbox.plugins import load_plugin
     from robosandbox.sim.sensors import find_sensor
     from robosandbox.skills.catalogue import load_skills
-    from robosandbox.tasks.bench import BenchSettings, Tally, run_bench
-    from robosandbox.tasks.results_file import ResultsFile
+    from robosandbox.tasks.bench import BenchSettings
 
-    chosen = _choose(tasks or [], task_file or [], suite)
+    chosen = _choose(run.tasks or [], run.task_file or [], run.suite)
     # A wrong option is told before the first world is built.
     make_planner(world.planner, load_skills(), world.planner_options)
     load_plugin("perceptions", world.perception)
     find_sensor(world.sensor)
-    settings = BenchSettings.of(
-        world,
-        record_settings(
-            # Workers elsewhere have another working directory.
-            record.absolute() if record else None,
-            video,
-            video_fps,
-            only_success=only_success,
-        ),
-    )
+    # Workers elsewhere have another working directory.
+    folder = record.absolute() if record else None
+    settings = BenchSettings.of(world, record_settings(folder, video, video_fps, only_success=only_success))
+    with _sim_process(connection, world) as remote:
+        tally = _carry_out(run, chosen, settings, remote)
+    run.show("", *summary(tally))
+    return EXIT_DONE if tally.successes == tally.episodes else EXIT_FAILED
 
-    def show(*lines: str) -> None:
-        # Looked up now, not earlier: a progress bar puts its own streams in place.
-        print(*lines, sep="\n", file=sys.stderr if json == "-" else sys.stdout, flush=True)
 
-    runs_on = load_plugin("engines", engine)(jobs, ray_address) if engine else None
+def _carry_out(
+    run: BenchRun, chosen: Sequence[Task | BrokenTask], settings: BenchSettings, remote: RemoteWorkcell | None
+) -> Tally:
+    """Run all episodes, showing and keeping each row as it comes; return the counts."""
+    from robosandbox.plugins import load_plugin
+    from robosandbox.tasks.bench import Tally, run_bench
+    from robosandbox.tasks.results_file import ResultsFile
+
     width = max(TASK_WIDTH, *(len(task.name) for task in chosen))
     tally = Tally()
     with ExitStack() as opened:
-        kept = opened.enter_context(closing(ResultsFile.resume(resume, settings))) if resume is not None else None
-        done = opened.enter_context(_progress(len(chosen) * seeds))
-        remote = opened.enter_context(_sim_process(connection, world))
+        kept = opened.enter_context(closing(ResultsFile.resume(run.resume, settings))) if run.resume else None
+        done = opened.enter_context(_progress(len(chosen) * run.seeds))
         written: RowArray | None = None
         for row in run_bench(
             chosen,
-            seeds,
-            jobs=jobs,
+            run.seeds,
+            jobs=run.jobs,
             settings=settings,
             on_row=lambda _: done(1),
             kept=kept,
-            engine=runs_on,
+            engine=load_plugin("engines", run.engine)(run.jobs, run.ray_address) if run.engine else None,
             remote=remote,
         ):
             if tally.episodes == 0:
-                show(header(width), RULE)
+                run.show(header(width), RULE)
                 # Not before: a bench that runs nothing leaves an older file alone.
-                written = opened.enter_context(closing(open_rows(json))) if json is not None else None
+                written = opened.enter_context(closing(open_rows(run.json))) if run.json is not None else None
             tally.add(row)
-            show(line(row, width))
+            run.show(line(row, width))
             if written is not None:
                 written.add(row)
-    show("", *summary(tally))
-    return EXIT_DONE if tally.successes == tally.episodes else EXIT_FAILED
+    return tally
 
 
 def split_lists(arguments: Sequence[str]) -> list[str]:
@@ -159,17 +187,12 @@ def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> l
     from robosandbox.tasks.bundled import STANDARD_SUITE
     from robosandbox.tasks.loader import find_task, tasks_of_suite
 
-    wanted = [name for item in names for name in item.split(",") if name]
-    if names and not wanted:
-        raise InputError("--tasks: names no task; give names by comma, or leave it out for all")
-    for name in wanted:
-        if name.endswith((".yaml", ".yml")):
-            raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
+    wanted = _split_names(names)
     if not names and not files and suite is None:
         suite = STANDARD_SUITE
     chosen: list[Task | BrokenTask] = [*tasks_of_suite(suite)] if suite is not None else []
     there = {task.name for task in chosen}
-    chosen += [find_task(name) for name in dict.fromkeys(wanted) if name not in there]
+    chosen += [find_task(name) for name in wanted if name not in there]
     chosen += [_from_file(file) for file in files]
     seen: set[str] = set()
     for task in chosen:
@@ -177,6 +200,17 @@ def _choose(names: Sequence[str], files: Sequence[Path], suite: str | None) -> l
             raise InputError(f"--task-file: a task {task.name!r} is there already; give it another name")
         seen.add(task.name)
     return chosen
+
+
+def _split_names(names: Sequence[str]) -> list[str]:
+    """Return the names that were given by comma or space, each once."""
+    wanted = list(dict.fromkeys(name for item in names for name in item.split(",") if name))
+    if names and not wanted:
+        raise InputError("--tasks: names no task; give names by comma, or leave it out for all")
+    for name in wanted:
+        if name.endswith((".yaml", ".yml")):
+            raise InputError(f"--tasks: {name!r} is a file; give it with --task-file")
+    return wanted
 
 
 def _from_file(file: Path) -> Task | BrokenTask:

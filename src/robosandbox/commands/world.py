@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from robosandbox.commands.connecting import Connect, RobotId, ZenohConfig
@@ -157,7 +157,7 @@ class Connection:
 def takes_world(
     *, without: Collection[str] = (), **defaults: Any
 ) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
-    """Let a command take `WorkcellOptions` as `world`, and a `Connection` where it has such a parameter, option by option.
+    """Let a command take each parameter that is a dataclass, such as `WorkcellOptions` and `Connection`, option by option.
 
     Args:
         without: Fields that are no options of this command; they keep their defaults.
@@ -166,7 +166,7 @@ def takes_world(
 
     def expand(command: Callable[..., Result]) -> Callable[..., Result]:
         hints = get_type_hints(command, include_extras=True)
-        groups = {name: hint for name, hint in hints.items() if hint in (WorkcellOptions, Connection)}
+        groups = {name: hint for name, hint in hints.items() if isinstance(hint, type) and is_dataclass(hint)}
         taken = {name: _parameters(group, without, defaults) for name, group in groups.items()}
         parameters: list[inspect.Parameter] = []
         for name, own in inspect.signature(command).parameters.items():
