@@ -152,11 +152,7 @@ class Agent(Generic[WorldT]):
             try:
                 answer = planner.plan(prompt, scene, tuple(attempts))
             except PlannerError as error:
-                reason = next(
-                    (why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)),
-                    FinalReason.PLANNER_FAILED,
-                )
-                detail = str(error)
+                reason, detail = _reason_of(error), str(error)
                 break
             answer = self._refused_if_hopeless(answer, scene)
             if isinstance(answer, Refusal):
@@ -297,6 +293,10 @@ def check_prompt(prompt: str) -> None:
             f"prompt: {prompt[:20]!r}... has {len(prompt):,} characters; at most {MAX_PROMPT_LENGTH:,}; "
             "say it in a sentence or two"
         )
+
+
+def _reason_of(error: PlannerError) -> FinalReason:
+    return next((why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)), FinalReason.PLANNER_FAILED)
 
 
 def _summary(steps: Sequence[Step]) -> str:

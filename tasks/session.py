@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import ParamSpec
+from typing import Any, ParamSpec
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from robosandbox.drivers import driver_factory, fitted
 from robosandbox.errors import InputError
 from robosandbox.perception.factory import Setup, make_perception
 from robosandbox.plugins import make_plugin
-from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner
+from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.checks import AtHome
@@ -46,7 +46,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
         InputError: A name, file or value is wrong.
     """
     task = _task_of(options)
-    skills = load_skills()
+    skills: list[Skill[Any]] = [*load_skills()]
     sim: Driver
     planner_options = dict(options.planner_options or {})
     if options.camera is not None:

@@ -106,7 +106,7 @@ def test_a_fault_while_a_world_is_laid_out_is_an_error_row(monkeypatch: pytest.M
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("boom")
 
-    monkeypatch.setattr("robosandbox.tasks.session.draw_layout", fail)
+    monkeypatch.setattr("robosandbox.tasks.layouts.draw_layout", fail)
     (row,) = run_bench([task("home_0")], 1)
     assert (row.result, row.detail) == ("ERROR", {"error": "ZeroDivisionError: boom"})
 

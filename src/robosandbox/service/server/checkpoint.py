@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import uuid
+from collections import OrderedDict
 from pathlib import Path
 from typing import Any, Final, Literal
 
 from pydantic_core import from_json
 
 from robosandbox.errors import InputError
-from robosandbox.service.messages import Count
+from robosandbox.service.messages import KEPT_CHECKPOINTS, Count
 from robosandbox.service.server.journal import KeptGoal, flush_folder, read_file, read_journal
 from robosandbox.types import Checkpoint, StrictModel
 from robosandbox.validation import validate
@@ -39,6 +41,32 @@ class SavedWorld(StrictModel):
     checkpoint: Checkpoint
     goals: tuple[KeptGoal, ...] = ()
     accepted: Count = 0
+
+
+class KeptCheckpoints:
+    """The last checkpoints that clients asked for, by name."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[str, Checkpoint] = OrderedDict()
+
+    def keep(self, checkpoint: Checkpoint) -> str:
+        """Return the name of a new checkpoint; the oldest one is forgotten where there are too many."""
+        name = uuid.uuid4().hex
+        self._kept[name] = checkpoint
+        while len(self._kept) > KEPT_CHECKPOINTS:
+            self._kept.popitem(last=False)
+        return name
+
+    def find(self, name: str) -> Checkpoint:
+        """Return a checkpoint.
+
+        Raises:
+            InputError: There is none of this name, or no longer.
+        """
+        found = self._kept.get(name)
+        if found is None:
+            raise InputError(f"checkpoint: {name!r} is none of the last {KEPT_CHECKPOINTS}; ask checkpoint for one")
+        return found
 
 
 class StateFile:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
+from robosandbox.agent.context import AgentContext
 from robosandbox.drivers import come_to_rest
 from robosandbox.errors import CancelledError, ConnectionLostError, ErrorRecord, InternalError, SkillError
 from robosandbox.evidence import ConnectionEvidence
@@ -40,7 +41,7 @@ class Executor:
         self._robot_id = robot_id
         self._save = save
 
-    def execute(self, goal_id: str, served: EmbeddedWorkcell, skills: Mapping[str, Skill]) -> None:
+    def execute(self, goal_id: str, served: EmbeddedWorkcell) -> None:
         """Run a goal to its end."""
         entry = self._ledger.entry(goal_id)
         outcome: SkillResult | ErrorRecord
@@ -51,7 +52,7 @@ class Executor:
                 if not self._ledger.start(goal_id, served.sim.time):
                     raise CancelledError("cancelled before it began")
                 self._news.status(entry.goal)
-                outcome = self._call(entry, served, skills[entry.goal.skill])
+                outcome = self._call(entry, served, served.agent.skills[entry.goal.skill])
         except CancelledError as error:
             outcome = self._abandoned(error) if entry.abandoned else error.record()
         except SkillError as error:
@@ -74,7 +75,7 @@ class Executor:
             evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=False),
         ).record()
 
-    def _call(self, entry: LiveGoal, served: EmbeddedWorkcell, skill: Skill) -> SkillResult:
+    def _call(self, entry: LiveGoal, served: EmbeddedWorkcell, skill: Skill[AgentContext]) -> SkillResult:
         began = served.sim.time
 
         def tell(phase: str) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import threading
 import uuid
-from collections import OrderedDict
 from collections.abc import Callable
 from typing import Any, Self
 
@@ -13,48 +12,37 @@ import zenoh
 
 from robosandbox.errors import (
     CancelledError,
-    ConnectionLostError,
     ForbiddenError,
-    InputError,
-    InternalError,
-    InvalidArgumentError,
     InvalidMessageError,
     ServiceUnavailableError,
-    UnknownGoalError,
 )
-from robosandbox.evidence import ConnectionEvidence, MessageEvidence
-from robosandbox.protocols import Skill
+from robosandbox.evidence import MessageEvidence
 from robosandbox.service.messages import (
-    KEPT_CHECKPOINTS,
     Ask,
     Clock,
     Goal,
-    GoalRef,
     Info,
     Load,
     Message,
-    Objects,
     Reset,
     Saved,
-    SendGoal,
     TrueState,
     key,
 )
 from robosandbox.service.server.autosave import Autosave
 from robosandbox.service.server.changes import WorldChanges
-from robosandbox.service.server.checkpoint import SavedWorld, StateFile
+from robosandbox.service.server.checkpoint import KeptCheckpoints, SavedWorld, StateFile
 from robosandbox.service.server.execution import Executor
+from robosandbox.service.server.goal_requests import GoalRequests
 from robosandbox.service.server.goals import Ledger
 from robosandbox.service.server.liveliness import ConnectedClients
 from robosandbox.service.server.publishing import CameraStreams, GoalNews, ObjectStream, StateStream
 from robosandbox.service.server.requests import Request, serve
-from robosandbox.service.server.snapshots import info_of, state_of, true_state_of
+from robosandbox.service.server.snapshots import Readings, info_of
 from robosandbox.service.server.studio import Studio
 from robosandbox.service.server.worker import Pace, Worker
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import Checkpoint
-from robosandbox.validation import did_you_mean
 from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
@@ -103,11 +91,9 @@ class SimServer:
         self._load = load
         self._default_pace: Pace = pace
         self._truth = truth
-        self._skills: dict[str, Skill[Any]] = {}
         world = self._world(served)
         self._worker = Worker(world, pace)
-        self._loads = 0
-        self._checkpoints: OrderedDict[str, Checkpoint] = OrderedDict()
+        self._kept = KeptCheckpoints()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
         self._info = self._describe()
@@ -117,9 +103,21 @@ class SimServer:
         self._changes = WorldChanges(self._ledger, self._worker.order)
         world.wait_hooks.append(self._changes.check)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._autosave.save)
+        self._readings = Readings(
+            lambda: self._served, lambda: self._executor.running, boot_id=self.boot_id, with_truth=truth
+        )
         self._clients = ConnectedClients(session, robot_id, self._on_client_gone)
-        self._state = StateStream(session, robot_id, self._worker.read, self._read_state)
-        self._objects = ObjectStream(session, robot_id, self._worker.read, self._read_objects)
+        self._goals = GoalRequests(
+            self._ledger,
+            lambda: self._served,
+            boot_id=self.boot_id,
+            robot_id=robot_id,
+            changes=self._changes,
+            begin=self._begin_goal,
+            expect=self._clients.expect,
+        )
+        self._state = StateStream(session, robot_id, self._worker.read, self._readings.state)
+        self._objects = ObjectStream(session, robot_id, self._worker.read, self._readings.objects)
         self._cameras = CameraStreams(session, robot_id, self.studio)
 
     # Life cycle.
@@ -156,7 +154,7 @@ class SimServer:
         # is not the world that is saved.
         patience = _STOP_SECONDS if self._ledger.live() else _GIVE_UP_SECONDS
         for goal_id in self._ledger.live():
-            self._cancel(goal_id)
+            self._goals.cancel(goal_id)
         self._changes.cancel()
         idle = threading.Event()
         # Behind the goals that wait for the journal.
@@ -197,9 +195,9 @@ class SimServer:
 
     def _declare(self) -> None:
         handlers: dict[str, Callable[[Request], None]] = {
-            "skill/*/send_goal": self._on_send_goal,
-            "skill/*/cancel_goal": self._on_cancel_goal,
-            "skill/*/get_result": self._on_get_result,
+            "skill/*/send_goal": self._goals.send,
+            "skill/*/cancel_goal": self._goals.stop,
+            "skill/*/get_result": self._goals.result,
             "truth": self._on_truth,
             "reset": self._on_reset,
             "load": self._on_load,
@@ -227,39 +225,24 @@ class SimServer:
 
     def _on_state(self, request: Request) -> None:
         request.message(Ask)
-        self._worker.read(lambda: request.run(self._read_state))
+        self._worker.read(lambda: request.run(self._readings.state))
 
     def _on_objects(self, request: Request) -> None:
         request.message(Ask)
-        self._worker.read(lambda: request.run(self._read_objects))
+        self._worker.read(lambda: request.run(self._readings.objects))
 
     def _on_truth(self, request: Request) -> None:
         request.message(Ask)
         if not self._truth:
             raise ForbiddenError("truth: this sim was started with --no-ground-truth; use obs/objects")
-        self._worker.read(lambda: request.run(self._read_truth))
+        self._worker.read(lambda: request.run(self._readings.truth))
 
     def _on_checkpoint(self, request: Request) -> None:
         request.message(Ask)
         self._worker.read(lambda: request.run(self._save_checkpoint))
 
-    def _read_state(self) -> Message:
-        return state_of(
-            self._world(self._served), self.boot_id, self._executor.running, self._served.ctx.phase, self._loads
-        )
-
-    def _read_objects(self) -> Objects:
-        return Objects(boot_id=self.boot_id, scene=self._served.ctx.look())
-
-    def _read_truth(self) -> TrueState:
-        return true_state_of(self._world(self._served), self.boot_id, with_objects=self._truth)
-
     def _save_checkpoint(self) -> Saved:
-        name = uuid.uuid4().hex
-        self._checkpoints[name] = self._served.checkpoint()
-        while len(self._checkpoints) > KEPT_CHECKPOINTS:
-            self._checkpoints.popitem(last=False)
-        return Saved(checkpoint=name, time=self._served.sim.time)
+        return Saved(checkpoint=self._kept.keep(self._served.checkpoint()), time=self._served.sim.time)
 
     # Changes of the world.
 
@@ -275,22 +258,16 @@ class SimServer:
                     if message.seed is not None:
                         self._served.reset(message.seed)
                     else:
-                        self._served.restore(self._checkpoint(str(message.checkpoint)))
+                        self._served.restore(self._kept.find(str(message.checkpoint)))
                 except CancelledError:
                     # Half a reset is no layout of any seed.
                     self._served.restore(before)
                     raise
             self._info = self._describe()
             self._autosave.save()
-            return self._read_truth()
+            return self._readings.truth()
 
         self._change("reset", request, reset, message.client_id)
-
-    def _checkpoint(self, name: str) -> Checkpoint:
-        found = self._checkpoints.get(name)
-        if found is None:
-            raise InputError(f"checkpoint: {name!r} is none of the last {KEPT_CHECKPOINTS}; ask checkpoint for one")
-        return found
 
     def _on_load(self, request: Request) -> None:
         message = request.message(Load)
@@ -302,15 +279,15 @@ class SimServer:
             served = self._load(message, self._changes.check)
             with self.studio.lock:
                 before, self._served = self._served, served
-                self._loads += 1
+                self._readings.loads += 1
                 self._worker.exchange(served.sim)
                 self.studio.exchange(self._world(served))
             before.close()
-            self._checkpoints.clear()
+            self._kept = KeptCheckpoints()
             self._info = self._describe()
             self._cameras.follow(self._info.cameras)
             self._autosave.save()
-            return self._read_truth()
+            return self._readings.truth()
 
         self._change("load", request, load, message.client_id)
 
@@ -323,14 +300,14 @@ class SimServer:
             self._pace_owner = message.client_id
         seconds = message.step
         if seconds is None:
-            self._worker.read(lambda: request.run(self._read_truth))
+            self._worker.read(lambda: request.run(self._readings.truth))
             return
 
         def step() -> TrueState:
             for _ in range(max(1, round(seconds / self._served.sim.control_timestep))):
                 self._changes.check()
                 self._served.sim.wait(self._served.sim.control_timestep)
-            return self._read_truth()
+            return self._readings.truth()
 
         self._change("clock", request, step, message.client_id)
 
@@ -340,71 +317,22 @@ class SimServer:
             self._clients.expect(client_id)
 
     def _describe(self) -> Info:
-        self._skills = {skill.name: skill for skill in self._served.skills}
         return info_of(
             self._served, robot_id=self._robot_id, boot_id=self.boot_id, truth=self._truth, pace=self._worker.pace
         )
 
-    # Goals.
-
-    def _on_send_goal(self, request: Request) -> None:
-        message = request.message(SendGoal)
-        if message.boot_id not in (None, self.boot_id):
-            raise ConnectionLostError(
-                "the sim was restarted since the plan was made; look again and plan anew",
-                evidence=ConnectionEvidence(robot_id=self._robot_id, restarted=True),
-            )
-        name = request.key.split("/")[3]
-        skill = self._skills.get(name)
-        if skill is None:
-            raise InvalidArgumentError(
-                f"no skill {name[:60]!r}; there is {', '.join(self._skills)}{did_you_mean(name, self._skills)}"
-            )
-        checked = skill.check(message.arguments)
-        try:
-            goal, new = self._ledger.admit(message, name, checked, self._changes.doing)
-        except OSError as error:
-            raise InternalError(
-                f"not accepted: the sim cannot write beside its state file ({error.strerror}); make room there"
-            ) from None
-        request.answer(goal)
-        if not new:
-            return
-        # It moves nothing before a power cut would leave it known.
-        self._autosave.when_flushed(
-            lambda: self._worker.order(lambda: self._executor.execute(goal.goal_id, self._served, self._skills))
-        )
-        if message.client_id is not None:
-            self._clients.expect(message.client_id)
-
-    def _on_cancel_goal(self, request: Request) -> None:
-        goal_id = request.message(GoalRef).goal_id
-        self._require_skill(request, goal_id)
-        self._cancel(goal_id)
-        request.answer(self._ledger.find(goal_id))
-
-    def _on_get_result(self, request: Request) -> None:
-        goal_id = request.message(GoalRef).goal_id
-        self._require_skill(request, goal_id)
-        request.answer(self._ledger.find(goal_id))
-
-    def _require_skill(self, request: Request, goal_id: str) -> None:
-        name = request.key.split("/")[3]
-        goal = self._ledger.find(goal_id)
-        if goal.skill != name:
-            raise UnknownGoalError(f"goal {goal_id} is a {goal.skill} goal, not {name[:60]!r}")
-
-    def _cancel(self, goal_id: str, *, abandoned: bool = False) -> None:
-        self._ledger.cancel(goal_id, self._served.ctx.cancel, abandoned=abandoned)
-
     def _on_client_gone(self, client_id: str) -> None:
         for goal_id in self._ledger.of_client(client_id):
             _log.info("client %s is gone; its goal %s is cancelled", client_id, goal_id)
-            self._cancel(goal_id, abandoned=True)
+            self._goals.cancel(goal_id, abandoned=True)
         self._changes.lose(client_id)
         if self._pace_owner == client_id:
             self._pace_owner = None
             self._worker.set_pace(self._default_pace)
+
+    def _begin_goal(self, goal_id: str) -> None:
+        # It moves nothing before a power cut would leave it known.
+        self._autosave.when_flushed(lambda: self._worker.order(lambda: self._executor.execute(goal_id, self._served)))
 
     def _freeze(self, ended: Goal | None) -> SavedWorld:
         goals, accepted = self._ledger.dump(ended)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
-from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, SkillInfo, State, TrueState
+from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
 from robosandbox.service.server.goals import LiveGoal
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -51,30 +52,65 @@ def info_of(
     )
 
 
-def state_of(sim: Modelled, boot_id: str, running: LiveGoal | None, phase: str, loads: int) -> State:
-    """Return how the robot stands."""
-    return State(
-        boot_id=boot_id,
-        seq=0,
-        stamp=time.time(),
-        robot=sim.state(),
-        held=sim.held(),
-        goal_id=running.goal.goal_id if running else None,
-        skill=running.goal.skill if running else None,
-        phase=phase if running else None,
-        physics_steps=sim.physics_steps,
-        loads=loads,
-    )
+class Readings:
+    """What is asked again and again: state, objects, truth; only in the world's thread.
 
+    Args:
+        served: Returns what is served now.
+        running: Returns the goal that runs.
+        boot_id: The sim process.
+        with_truth: Whether the truth is told with its objects.
 
-def true_state_of(sim: Modelled, boot_id: str, *, with_objects: bool) -> TrueState:
-    """Return the simulated state."""
-    truth = sim.truth()
-    return TrueState(
-        boot_id=boot_id,
-        physics_steps=sim.physics_steps,
-        truth=truth if with_objects else replace(truth, objects={}, held=None),
-    )
+    Attributes:
+        loads: Tasks that were loaded since the process began.
+    """
+
+    def __init__(
+        self,
+        served: Callable[[], EmbeddedWorkcell],
+        running: Callable[[], LiveGoal | None],
+        *,
+        boot_id: str,
+        with_truth: bool,
+    ) -> None:
+        self.loads: int = 0
+        self._served = served
+        self._running = running
+        self._boot_id = boot_id
+        self._with_truth = with_truth
+
+    def state(self) -> State:
+        """Return how the robot stands and what it does."""
+        sim, goal = self._sim, self._running()
+        return State(
+            boot_id=self._boot_id,
+            seq=0,
+            stamp=time.time(),
+            robot=sim.state(),
+            held=sim.held(),
+            goal_id=goal.goal.goal_id if goal else None,
+            skill=goal.goal.skill if goal else None,
+            phase=self._served().ctx.phase if goal else None,
+            physics_steps=sim.physics_steps,
+            loads=self.loads,
+        )
+
+    def objects(self) -> Objects:
+        """Return what perception sees."""
+        return Objects(boot_id=self._boot_id, scene=self._served().ctx.look())
+
+    def truth(self) -> TrueState:
+        """Return the simulated state."""
+        truth = self._sim.truth()
+        return TrueState(
+            boot_id=self._boot_id,
+            physics_steps=self._sim.physics_steps,
+            truth=truth if self._with_truth else replace(truth, objects={}, held=None),
+        )
+
+    @property
+    def _sim(self) -> Modelled:
+        return modelled(self._served().sim, "a sim process answers what is true in it")
 
 
 def thinned(intent: Intent) -> Intent:
