@@ -39,7 +39,7 @@ def albedo_of(segments: tuple[Segment, ...], found: Fit, frames: FrameSet, *, ho
         normals = found.normals_on(Surface(segment.points, segment.frame.position, 1.0))
         up = normals[:, 2] > _FACING_UP
         if hollow:
-            # Of a container rim and floor face up; what lies between them are walls.
+            # A container's rim and floor face up; between them are its walls.
             height = segment.points[:, 2]
             up = (height > found.top - _ON_TABLE) | (height < found.bottom + CONTAINER_WALL + _ON_TABLE)
         if up.sum() >= _LEAST:

@@ -49,7 +49,7 @@ _INSIDE = 0.8  # Share of a piece's points that lie within a hull it belongs to.
 _SHELL = 0.5  # Share of a piece's points that lie at a hull's walls or floor, if it belongs to it. Chosen.
 _SAME_SIZE = 0.12  # Ratio by which two hulls of the same size may differ, less 1. Chosen.
 
-# Where a hull's walls are, as shares of its half-extents; the rim, and what it hides of the table, is left out.
+# Points of a hull's walls, as shares of its half-extents; the rim is left out, because the table shows behind it.
 _ALONG, _UP = (-0.7, -0.35, 0.0, 0.35, 0.7), (-0.5, 0.0, 0.3)
 _ANGLES = np.arange(16) * np.pi / 8.0
 _WALLS: dict[Form, Array] = {
@@ -151,7 +151,7 @@ def _best_container(family: Sequence[Group], frames: FrameSet) -> Container | No
     whole = sum(len(item.points) for item in largest)
     subsets = [chosen for count in range(1, len(largest) + 1) for chosen in combinations(largest, count)]
     best, least = None, np.inf
-    # Of hulls that fit about equally the one that explains more; those that explain too little need no fit.
+    # Among hulls that fit about equally the one that explains more points wins; subsets that explain too few are not fitted.
     for gain, chosen in sorted(
         ((_MORE * sum(len(item.points) for item in chosen) / whole, chosen) for chosen in subsets),
         key=lambda option: -option[0],
@@ -278,7 +278,7 @@ def _is_hollow(found: Fit, frames: FrameSet) -> bool:
         else:
             within = np.hypot(local[:, 0], local[:, 1]) < inner[0]
         depth = found.sizes[-1] - local[within, 2]
-        # What looms over the container belongs to something else.
+        # Points above the rim belong to something else.
         inside += int((depth > _HOLLOW).sum())
         over += int(((depth > -_RIM) & (depth < _HOLLOW)).sum())
     return inside >= _LEAST_INSIDE and inside > over

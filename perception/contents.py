@@ -27,7 +27,7 @@ _CLEAR_OF_WALLS = 0.022
 def split_contents(
     hull: Fit, own: Sequence[Segment], frames: FrameSet
 ) -> tuple[list[Segment], list[Segment], FrameSet]:
-    """Return a container's pieces without what lies in it, the pieces of that, and the scenery with them.
+    """Return a container's pieces without what lies in it, the pieces of that, and the frames with them.
 
     Args:
         hull: The container's outer one.
@@ -76,7 +76,7 @@ def _parts(hull: Fit, segment: Segment, segmented: SegmentedFrame) -> list[Segme
         if stats[number, cv2.CC_STAT_AREA] < _LEAST_PIXELS:
             continue
         core = labels == number
-        # What jumps and noise took off its edge comes back.
+        # The piece gets back the pixels at its edge that depth jumps and noise removed.
         mask: Mask = (cv2.dilate(core.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0) & segment.mask
         part = segment_of(frame, mask, core, segment.box)
         if part is not None and float(np.percentile(_from_walls(part.points, hull), 80)) > _CLEAR_OF_WALLS:

@@ -131,7 +131,7 @@ def _unlike(old: Thing, new: Thing, *, near: bool) -> float:
     colour = colour_difference(old.rgb, new.rgb) / COLOUR_GATE
     size = float(np.abs(np.log(old.shape.extents(old.size) / new.shape.extents(new.size))).mean()) / _SIZE_GATE
     if near:
-        # What was clearly seen to be solid does not become hollow where it stands.
+        # A thing that was clearly seen to be solid does not become hollow where it stands.
         changed = new.shape.holds_things and not old.shape.holds_things and old.confidence > SURELY
         return max(distance / _GATE, 0.7 * colour, 0.3 * size) + (1.0 if changed else 0.0)
     return max(colour, size) + (0.0 if old.kind == new.kind else 0.4) + 0.2 * distance

@@ -214,7 +214,7 @@ def _on_the_table(frame: Frame, table: Table, robot: Mask) -> tuple[Array, Array
         rest = off - design @ plane
         keep = np.abs(rest) < max(2.5 * noise, _LEAST_TRIM)
         if np.count_nonzero(keep) < _PLANE_LEAST // 2:
-            # What is seen near the table's height is no plane.
+            # The points near the table's height are no plane.
             return frame.rotation, frame.position, _USUAL_NOISE
         seen, weight = design[keep], 1.0 / (_CORRELATED * max(noise, _LEAST_TRIM) ** 2)
         plane = np.linalg.solve(weight * seen.T @ seen + prior, weight * seen.T @ off[keep])

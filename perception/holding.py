@@ -100,7 +100,7 @@ class Hands:
             local = thing.pose.rotation.T @ (tcp.position - grip_of(thing.size, thing.pose, 0.0))
             if abs(float(local[1])) > _WITHIN or abs(float(local[2])) > float(shape.grip[2]) + _WITHIN:
                 continue
-            # As far open as it would be with its grip where the TCP is.
+            # The opening at which its grip would be where the TCP is.
             opening, there = thing.opening, -float(local[0])
             if self._grips(state) and abs(state.width - 2.0 * float(shape.grip[1])) < _OPENED:
                 if -_WITHIN < there < shape.max_open + _WITHIN:

@@ -313,7 +313,7 @@ def _stands_on(thing: Thing, place: Array) -> float | None:
     )
     room = thing.shape.room(thing.size, thing.opening)
     if room is not None and thing.shape.opens:
-        # Of the box that slides out of it what is still in the cabinet is covered.
+        # The part of the sliding box that is still in the cabinet is covered.
         return thing.top if within else thing.fit.bottom + room.floor if room.margin(local) > 0.0 else None
     if not within:
         return None

@@ -177,7 +177,7 @@ class RgbdPerception:
         if self._hands.hold is not None and in_hand is not None:
             # A tag elsewhere may tell that it is not what it was taken for.
             self._hands.hold.id = in_hand.id
-        # Of a drawer in the hand the hand tells more than a look that it is in the way of.
+        # The hand that holds a drawer tells its opening better than a look, which the hand itself obstructs.
         self._hands.move_drawers(seen, self.tracks)
         self.assign_ids()
         held = self._hands.hold.id if self._hands.hold else None

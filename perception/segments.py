@@ -116,8 +116,8 @@ def find_segments(frame: Frame, table: Table, robot: Mask, robot_near: Image) ->
         return []
     left, top, right, bottom = box
     crop = np.s_[top:bottom, left:right]
-    # What is low is still no table where it has another colour, as the floor of a bin.
-    # Where depth is missing colour alone decides, but not beside the robot or what lies beyond the table.
+    # Low pixels of another colour than the table's are no table either, as the floor of a bin.
+    # Pixels without depth are judged by colour alone, except beside the robot and beyond the table.
     beyond = cv2.dilate((frame.valid[crop] & (height[crop] < -low)).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     blind = ~frame.valid[crop] & ~beyond & ~robot[crop]
     painted = _painted(frame, free & ~raised, crop) & (free[crop] | blind)

@@ -50,7 +50,7 @@ class SensedSim:
         del object_id
         return self._sim.grip_on(None)
 
-    # What the robot itself knows and does.
+    # Sensors and motions of the robot, which need no simulated truth.
 
     @property
     def spec(self) -> RobotSpec:

@@ -106,7 +106,7 @@ def _tangents(segments: Sequence[Segment], segmented: SegmentedFrame, others: Ma
     points = np.concatenate([segment.points for segment in segments])
     reach = outline @ _NORMALS.T
     farthest = reach.max(axis=0)
-    # Of an edge that lies across a direction all pixels are extreme: its middle tells best against what it ends.
+    # All pixels of an edge that lies across a direction are extreme; the one in the middle shows best what lies beyond the edge.
     last = (reach > farthest - _EDGE).astype(np.float64)
     extreme = (last.T @ outline) / last.sum(axis=0)[:, None]
     free = _free_ends(segmented, others, extreme, points, wary=wary)
@@ -147,7 +147,7 @@ def _free_ends(segmented: SegmentedFrame, others: Mask, extreme: Array, points: 
     hidden |= valid & (depth < here - _OCCLUDES) & (strange | ~lower)
     tags_removed: Mask = np.any(hidden, axis=0)
     # Beside another thing nobody can tell which of the two ends there, unless it is clearly behind.
-    # What lies lower is stood upon, as the table is. Where depth is missing the next pixel that has it tells.
+    # Lower points are of what the thing stands on, as the table. Where depth is missing, the next pixel that has it decides.
     level = valid & ~((depth > here + _OCCLUDES) | lower)
     beside = np.zeros(len(extreme), dtype=bool)
     unknown = np.zeros(len(extreme), dtype=bool)
@@ -163,7 +163,7 @@ def _free_ends(segmented: SegmentedFrame, others: Mask, extreme: Array, points: 
     tags_removed |= np.any(
         segmented.robot.take(around) & (segmented.robot_near.take(around) < here[:, None] + 0.02), axis=1
     )
-    # What is cut off may reach farther than what is left, and not only straight across the cut.
+    # The part that is cut off may reach farther than the part that is left, and not only straight across the cut.
     free = sure = ~tags_removed & ~beside
     for cut, reach in (
         (tags_removed, 0.0 if tags_removed.sum() >= _LONG_CUT else _ASIDE),

@@ -49,12 +49,12 @@ def _change(members: Group, heights: Array) -> float:
 
 
 def cut_at(members: Group, height: float, frames: FrameSet) -> tuple[Parts, FrameSet]:
-    """Return what of a group lies lower and higher than a height, and the scenery with the pieces cut."""
+    """Return what of a group lies lower and higher than a height, and the frames with the pieces cut."""
     return cut(members, lambda points: points[:, 2] > height, frames)
 
 
 def cut(members: Group, chosen: Callable[[Array], Mask], frames: FrameSet) -> tuple[Parts, FrameSet]:
-    """Return what of a group is not of a part and what is, None for nothing, and the scenery with the pieces cut.
+    """Return what of a group is not of a part and what is, None for nothing, and the frames with the pieces cut.
 
     Args:
         members: The group.

@@ -41,7 +41,7 @@ _SHIFTS = (0.0, -0.4, 0.4)
 _SCALES = (1.0, 0.94, 1.06)  # Factors of the grid's size that are tried. Chosen likewise.
 _SURE = 0.75  # Share of a tag's cells, weighted by contrast, that must agree. Chosen.
 _SURER_THAN_NEXT = 0.1  # Share by which the best number must agree better than the next. Chosen.
-# What a pixel a cell wide blurs: the standard deviation, cells.
+# Standard deviation of the blur of a pixel as wide as a cell, in cells.
 _BLUR = 0.35
 
 
@@ -168,7 +168,7 @@ class _FromAbove:
         plan = _through(np.asarray(np.linalg.inv(plan_to_pixel), dtype=np.float64), ends)
         low, high = plan.min(axis=0), plan.max(axis=0)
         self._step = max(edge / TAG_CELLS / _PIXELS_PER_CELL, float((high - low).max()) / _MOST_PIXELS)
-        # From above with x up the picture's right is -y.
+        # The straightened face is seen from above, x up: its right is -y.
         self._to_pixel = plan_to_pixel @ np.array(
             [[0.0, -self._step, high[0]], [-self._step, 0.0, high[1]], [0.0, 0.0, 1.0]]
         )

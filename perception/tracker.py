@@ -125,7 +125,7 @@ class Tracker:
         found.by_looks = found.settle(self.numbers.assign(found.gone, found.things))
         found.named = {thing: name for name, thing in self._declared(found.things)}
         found.things = [thing for thing in found.things if thing not in found.named]
-        # What nobody has described, and looks like something out of sight, is that.
+        # A thing that nobody has described, and that looks like one out of sight, is taken for it.
         hidden = [track for track in found.tracks if track not in found.gone]
         found.by_looks += found.settle(self.numbers.assign(hidden, found.things))
         return found
@@ -317,7 +317,7 @@ def _is_part(thing: Thing, known: Thing) -> bool:
         half = np.array([half[0], half[0], half[-1]])
     local = (thing.group.points - known.fit.centre) @ known.fit.axes
     if known.opening is not None:
-        # What has slid out of a drawer's front is of it too.
+        # The part that has slid out of a drawer's front belongs to it as well.
         local[:, 0] += known.opening * np.clip(-local[:, 0] / half[0], 0.0, 1.0)
     local = np.abs(local)
     return bool((local < half + _PIECE).all(axis=1).mean() > 0.6)

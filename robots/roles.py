@@ -70,7 +70,7 @@ def _mirrors(model: mujoco.MjModel, joints: list[str], named: tuple[str, ...]) -
     coupled = {frozenset(pair) for pair in _couplings(model)}
     own = [model.joint(name).id for name in joints]
     if not moved & set(own):
-        # What is named drives something else: that is to be told, not mended.
+        # The named actuator drives something else; the user is told, and nothing is replaced.
         return ()
     left = [j for j in own if j not in moved and not any(frozenset((j, other)) in coupled for other in moved)]
     return tuple(name for name, driven in drives.items() if name not in named and set(driven) & set(left))

@@ -34,7 +34,8 @@ _STEP = np.radians(10.0)
 _TILTS = tuple(np.radians([125.0, 112.0, 100.0]))
 _HEIGHTS = (0.015, 0.03, 0.05, 0.08)
 _SAFE = 0.03
-# What is no more than half full spills at no less than this.
+# Tilt of the held container, radians, up to which it is carried around: one that is at most half full spills nothing there.
+# Chosen.
 _LEVEL_WITHIN = np.radians(20.0)
 _LEVEL_SAMPLES = 60
 # Things leave the lip with some speed: the lip stays this share of the opening's radius before its middle.

@@ -7,7 +7,7 @@ import math
 from robosandbox.agent.language.world import World
 from robosandbox.types import SkillCall
 
-_CLEAR = 0.10
+_CLEAR = 0.10  # Metres by which a thing is put aside. Chosen as long as an unnamed push.
 
 
 def set_down(world: World, held: str) -> SkillCall | None:

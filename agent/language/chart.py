@@ -13,8 +13,9 @@ from robosandbox.agent.language.tokens import SceneWords, Token
 
 T = TypeVar("T")
 Found = list[tuple[int, T]]
+# Number of steps of reading one sentence. Chosen so that no sentence takes over 40 ms (docs/measured.md).
 MAX_STEPS = 9_000
-MAX_READINGS = 12
+MAX_READINGS = 12  # Number of readings of one span that are kept. Chosen.
 
 
 class TooComplicatedError(ValueError):

@@ -17,7 +17,7 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.modifiers import says_nothing
 from robosandbox.agent.language.whereabouts import Whereabouts
 
-MAX_ELEMENTS = 6
+MAX_ELEMENTS = 6  # Number of elements of a clause. Chosen: a verb takes up to four.
 
 
 Elements = tuple[Element, ...]

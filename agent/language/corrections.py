@@ -18,8 +18,8 @@ from robosandbox.agent.language.speech import CORRECTION
 from robosandbox.agent.language.tokens import MARKS, WAITED_FOR, Token
 from robosandbox.agent.language.wordlist import word_set
 
-_MOST_WAYS = 3
-_MOST_REPAIRS = 4
+_MOST_WAYS = 3  # Number of corrected sentences that are read. Chosen.
+_MOST_REPAIRS = 4  # Number of corrections of one sentence. Chosen.
 _CUES = Phrases()
 _CUES.add_all(CORRECTION, "CUE")
 _CUES.add_all(

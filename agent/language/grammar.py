@@ -17,7 +17,7 @@ from robosandbox.agent.language.turns import taking_turns
 from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wishes import spoken
 
-MAX_SENTENCES = 8
+MAX_SENTENCES = 8  # Number of readings of a sentence that are tried on the scene. Chosen.
 
 
 _THAT = frozenset({"this", "that"})

@@ -30,9 +30,9 @@ from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
 CLOSE = 0.5
-_MOST_REMEMBERED = 500
-STRANGE = 20.0
-_STEPS_AGAIN = 4_000
+_MOST_REMEMBERED = 500  # Characters of a prompt that is remembered and read again. Chosen: longer ones are no commands.
+STRANGE = 20.0  # Strain, a number of units as of strain.py, from which a reading is too strange to act on. Chosen.
+_STEPS_AGAIN = 4_000  # Number of steps of a second reading. Chosen: less than half of the first.
 _ON_THE_WAY = word_set(
     """
     then after afterwards before first next finally later again back once lastly last second followed subsequently until

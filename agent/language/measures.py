@@ -8,8 +8,8 @@ from robosandbox.agent.language.chart import Chart, Found
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import DetectedObject
 
-_TOLERANCE = 0.12
-_LEAST_TOLERANCE = 0.003
+_TOLERANCE = 0.12  # Share by which a measure that people say may be off. Chosen: people round.
+_LEAST_TOLERANCE = 0.003  # Metres by which it may be off at the least. Chosen.
 
 
 class Measure(NamedTuple):

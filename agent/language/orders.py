@@ -14,8 +14,8 @@ from robosandbox.agent.language.world import World, volume
 from robosandbox.types import RefusalCode
 
 Fits = Callable[[str], bool]
-_NO_ROW = 0.7
-_CLEAR = 0.25
+_NO_ROW = 0.7  # Ratio of the narrower extent of things to the wider from which they stand in no row. Chosen.
+_CLEAR = 0.25  # Share of the extent by which a half must be clear of the others. Chosen.
 _CENTRAL = 0.5
 CONTRARY = {
     one: other

@@ -23,15 +23,14 @@ from robosandbox.agent.language.intent import (
 from robosandbox.agent.language.world import TABLE_HALF, Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
 
-NUDGE = 0.10
+NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
 BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}
 """Where the far, the near and the left or right edge or side of what an arm reaches of the table begins, metres."""
 _OPPOSITE = {"left": "right", "right": "left", "front": "back", "back": "front"}
 SIDES: tuple[Side, ...] = ("right", "left", "front", "back")
 
-_CLOSE_BY = 0.3
-"""What an arm calls close to its base, metres."""
-_AS_NEAR = 0.02
+_CLOSE_BY = 0.3  # Metres from its base that an arm calls close. Chosen: the bundled arm's reach begins at 0.15.
+_AS_NEAR = 0.02  # Metres by which one place must be nearer than another to be the nearest. Chosen.
 
 
 class Placing(Hands):

@@ -9,11 +9,11 @@ from robosandbox.agent.language.placing import BOUNDS
 from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, RefusalCode
 
-PUSH_DISTANCE = 0.10
-SHORTEST_PUSH = 0.005
+PUSH_DISTANCE = 0.10  # Metres of a push whose distance is not said. Chosen.
+SHORTEST_PUSH = 0.005  # Metres. Chosen: shorter ones are lost in the errors of a push.
 _WAYS = {"left": "left", "right": "right", "far": "forward", "near": "back"}
-_WITHIN = 0.06
-_TO_THE_EDGE = 0.12
+_WITHIN = 0.06  # Metres that a thing is pushed into a region. Chosen: a cube's width and room.
+_TO_THE_EDGE = 0.12  # Metres from the table's edge where a push to it ends. Chosen.
 
 
 class Pushing(Arranging):

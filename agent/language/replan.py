@@ -16,10 +16,10 @@ from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
 
 RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
-_PLACED = 0.02
+_PLACED = 0.02  # Metres from its goal within which a thing has been placed. Chosen.
 # What another try of the same would meet again.
 _FINAL = frozenset({"none_found", "immovable", "too_heavy", "gripper_stuck"})
-_CLEARINGS = 3
+_CLEARINGS = 3  # Number of times that the way is cleared. Chosen.
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 

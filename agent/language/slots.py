@@ -15,7 +15,7 @@ from robosandbox.agent.language.tokens import MARKS, SceneWords, Token, id_parts
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.wordlist import word_set
 
-_MOST_WORDS = 14
+_MOST_WORDS = 14  # Number of words of a name. Chosen.
 
 
 @dataclass

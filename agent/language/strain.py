@@ -10,7 +10,8 @@ from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
 
 # A second list of things, or a second place, beside one verb.
 _AGAIN = 0.5
-# "the red, white and green cubes": another white thing is no white cube.
+# Strain, a number of units, of a colour that several nouns would share. Chosen: in "the red, white and green cubes" another
+# white thing is no white cube.
 _SHARED = 1.6
 _LEVELS = frozenset({"bottom", "top", "middle"})
 _SIDES = frozenset({"left", "right", "front", "back"})

@@ -35,8 +35,8 @@ from robosandbox.agent.language.verbs import BASE_FORMS
 from robosandbox.agent.language.wordlist import phrase_list
 
 MARKS = frozenset(",.;!?:")
-MAX_CHARACTERS = 2_000
-MAX_TOKENS = 120
+MAX_CHARACTERS = 2_000  # Characters of a prompt. Chosen far above a spoken command.
+MAX_TOKENS = 120  # Number of words of a prompt. Chosen far above a spoken command.
 
 
 class TooLongError(ValueError):

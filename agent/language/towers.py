@@ -29,9 +29,9 @@ _JOINTS = frozenset({",", ";", "and", "then", "finally", "next", "with", "lastly
 _ENDS = (" bottom", " top", " middle", " lowest", " highest", " below", " above", " uppermost")
 _STANDING = frozenset({"on", "beside", "left", "right", "front", "back", "between"})
 _HIGH = frozenset({"high", "tall", "level", "storey", "story", "tier", "layer"})
-_MOST_JOINTS = 4
+_MOST_JOINTS = 4  # Number of joining words between two levels. Chosen.
 _LOOKS = FEELINGS | {"neat", "tidy", "proper", "simple"}
-# What names the levels of a tower says more than a list of things with places.
+# Strain, a number of units: naming the levels of a tower says more than a list of things with places. Chosen.
 _PLAIN = -0.8
 
 

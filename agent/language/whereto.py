@@ -14,7 +14,7 @@ _BY_SIDE = lazy_regex.compile(
     r"(?P<part> side| edge| corner| border| end| half| part)?(?: of the \w+)?$"
 )
 _BESIDE = frozenset({"beside", "left", "right", "front", "back"})
-_AT_THE_EDGE = 0.15
+_AT_THE_EDGE = 0.15  # Metres from the middle from which a thing is at the edge. Chosen.
 _FAR = frozenset({"back", "rear", "far"})
 
 

@@ -24,10 +24,8 @@ _ANGLES = {
     "rad": 1.0,
 }
 _DEGREE = _ANGLES["degree"]
-# Digits behind the point of what is said: a millionth of a radian or a metre.
-_DIGITS = 6
-# So many phrases may follow one verb.
-_MOST_SLOTS = 3
+_DIGITS = 6  # Number of digits behind the point of a number that is said: a millionth of a radian or a metre. Chosen.
+_MOST_SLOTS = 3  # Number of phrases that may follow one verb. Chosen.
 
 Filled = tuple[tuple[str, Any], ...]
 

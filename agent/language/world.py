@@ -21,8 +21,8 @@ from robosandbox.types import (
 from robosandbox.world.relations import bounds
 
 TABLE_HALF = 0.5
-MARGIN = 0.02
-LIFTED = 0.08
+MARGIN = 0.02  # Metres between things that are put down. Chosen: a finger.
+LIFTED = 0.08  # Metres over the table from which a held thing is carried. Chosen.
 _OPEN_SHARE = 0.5
 Parent = tuple[str, str]
 _GRID = np.array([(round(0.02 * i, 3), round(0.02 * j, 3)) for i in range(-4, 19) for j in range(-19, 20)])

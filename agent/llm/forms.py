@@ -26,7 +26,7 @@ _OPENING = re.compile(r"[{\[]")
 _WRAPPERS = ("answer", "response", "output", "result", "function", "function_call", "tool_call", "tool_calls")
 _NAME_KEYS = ("name", "tool", "tool_name", "function", "skill", "action")
 _ARGUMENT_KEYS = ("arguments", "args", "parameters", "params", "input")
-# What models write beside a call that says nothing about what is to be done.
+# Keys that models write beside a call and that say nothing of what is to be done.
 _REMARKS = frozenset({"type", "id", "index", "thought", "thoughts", "thinking", "reasoning", "explanation", "comment"})
 
 

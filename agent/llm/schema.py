@@ -15,10 +15,10 @@ from typing import Any, NamedTuple
 from robosandbox.agent.signatures import BOUNDS, bounds
 
 _NOTES = frozenset({"description", "default"})
-# What the grammars of local servers and of the vendors' services have in common.
+# Keywords that the grammars of local servers and of the vendors' services have in common.
 _KEPT = frozenset({"type", "enum", "const", "required", "minItems", "maxItems", "minLength", "maxLength"}) | _NOTES
 _OF_ONE = frozenset({"items", "additionalProperties"})
-# What restricts no answer, or is carried over in another way.
+# Keywords that restrict no answer, or are carried over in another way.
 _SILENT = frozenset({"$ref", "$defs", "$schema", "$id", "title", "examples", "discriminator", *BOUNDS})
 
 

@@ -40,7 +40,7 @@ _ARRAYS = {
 # Endings of arrays that number, place or draw elements and change no motion.
 _BOOKKEEPING = ("id", "adr", "num", "user", "plugin", "rgba", "group", "sameframe", "simple", "castshadow", "history")
 
-# What the compiler works out of other values, which are listed themselves.
+# Values that the compiler derives from others, which are listed themselves.
 _DERIVED = frozenset(
     [
         "body_subtreemass",

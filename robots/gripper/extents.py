@@ -9,7 +9,7 @@ from robosandbox.robots.gripper.calibrate import collision_geoms, place
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
-# How far from its tip a finger is measured, metres.
+# Length of a finger from its tip that is measured, metres.
 _TIP_LENGTH = 0.02
 
 

@@ -177,7 +177,7 @@ def _controls(
         controls[:, column] = lengths[:, column] * scale + offset
         if model.actuator_ctrllimited[actuator]:
             controls[:, column] = np.clip(controls[:, column], *model.actuator_ctrlrange[actuator])
-    # By column: the controls at the least joint value and at the largest.
+    # The controls at the joint's least value and at its largest, for each actuator.
     rising = controls[-1] > controls[0]
     ranges = np.array([control_range(model, actuator) for actuator in actuator_ids])
     low, high = np.where(rising, ranges.T, ranges.T[::-1])
@@ -287,7 +287,7 @@ def _gaps_at_tcp(
     known = np.flatnonzero(np.isfinite(gaps))
     if len(known) < _LEAST_ON_LINE * len(samples) or np.nanmax(gaps) < _LEAST_GAP:
         return None
-    # Where the jaw has swung off the line the gap is at least what it last was.
+    # A jaw that has swung off the line leaves a gap at least as wide as the last one measured.
     steps = np.arange(len(samples))
     return np.maximum(np.interp(steps, known, gaps[known]), 0.0), np.interp(steps, known, middles[known])
 
@@ -308,7 +308,7 @@ def _gap_centres(
         closing = data.site_xmat[tcp_site].reshape(3, 3) @ R_site_tcp[:, 1]
         mujoco.mj_geomDistance(model, data, pads[0], pads[1], 1.0, fromto)
         centres[k] = closing @ ((fromto[:3] + fromto[3:]) / 2.0 - data.site_xpos[tcp_site])
-    # What is a millimetre or two is the pads' own shape, no jaw that stands still.
+    # The shape of pads moves the middle by a millimetre or two as well; only more tells of a jaw that stands still.
     return centres if np.ptp(centres) > _FIXED_JAW * np.ptp(samples_gap(model, data, samples, pads)) else 0.0 * centres
 
 

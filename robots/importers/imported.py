@@ -15,7 +15,7 @@ from robosandbox.robots.importers.mujoco_log import route_warnings
 # Here, because every model of a robot or world is made with what follows.
 route_warnings()
 
-# By the prefix of a compiled model's arrays: what must be finite, and what its rows belong to.
+# Arrays of a compiled model that must be finite, by prefix, with what their rows belong to.
 _NUMBERS = {
     "body": ("pos", "quat", "mass", "inertia", "ipos", "iquat"),
     "geom": ("pos", "quat", "size", "friction"),

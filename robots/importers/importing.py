@@ -18,7 +18,7 @@ from robosandbox.robots.importers.urdf import import_urdf
 
 _SAMPLES = 60  # Number of postures in which is looked what touches. Chosen.
 _ALWAYS = 0.9  # Share of them in which links touch that always do: their shapes overlap by design. Chosen.
-# Of how many joints between them links are neighbours.
+# Number of joints between two links up to which they are neighbours.
 _NEAR = 2
 # The next link but one overlaps over half of its travel only where its shape is drawn too large.
 _OFTEN = 0.5

@@ -305,7 +305,7 @@ def _drop_scene(model: ImportedModel) -> None:
         else:
             spec.delete(tree)
     if dropped or len(keep) > 1:
-        # In a scene file the root's place belongs to the scene.
+        # A scene file places the robot's root; that place belongs to the scene.
         for tree in keep:
             tree.pos = [0.0, 0.0, 0.0]
             if len(keep) > 1:

@@ -292,7 +292,7 @@ def _passive_joints(spec: mujoco.MjSpec, driven: set[str]) -> set[str]:
     for equality in spec.equalities:
         if equality.type == mujoco.mjtEq.mjEQ_JOINT and equality.name2:
             pair = (equality.name1, equality.name2)
-            # Of two coupled joints the second leads, unless only the first has an actuator.
+            # The second of two coupled joints leads, unless only the first has an actuator.
             passive.add(pair[1] if pair[0] in driven else pair[0])
         elif equality.type in (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD):
             looped |= _loop(spec, equality.name1, equality.name2)
@@ -314,7 +314,7 @@ def _loop(spec: mujoco.MjSpec, first: str, second: str) -> set[str]:
             chain.append(body.name)
             body = body.parent
         chains.append(chain)
-    # What both hang on carries the loop and is no part of it.
+    # The body that both hang on carries the loop and is no part of it.
     return set(chains[0]) ^ set(chains[1]) if all(chains) else set(chains[0] + chains[1])
 
 

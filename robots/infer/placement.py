@@ -96,7 +96,7 @@ def base_bottom(model: mujoco.MjModel, joints: tuple[int, ...]) -> float:
     fixed = [g for g in chosen if int(model.body_weldid[model.geom_bodyid[g]]) == 0]
     seen = [g for g in fixed if not (model.geom_contype[g] or model.geom_conaffinity[g])]
     foot = world_points(model, data, seen or fixed, 0.005)[:, 2].min(initial=np.inf)
-    # What is held but not welded, as a wheel, would rub on the table.
+    # Wheels, which are held but not welded, would rub on the table.
     wheels = world_points(model, data, [g for g in chosen if g not in fixed], 0.005)[:, 2].min(initial=np.inf)
     lowest = float(min(foot, wheels - _WHEEL_CLEARANCE))
     return lowest if np.isfinite(lowest) else 0.0
@@ -115,7 +115,7 @@ def find_workspace(
     forward = _forward(positions - [*axis, 0.0], rotations[:, :, 2])
     first = [g for g in range(model.ngeom) if int(model.geom_bodyid[g]) == int(model.jnt_bodyid[joint])]
     lowest = world_points(model, data, first, 0.01)[:, 2].min(initial=shoulder)
-    # From a pedestal as high as the arm is long nothing on its foot's level is reached: the table comes up to the arm.
+    # An arm on a pedestal as high as it is long reaches nothing at the level of its foot: the table comes up to the arm.
     for level in (floor, min(shoulder - 0.35 * reach, float(lowest))):
         best: tuple[float, Workspace] | None = None
         for tilt in _TILTS:

@@ -36,7 +36,7 @@ def flange_tool(model: mujoco.MjModel, joints: tuple[int, ...], palm: str) -> tu
     anchor = data.xanchor[last].copy()
     before = _points_of(model, data, _welded(model, int(model.body_parentid[model.body_weldid[link]])))
     axis, why = _outward(model, data, last, points - anchor, before - anchor, np.array(frames or [anchor]) - anchor)
-    # Where nothing of the last link has a shape, its tool is the end of the one before it.
+    # If the last link has no shape, the tool is the end of the link before it.
     solid = points if _has_shape(model, bodies) else before
     tip = anchor + axis * float(((solid - anchor) @ axis).max())
     body = _flange_body(model, bodies, link)

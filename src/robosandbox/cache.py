@@ -34,11 +34,6 @@ class DamagedEntryError(ValueError):
     """An entry's content is not what was written there."""
 
 
-def switch_off() -> None:
-    """Neither read nor write the cache in this process and in those that it starts."""
-    os.environ[OFF_VARIABLE] = "1"
-
-
 def is_on() -> bool:
     """Return whether the cache is read and written."""
     return os.environ.get(OFF_VARIABLE, "") in ("", "0")

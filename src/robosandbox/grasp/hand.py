@@ -44,7 +44,7 @@ def hand_pose(
     palm = near - (geometry.palm_depth - _PALM_CLEARANCE)
     back = max(0.0 if depth is None else near - depth, palm)
     side = np.cross(closing, approach)
-    # What a tilted fingertip's corners reach below its middle.
+    # Distance by which a tilted fingertip's corners lie below its middle.
     corner = 0.5 * geometry.finger_width * abs(side[2])
     corner += (0.5 * width + geometry.finger_thickness) * abs(closing[2])
     lowest = (point - back * approach + geometry.tip_depth * approach)[2] - corner

@@ -255,13 +255,3 @@ class ContactMeter:
                 kind = "objects"
             if force > self.worst.get(kind, (0.0,))[0]:
                 self.worst[kind] = (force, names[inner], names[outer])
-
-
-def first_of(*faults: Fault) -> Fault:
-    """Return the faults one after the other as one."""
-
-    def run(world: Intervention) -> Iterator[None]:
-        for fault in faults:
-            yield from fault(world)
-
-    return run
