@@ -118,7 +118,7 @@ def _episodes(session: EmbeddedWorkcell, folder: Path | None) -> list[float]:
         session.run()
         verdict = session.judge()
         if recorder is not None:
-            recorder.finish(judged=(verdict.success, verdict.detail))
+            recorder.finish(judged=verdict)
         took.append(time.process_time() - begin)
     if recorder is not None:
         recorder.close()
@@ -140,7 +140,7 @@ def replay_all(folder: Path, count: int) -> dict[str, Any]:
                 session.reset(number + 1)
                 session.run()
                 verdict = session.judge()
-                recorder.finish(judged=(verdict.success, verdict.detail))
+                recorder.finish(judged=verdict)
             recorder.close()
         # A world of its own: nothing of the recording session is left in it.
         with open_session(name) as other:

@@ -130,7 +130,7 @@ class EpisodeRunner:
         verdict = session.judge()
         if self._recorder is not None and settings.recording is not None:
             keep = verdict.success or not settings.recording.only_success
-            self._recorder.finish(judged=(verdict.success, verdict.detail), keep=keep)
+            self._recorder.finish(judged=verdict, keep=keep)
         detail: dict[str, float | str] = {key: round(value, 3) for key, value in verdict.detail.items()}
         if not claimed:
             detail["agent"] = f"{reason}: {said}"

@@ -3,29 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 from robosandbox.drivers import simulated
 from robosandbox.protocols import Driver, Refereed
 from robosandbox.tasks.checks import Check
 from robosandbox.tasks.success import AllOf, merged
-from robosandbox.types import Truth
+from robosandbox.types import Truth, Verdict
 from robosandbox.world.relations import Relation
 
 _SAMPLE_SECONDS = 0.1
-
-
-@dataclass(frozen=True, slots=True)
-class Verdict:
-    """Whether a task succeeded.
-
-    Attributes:
-        success: The answer.
-        detail: The measurements at the end of the episode, or at the moment at which it ceased to hold.
-    """
-
-    success: bool
-    detail: dict[str, float]
 
 
 def evaluate(criterion: Check, start: Truth, look: Callable[[], Truth], wait: Callable[[float], object]) -> Verdict:

@@ -11,10 +11,10 @@ from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.evaluate import Verdict, evaluate
+from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array
+from robosandbox.types import Array, Verdict
 from robosandbox.validation import validate
 from robosandbox.versions import versions
 

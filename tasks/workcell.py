@@ -12,9 +12,9 @@ from robosandbox.agent.episode import Episode
 from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Skill
-from robosandbox.tasks.evaluate import Verdict, evaluate
+from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.task import Task
-from robosandbox.types import Observation, ObservedScene, Truth
+from robosandbox.types import Observation, ObservedScene, Truth, Verdict
 
 ContextT = TypeVar("ContextT", bound=GoalContext, default=Any)
 

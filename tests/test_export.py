@@ -40,7 +40,7 @@ def episodes(tmp_path_factory: pytest.TempPathFactory) -> list[RecordedEpisode]:
             session.reset(seed)
             session.run(prompt)
             verdict = session.judge()
-            path = recorder.finish(judged=(verdict.success, verdict.detail))
+            path = recorder.finish(judged=verdict)
             assert path is not None
             found.append(RecordedEpisode.load(path))
         recorder.close()

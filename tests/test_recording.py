@@ -37,7 +37,7 @@ def record(session: EmbeddedWorkcell, folder: Path, prompt: str | None = None) -
     recorder.follow(session.agent)
     session.run(prompt)
     verdict = session.judge()
-    recorder.finish(judged=(verdict.success, verdict.detail))
+    recorder.finish(judged=verdict)
     recorder.close()
     assert recorder.last is not None
     return RecordedEpisode.load(recorder.last)

@@ -12,9 +12,9 @@ from pydantic import TypeAdapter
 
 from robosandbox.errors import InputError
 from robosandbox.tasks.checks import Check
-from robosandbox.tasks.evaluate import Verdict, evaluate
+from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.success import Criterion
-from robosandbox.types import ObjectKind, ObjectTruth, Pose, Truth, frozen_array
+from robosandbox.types import ObjectKind, ObjectTruth, Pose, Truth, Verdict, frozen_array
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {
     "box": (0.02, 0.02, 0.02),

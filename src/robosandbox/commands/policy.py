@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, print_json
@@ -53,10 +54,10 @@ def run_policy(
         "reason": reason,
         "steps": ran.steps,
         "stopped": ran.stopped,
-        "judged": {"success": verdict.success, "detail": verdict.detail},
+        "judged": asdict(verdict),
     }
     if recorder is not None:
-        folder = recorder.finish(judged=(verdict.success, verdict.detail), outcome=(ran.success, reason, said))
+        folder = recorder.finish(judged=verdict, outcome=(ran.success, reason, said))
         document["recorded"] = str(folder)
         print(f"recorded: {folder}", file=sys.stderr)
     if json:

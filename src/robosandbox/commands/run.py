@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from robosandbox.agent.episode import Episode
     from robosandbox.recording.recorder import Recorder
     from robosandbox.tasks.workcell import Workcell
-    from robosandbox.types import Plan, Refusal
+    from robosandbox.types import Plan, Refusal, Verdict
 
 Confirm = Annotated[bool, typer.Option("--confirm", help="Show each plan and what it would do, and ask first.")]
 DryRun = Annotated[bool, typer.Option("--dry-run", help="Show the plan and what it would do; nothing moves.")]
@@ -170,28 +171,37 @@ def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | 
     session.agent.listeners.append(LiveView())
     with cancel_on_interrupt(session.ctx, session.agent):
         episode = session.run(prompt)
+    # Before the verdict, for which time may have to pass.
     document = _document(session, episode)
-    judged = document["judged"]
+    verdict = _verdict(session, episode)
+    document["judged"] = asdict(verdict) if verdict else None
     if recorder is not None:
-        folder = recorder.finish(judged=(judged["success"], judged["detail"]) if judged else None)
+        folder = recorder.finish(judged=verdict)
         document["recorded"] = str(folder)
         print(f"recorded: {folder}", file=sys.stderr)
     if json:
         print_json(document)
     else:
-        print(sentence(episode, judged))
+        print(sentence(episode, document["judged"]))
     if episode.final_reason == "planner_unavailable":
         return EXIT_UNAVAILABLE
-    return EXIT_DONE if episode.success and (judged is None or judged["success"]) else EXIT_FAILED
+    return EXIT_DONE if episode.success and (verdict is None or verdict.success) else EXIT_FAILED
+
+
+def _verdict(session: Workcell, episode: Episode) -> Verdict | None:
+    """Judge an episode whose prompt was the task's own; None for others, and where nobody can judge."""
+    if episode.prompt != session.task.prompt:
+        return None
+    # What nobody tells of a real robot's table is not judged; the agent's own checks stand.
+    return session.judge() if session.judgeable else None
 
 
 def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
-    """Return the episode as JSON data; judged against the task only if its own prompt was given."""
-    from robosandbox.errors import UnsupportedError
+    """Return the episode as JSON data."""
     from robosandbox.versions import versions
 
     sim_secs, physics_steps = session.elapsed()
-    document = {
+    return {
         **episode.record(),
         "task": session.task.name,
         "seed": session.seed,
@@ -201,14 +211,6 @@ def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
         "versions": versions(),
         "judged": None,
     }
-    if episode.prompt == session.task.prompt:
-        try:
-            verdict = session.judge()
-        except UnsupportedError:
-            # Nobody tells what is true of a real robot's table; the agent's own checks stand.
-            verdict = None
-        document["judged"] = {"success": verdict.success, "detail": verdict.detail} if verdict else None
-    return document
 
 
 def sentence(episode: Episode, judged: dict[str, Any] | None = None) -> str:

@@ -8,10 +8,8 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field
-
 from robosandbox.errors import InputError
-from robosandbox.types import Checkpoint, Positive, StrictModel
+from robosandbox.types import Checkpoint, Positive, StrictModel, Verdict
 
 META, STEPS, STREAM, EVENTS, RESULT = "meta.json", "steps.parquet", "steps.arrows", "events.jsonl", "result.json"
 VIDEOS = "videos"
@@ -114,14 +112,7 @@ class Result(StrictModel):
     sim_secs: float
     wall_secs: float
     episode: dict[str, Any] | None = None
-    judged: Judged | None = None
-
-
-class Judged(StrictModel):
-    """What the simulated state says."""
-
-    success: bool
-    detail: dict[str, float] = Field(default_factory=dict)
+    judged: Verdict | None = None
 
 
 def new_folder(parent: Path, name: str) -> Path:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import logging
 import shutil
 import time
-from collections.abc import Mapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -20,7 +19,6 @@ from robosandbox.recording.files import (
     EVENTS,
     META,
     RESULT,
-    Judged,
     Meta,
     Result,
     RobotMeta,
@@ -33,7 +31,7 @@ from robosandbox.recording.writer import StepWriter
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import Array
+from robosandbox.types import Array, Verdict
 from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
@@ -183,14 +181,14 @@ class Recorder:
     def finish(
         self,
         *,
-        judged: tuple[bool, Mapping[str, float]] | None = None,
+        judged: Verdict | None = None,
         outcome: tuple[bool, str, str] | None = None,
         keep: bool = True,
     ) -> Path | None:
         """End the open episode and write what came of it.
 
         Args:
-            judged: What the simulated state says: success and measurements.
+            judged: What the simulated state says.
             outcome: Success, reason and detail, where no agent tells.
             keep: Whether the folder stays.
 
@@ -257,7 +255,7 @@ class Recorder:
     def _result(
         self,
         current: _Open,
-        judged: tuple[bool, Mapping[str, float]] | None,
+        judged: Verdict | None,
         outcome: tuple[bool, str, str] | None,
     ) -> Result:
         episode, rows = current.episode, current.writer.rows
@@ -273,7 +271,7 @@ class Recorder:
             sim_secs=round((rows - 1) * self._sim.control_timestep, 6),
             wall_secs=round(time.monotonic() - current.begun, 6),
             episode=episode.record() if episode else None,
-            judged=Judged(success=judged[0], detail=dict(judged[1])) if judged else None,
+            judged=judged,
         )
 
 

@@ -31,7 +31,7 @@ from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomi
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Limits, Scene, Workspace
 from robosandbox.types.sensed import DetectedObject, GripperState, Intrinsics, Observation, ObservedScene, RgbdFrame
-from robosandbox.types.truth import ObjectTruth, Truth
+from robosandbox.types.truth import ObjectTruth, Truth, Verdict
 
 __all__ = [
     "DIRECTION_AXES",
@@ -74,6 +74,7 @@ __all__ = [
     "Trajectory",
     "Truth",
     "Vec3",
+    "Verdict",
     "Workspace",
     "frozen_array",
     "matrix_about_axis",

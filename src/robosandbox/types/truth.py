@@ -76,3 +76,16 @@ class Truth:
     table_height: float
     objects: Mapping[str, ObjectTruth]
     held: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Verdict:
+    """Whether a task succeeded.
+
+    Attributes:
+        success: The answer.
+        detail: The measurements at the end of the episode, or at the moment at which it ceased to hold.
+    """
+
+    success: bool
+    detail: dict[str, float]

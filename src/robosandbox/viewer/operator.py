@@ -12,9 +12,8 @@ from typing import Any
 
 from robosandbox.agent.episode import AgentEvent, Episode
 from robosandbox.errors import CancelledError, InternalError, RoboSandboxError, UnsupportedError
-from robosandbox.tasks.evaluate import Verdict
 from robosandbox.tasks.task import Task
-from robosandbox.types import Plan, Refusal
+from robosandbox.types import Plan, Refusal, Verdict
 from robosandbox.viewer.source import WorldSource
 
 _log = logging.getLogger(__name__)
