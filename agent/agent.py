@@ -24,6 +24,7 @@ from robosandbox.agent.episode import (
     Step,
 )
 from robosandbox.agent.goal import GoalContext
+from robosandbox.agent.goal_planner import GoalPlanner, is_goal
 from robosandbox.agent.usage import Usage, metered
 from robosandbox.errors import (
     CancelledError,
@@ -108,8 +109,15 @@ class Agent(Generic[WorldT]):
             PlannerError: The planner has no answer.
         """
         check_prompt(prompt)
-        scene = self._look()
-        return self._refused_if_hopeless(self.planner.plan(prompt, scene, ()), scene)
+        return self.answer(prompt, self._look())
+
+    def answer(self, prompt: str, scene: ObservedScene) -> Plan | Refusal:
+        """Return the planner's answer for a scene, or a refusal where its plan has a step that cannot be done.
+
+        Raises:
+            PlannerError: The planner has no answer.
+        """
+        return self._refused_if_hopeless(self._planner_for(prompt).plan(prompt, scene, ()), scene)
 
     def run(self, prompt: str) -> Episode:
         """Carry out a prompt.
@@ -121,7 +129,7 @@ class Agent(Generic[WorldT]):
             InputError: The prompt is too long.
         """
         check_prompt(prompt)
-        return self._run(prompt, self.planner, self.max_replans)
+        return self._run(prompt, self._planner_for(prompt), self.max_replans)
 
     def follow(self, plan: Plan) -> Episode:
         """Carry out a plan as it is; a failure ends it.
@@ -190,6 +198,10 @@ class Agent(Generic[WorldT]):
             error=attempts[-1].error.record() if attempts and not success else None,
             model_usage=usage,
         )
+
+    def _planner_for(self, prompt: str) -> Planner:
+        """Return who plans for a prompt: the search over contracts where it lists relations, else the planner."""
+        return GoalPlanner(list(self.skills.values())) if is_goal(prompt) else self.planner
 
     def _refused_if_hopeless(self, answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:
         """Return a refusal in place of a plan with a step that nothing done first can make possible; else the answer itself.

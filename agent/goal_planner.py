@@ -12,6 +12,7 @@ from robosandbox.world.abilities import Abilities
 from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import contract_of, imagined, lookup
 from robosandbox.world.facts import Fact, parse_facts
+from robosandbox.world.predicate import predicates
 
 
 class GoalPlanner:
@@ -45,6 +46,16 @@ class GoalPlanner:
                 scene = scene if contract is None else imagined(contract, scene)
         answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot)
         return answer if isinstance(answer, Refusal) else Plan(steps=(*before, *answer.steps))
+
+
+def is_goal(prompt: str) -> bool:
+    """Say whether a prompt lists known relations, as in "on(red_cube, blue_block)", and is no sentence."""
+    if "(" not in prompt:
+        return False
+    try:
+        return all(goal.relation in predicates() for goal in parse_facts(prompt))
+    except ValueError:
+        return False
 
 
 def read_goals(text: str) -> tuple[Fact, ...]:

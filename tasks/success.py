@@ -23,6 +23,7 @@ from robosandbox.tasks.checks import (
     Tapped,
     Undisturbed,
 )
+from robosandbox.tasks.goals import Goal
 from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
 
@@ -89,6 +90,7 @@ Criterion = Annotated[
     | Tapped
     | AtHome
     | Undisturbed
+    | Goal
     | AllOf
     | AnyOf
     | NotOf,

@@ -25,7 +25,7 @@ class Task(StrictModel):
 
     Attributes:
         name: In lists and results.
-        prompt: What the agent is told.
+        prompt: What the agent is told: a sentence, or relations that it is to bring about; `goal` in a file says the latter.
         scene: Robot and objects, as seed 0 has them.
         success: When it counts as done.
         randomize: How far other seeds may differ. Left out, objects move by up to 2 cm and turn by up to 10 degrees (and
@@ -54,6 +54,17 @@ class Task(StrictModel):
         if "notes" in data:
             raise ValueError("seed_note: is the same as notes, which is there too; keep one of them")
         return {"notes" if name == "seed_note" else name: value for name, value in data.items()}
+
+    @model_validator(mode="before")
+    @classmethod
+    def _goal_is_a_prompt(cls, data: Any) -> Any:
+        """Take `goal:` in place of `prompt:`, and as what success is where nothing else is said."""
+        if not isinstance(data, dict) or "goal" not in data:
+            return data
+        if "prompt" in data:
+            raise ValueError("goal: stands in place of prompt, which is there too; keep one of them")
+        rest = {name: value for name, value in data.items() if name != "goal"}
+        return {"success": {"kind": "goal", "relations": data["goal"]}, **rest, "prompt": data["goal"]}
 
     @property
     def randomization(self) -> Randomize:

@@ -13,6 +13,8 @@ from robosandbox.agent.goal_planner import GoalPlanner
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.tasks.session import open_session
+from robosandbox.tasks.task import Task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
 from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import find
@@ -150,6 +152,36 @@ def test_run_command_reaches_a_goal(capsys: pytest.CaptureFixture[str]) -> None:
     assert run_app(app, "robo-sandbox", ["run", "--goal", goal, "--task", "stack_two", "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["success"]
+
+
+def test_task_with_a_goal_is_planned_for_and_judged() -> None:
+    task = Task.model_validate(
+        {
+            "name": "goal_task",
+            "goal": "at(red_cube, 0.2, 0.2), on(blue_cube, red_cube)",
+            "success": {"kind": "goal", "relations": "on(blue_cube, red_cube)"},
+            "scene": {
+                "objects": [
+                    {"id": name, "kind": "box", "size": [0.02] * 3, "pose": {"xyz": [0.1, y, 0.062]}, "mass": 0.05}
+                    for name, y in (("red_cube", -0.1), ("blue_cube", 0.1))
+                ]
+            },
+        }
+    )
+    with open_session(task, what_if=False) as session:
+        assert not session.judge().success
+        episode = session.run()
+        assert episode.success and session.judge().success
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [({"prompt": "tap it"}, "in place of prompt"), ({"goal": "clear(red_cube)"}, "nobody judges that"), ({"goal": "on(red_cube, moon)"}, "moon")],
+)  # fmt: skip
+def test_goal_that_a_task_cannot_have_is_told(changes: dict[str, str], message: str) -> None:
+    cube = {"id": "red_cube", "kind": "box", "size": [0.02] * 3, "pose": {"xyz": [0.1, 0.0, 0.062]}}
+    with pytest.raises(ValueError, match=message):
+        Task.model_validate({"name": "t", "goal": "on(red_cube, table)", "scene": {"objects": [cube]}, **changes})
 
 
 def test_run_command_says_what_is_wrong_with_a_goal(capsys: pytest.CaptureFixture[str]) -> None:

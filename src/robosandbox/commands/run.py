@@ -76,11 +76,6 @@ def run(
                 )
         from robosandbox.commands import trying
 
-        if goal is not None:
-            from robosandbox.agent.goal_planner import GoalPlanner
-            from robosandbox.skills.primitives.abilities import RobotAbilities
-
-            session.agent.planner = GoalPlanner(session.skills, RobotAbilities(session.ctx, session.task.limits))
         if confirm:
             trying.ask_before(session, prompt)
         said = session.task.prompt if prompt is None else read_prompt(prompt)

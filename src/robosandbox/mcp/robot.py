@@ -110,7 +110,7 @@ class Robot:
             PlannerError: The planner has none.
         """
         # A planner may think for a minute; the worker stays free meanwhile.
-        return await asyncio.to_thread(self._cell.agent.planner.plan, prompt, await self.scene())
+        return await asyncio.to_thread(self._cell.agent.answer, prompt, await self.scene())
 
     async def scene(self) -> ObservedScene:
         """Return what perception sees."""
