@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import mujoco
 import numpy as np
 
+from robosandbox.driver_base import per_tick
 from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot
 from robosandbox.sim.simulation import Simulation
@@ -44,10 +45,7 @@ class ControlledSimulation(Simulation):
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks; return when the last row is commanded."""
         robot, data = self.robot, self._live
-        ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
-        times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
-        rows = np.arange(len(trajectory.q)) * trajectory.dt
-        q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
+        q = per_tick(trajectory, self.control_timestep)
         # A damped servo lags a moving target by lag * velocity; commanding ahead by that keeps the arm on its path.
         velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
         commands = robot.control(q + self._servo_lag * velocity + self._trim)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import mujoco
 import numpy as np
 
-from robosandbox.drivers import ControlLoop
+from robosandbox.driver_base import ControlLoop
 from robosandbox.errors import InputError
 from robosandbox.protocols import Guard
 from robosandbox.robots.robot import Robot

@@ -12,7 +12,7 @@ from robosandbox.agent import episode as events
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import Episode, FinalReason
-from robosandbox.drivers import ControlLoop
+from robosandbox.driver_base import ControlLoop
 from robosandbox.errors import CancelledError, GoalTimeoutError, GraspError, InputError, SkillError
 from robosandbox.protocols import Attempt, Driver, Skill, SkillContext
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, SkillResult

@@ -24,6 +24,7 @@ LAYERS = (
     {"protocols"},
     {"drivers"},
     {"robots"},
+    {"driver_base"},
     {"sim"},
     {"motion", "grasp", "perception"},
     {"skills"},

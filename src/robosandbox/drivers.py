@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from inspect import signature
 from typing import TYPE_CHECKING, Any, Literal, Protocol
@@ -13,7 +13,7 @@ from robosandbox.errors import InputError, Phase, UnsupportedError
 from robosandbox.plugins import bind_plugin, load_plugin
 
 if TYPE_CHECKING:
-    from robosandbox.protocols import Driver, Guard, Simulated
+    from robosandbox.protocols import Driver, Simulated
     from robosandbox.types import Scene
 
 # Joint speed below which an arm counts as still, rad/s or m/s: half a degree a second.
@@ -89,45 +89,6 @@ SUPPLIED = ("render_size", "felt", "wait_hook", "start_q")
 CAPABILITIES: tuple[str, ...] = tuple(field.name for field in fields(Capabilities) if field.name != "clock")
 
 
-class ControlLoop:
-    """What a driver tells and asks after each control tick: its listeners, then its guards. Drivers may be made with it.
-
-    Attributes:
-        guards: Asked after every tick.
-    """
-
-    def __init__(self) -> None:
-        self.guards: list[Guard] = []
-        self._listeners: list[Callable[[], None]] = []
-
-    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Call `listener` after every tick; return what ends that."""
-        self._listeners.append(listener)
-
-        def end() -> None:
-            self._listeners.remove(listener)
-
-        return end
-
-    def ticked(self, stop: Callable[[], None], guards: Sequence[Guard] = ()) -> None:
-        """Tell the listeners, and ask the guards.
-
-        Args:
-            stop: Has the arm hold where it is.
-            guards: Those of this motion, asked after the standing ones.
-
-        Raises:
-            Exception: What the first guard returned that does not let the motion go on; the arm holds.
-        """
-        for listener in tuple(self._listeners):
-            listener()
-        for guard in (*self.guards, *guards):
-            error = guard()
-            if error is not None:
-                stop()
-                raise error
-
-
 def require(driver: Declares, capability: str, purpose: str) -> None:
     """Check that a driver has a capability.
 
@@ -140,11 +101,16 @@ def require(driver: Declares, capability: str, purpose: str) -> None:
         UnsupportedError: The driver does not have it.
     """
     if not getattr(driver.capabilities, capability):
-        raise UnsupportedError(
-            f"{capability}: the driver of {driver.spec.name} does not tell {_SAID[capability]}, and {purpose}; "
-            "use a driver that declares it",
-            phase=Phase.CHECK,
-        )
+        raise refusal(driver, capability, purpose)
+
+
+def refusal(driver: Declares, capability: str, purpose: str) -> UnsupportedError:
+    """Return the error of a driver that does not have a capability; arguments as those of `require`."""
+    return UnsupportedError(
+        f"{capability}: the driver of {driver.spec.name} does not tell {_SAID[capability]}, and {purpose}; "
+        "use a driver that declares it",
+        phase=Phase.CHECK,
+    )
 
 
 def simulated(driver: Driver, purpose: str) -> Simulated:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import Final, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.drivers import Capabilities, ControlLoop, require
+from robosandbox.driver_base import BareDriver, per_tick
+from robosandbox.drivers import Capabilities, require
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
 from robosandbox.robots.spec import RobotSpec
@@ -41,7 +42,7 @@ _TRIM_SHARE = 0.08
 _LARGEST_TRIM = 0.3
 
 
-class Hardware:
+class Hardware(BareDriver):
     """A robot as its driver knows it: encoders, cameras and commands; the plant behind it is nobody's business.
 
     Args:
@@ -61,7 +62,6 @@ class Hardware:
 
     Attributes:
         control_timestep: Seconds between commands.
-        guards: Asked after every control tick.
         episode: Always 0: nothing starts over by itself.
     """
 
@@ -83,6 +83,7 @@ class Hardware:
         felt: Iterable[str] = (),
         start_q: Array | None = None,
     ) -> None:
+        super().__init__()
         self._plant = open_mujoco(scene, sensor=sensor, felt=felt, start_q=start_q)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(scene).of(nothing)
@@ -99,8 +100,6 @@ class Hardware:
             clock=clock,
         )
         self.control_timestep: float = self._plant.control_timestep
-        self._loop = ControlLoop()
-        self.guards: list[Guard] = self._loop.guards
         self._commands = self._plant.controls.copy()
         self._on_the_way: deque[Array] = deque(
             self._commands.copy() for _ in range(round(latency / self.control_timestep))
@@ -137,16 +136,9 @@ class Hardware:
 
     # Acting.
 
-    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Have `listener` called after every control tick, before the guards; return what ends that."""
-        return self._loop.subscribe(listener)
-
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
-        ticks = max(1, int(np.ceil(trajectory.duration / self.control_timestep - 1e-9)))
-        times = np.minimum(np.arange(1, ticks + 1) * self.control_timestep, trajectory.duration)
-        rows = np.arange(len(trajectory.q)) * trajectory.dt
-        q = np.column_stack([np.interp(times, rows, column) for column in trajectory.q.T])
+        q = per_tick(trajectory, self.control_timestep)
         velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
         ahead = q + self._plant.servo_lag * velocity
         try:
@@ -205,24 +197,6 @@ class Hardware:
             self.wait(_FRAME_SECONDS)
         self._catch_up()
         return self._plant.capture(camera)
-
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        require(self, "contact", "a contact was asked for")
-        raise AssertionError("a plant without contact declared it")
-
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        require(self, "contact", "contacts were asked for")
-        raise AssertionError("a plant without contact declared it")
 
     def force_on(self, object_id: str | None) -> Array:
         """Return what the wrist's sensor feels, N in the world, shape (3,); it cannot tell of which object.
@@ -288,7 +262,7 @@ class Hardware:
             due = self._began + (self._ticks + 1) * self.control_timestep
             time.sleep(max(0.0, due - time.monotonic()))
         self._advance()
-        self._loop.ticked(self.stop, guards)
+        self._ticked(guards)
 
     def _catch_up(self) -> None:
         """Let pass what the wall's clock says has passed since the last call, with the last commands held."""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 import numpy as np
 import pybullet
 
-from robosandbox.drivers import Capabilities, ControlLoop, require
+from robosandbox.driver_base import BareDriver
+from robosandbox.drivers import Capabilities
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
@@ -47,7 +48,7 @@ _SETTLE_SECONDS = 1.0
 _STANDS_FOR = (None, "franka_panda", str(ROBOT_MODEL))
 
 
-class PyBulletDriver:
+class PyBulletDriver(BareDriver):
     """A Panda at a table in Bullet.
 
     Args:
@@ -57,7 +58,6 @@ class PyBulletDriver:
     Attributes:
         scene: The scene, with the robot that is really there.
         control_timestep: Seconds between commands.
-        guards: Asked after every control tick.
         episode: Always 0: nothing starts over by itself.
 
     Raises:
@@ -67,6 +67,7 @@ class PyBulletDriver:
     episode: Final = 0
 
     def __init__(self, scene: Scene, *, start_q: Array | None = None) -> None:
+        super().__init__()
         self.scene = self.fit(scene)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
         planning = PlanningScenes(self.scene).of(nothing)
@@ -75,8 +76,6 @@ class PyBulletDriver:
         self._world = BulletWorld(self.scene, self._robot)
         self._cameras = cameras(scene.table_height)
         self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
-        self._loop = ControlLoop()
-        self.guards: list[Guard] = self._loop.guards
         self._ticks = 0
         self._trim = np.zeros(self._robot.n)
         self._closed = 0.0
@@ -119,10 +118,6 @@ class PyBulletDriver:
         self._world.close()
 
     # Acting.
-
-    def subscribe(self, listener: Callable[[], None]) -> Callable[[], None]:
-        """Have `listener` called after every control tick, before the guards; return what ends that."""
-        return self._loop.subscribe(listener)
 
     def follow(self, trajectory: Trajectory, guards: Sequence[Guard] = ()) -> None:
         """Follow a trajectory, commands interpolated to the control ticks."""
@@ -220,44 +215,6 @@ class PyBulletDriver:
         """Return what an arm joint's servo gives now and the most that it can, N m."""
         return abs(float(self._world.joint_states(self._world.arm)[joint, 2])), _TORQUES[joint]
 
-    def strongest_contact(self) -> tuple[float, str, str]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        require(self, "contact", "a contact was asked for")
-        raise AssertionError("a robot without contact declared it")
-
-    def arm_contacts(self) -> tuple[tuple[str, str], ...]:
-        """Refuse: the arm has no skin.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        require(self, "contact", "contacts were asked for")
-        raise AssertionError("a robot without contact declared it")
-
-    def force_on(self, object_id: str | None) -> Array:
-        """Refuse: nothing at the wrist measures force.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        del object_id
-        require(self, "wrist_wrench", "a force was asked for")
-        raise AssertionError("a robot without a wrist sensor declared it")
-
-    def grip_on(self, object_id: str | None) -> float:
-        """Refuse: the hand tells how far apart its fingers are, not how hard they press.
-
-        Raises:
-            UnsupportedError: Always.
-        """
-        del object_id
-        require(self, "gripper_force", "a grip was asked for")
-        raise AssertionError("a gripper without a sense of force declared it")
-
     # Inside.
 
     def _place(self, q: Array) -> None:
@@ -301,4 +258,4 @@ class PyBulletDriver:
         for _ in range(_STEPS_PER_TICK):
             self._world.call("stepSimulation")
         self._ticks += 1
-        self._loop.ticked(self.stop, guards)
+        self._ticked(guards)
