@@ -18,6 +18,7 @@ from robosandbox.perception.sensed import SensedSim
 from robosandbox.perception.tag_removal import tags_removed
 from robosandbox.perception.tags import Tag, find_tags, labelled, merged
 from robosandbox.perception.thing import Thing
+from robosandbox.perception.told_mesh import as_told
 from robosandbox.perception.track import Track
 from robosandbox.perception.tracker import Tracker
 from robosandbox.protocols import Driver
@@ -186,7 +187,7 @@ class RgbdPerception:
         unclear = [_unclear(track) for track in self.tracks if track not in clear]
         return ObservedScene(
             time=sim.time,
-            objects=tuple(track.detected() for track in clear),
+            objects=tuple(as_told(track.detected(), self._setup.known.get(track.id)) for track in clear),
             table_height=self._setup.scene.table_height,
             base_xy=(float(base[0]), float(base[1])),
             held=held,
