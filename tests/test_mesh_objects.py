@@ -89,7 +89,7 @@ def test_a_ball_falls_into_a_ring_that_is_cut_and_lies_on_one_that_is_not(
     ball = SceneObject(id="ball", kind="sphere", size=(0.015,), pose=Pose(xyz=(0.15, 0.0, 0.04 + HEIGHT + 0.016)))
     with MuJoCoBackend() as sim:
         sim.load(Scene(objects=(thing(ring, collision=collision), ball)))
-        sim.rest(0.5)
+        sim.wait(0.5)
         height = sim.truth().objects["ball"].pose.xyz[2] - 0.04
     assert (height < 0.02) is falls
 
