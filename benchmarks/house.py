@@ -2,6 +2,7 @@
 
 uv run benchmarks/house.py --json house.json
 uv run benchmarks/house.py --list constants_without_source
+uv run benchmarks/house.py --picture docs/house.svg
 
 Read are the Python files of `src/robosandbox` and of the six folders beside it; tests, examples, benchmarks and documents are
 not. "language" is what is under `agent/language`, "rest" is everything else. `house_counts.py` says by which rules is counted.
@@ -17,6 +18,7 @@ from pathlib import Path
 
 from house_constants import constants
 from house_counts import COUNTS, import_circles
+from house_picture import house, picture
 from house_sources import Source, sources
 
 # What the figures are to be at most, without the grammar.
@@ -67,8 +69,12 @@ def main() -> None:
     parser.add_argument(
         "--list", choices=[*COUNTS, "import_circles"], metavar="COUNT", help="what a count found: %(choices)s"
     )
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw the rooms and who imports whom, as SVG")
     given = parser.parse_args()
     files = sources()
+    if given.picture:
+        given.picture.write_text(picture(house(files)), encoding="utf-8")
+        return
     found = survey(files)
     counted = figures(files, found)
     if given.list:

@@ -73,7 +73,7 @@ def house(files: list[Source]) -> House:
     folders = {source.module.split(".")[1] for source in files if source.module.count(".") > 1} - {"types"}
     counts, lines, imports = Counter[str](), Counter[str](), Counter[tuple[str, str]]()
     for source in files:
-        if source.module in ("robosandbox", "robosandbox.__init__"):
+        if source.module.count(".") == 0:
             continue
         room = _room(source.module, folders)
         counts[room] += 1
@@ -81,7 +81,6 @@ def house(files: list[Source]) -> House:
         others = {_room(module, folders) for module in _imported(source.tree)}
         if room != VALUES:
             imports.update((room, other) for other in others - {room})
-    # `types` are made of shapes; drawn as lying beside each other.
     return House(counts, lines, imports)
 
 
@@ -168,9 +167,7 @@ def _arrows(drawn: House) -> dict[tuple[str, str], int]:
     return {pair: files for pair, files in among.items() if files >= FEWEST or pair in strongest}
 
 
-def _arrow(
-    drawn: House, places: Mapping[str, tuple[float, float]], at: str, to: str, files: int
-) -> tuple[str, str]:
+def _arrow(drawn: House, places: Mapping[str, tuple[float, float]], at: str, to: str, files: int) -> tuple[str, str]:
     """Return an arrow and the number beside its beginning."""
     (x0, y0), (x1, y1) = places[at], places[to]
     half = BOX[1] / 2
