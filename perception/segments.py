@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from robosandbox.perception.frame import Frame, Image, Mask, Table
 from robosandbox.perception.quantiles import median
+from robosandbox.perception.table_colour import painted
 from robosandbox.types import Array
 
 Labels = NDArray[np.int32]
@@ -38,16 +39,8 @@ _BLACK = 110.0  # Sum of the channels, of 765 levels, below which a pixel is too
 # Factor of brightness, next to black, that is no shade but another thing. With half of it one more detection of nothing, with
 # twice none (benchmarks/sensitivity.py).
 _BLACK_STEP = 3.2
-# Pixels between the rows and columns to which the table's colour is fitted. Chosen: 4800 points of a frame, enough for six
-# terms.
-_COARSE = 8
 _CELL = 12  # Pixels a side of the cells in which parts of a frame are found. Chosen about as wide as the least thing.
 _STRAY = 3  # Number of pixels in a cell that may be noise. Chosen: 2 % of the cell.
-# Number of the table's coarse pixels below which its colour is not known. Chosen: over 30 for each of the fit's six terms.
-_LEAST_TABLE = 200
-# Difference from the table's colour, summed over channels of 255 levels, that is another colour. Chosen: 12 levels a channel,
-# six times the noise of `realsense`.
-_OTHER_COLOUR = 36.0
 _LEAST_PIXELS = 14  # Number of raised pixels that a piece has at least. Chosen.
 # Number of pixels from which the mean height of a flat piece counts, because it is known better than one pixel's. Chosen.
 _WIDE = 120
@@ -120,19 +113,19 @@ def find_segments(frame: Frame, table: Table, robot: Mask, robot_near: Image) ->
     # Pixels without depth are judged by colour alone, except beside the robot and beyond the table.
     beyond = cv2.dilate((frame.valid[crop] & (height[crop] < -low)).astype(np.uint8), np.ones((7, 7), np.uint8)) > 0
     blind = ~frame.valid[crop] & ~beyond & ~robot[crop]
-    painted = _painted(frame, free & ~raised, crop) & (free[crop] | blind)
-    standing = raised[crop] | (free[crop] & painted)
+    coloured = painted(frame, free & ~raised, crop) & (free[crop] | blind)
+    standing = raised[crop] | (free[crop] & coloured)
     segments = []
     for part in _parts(standing):
         inside = _within(crop, part)
         if np.count_nonzero(standing[part]) < _WIDE and np.count_nonzero(raised[inside]) < _LEAST_PIXELS:
             continue
-        segments += _cut(frame, standing[part], painted[part], raised[inside], height[inside], inside)
+        segments += _cut(frame, standing[part], coloured[part], raised[inside], height[inside], inside)
     return segments
 
 
 def _cut(
-    frame: Frame, standing: Mask, painted: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
+    frame: Frame, standing: Mask, coloured: Mask, raised: Mask, height: Image, crop: tuple[slice, slice]
 ) -> list[Segment]:
     """Return the pieces in a part of the picture, cut where depth or colour jumps."""
     count, found, stats, _ = cv2.connectedComponentsWithStats(
@@ -147,12 +140,12 @@ def _cut(
     # Noise makes a bump in the table here and there, of the table's colour.
     bumps = ~small & (area < _BUMP)
     if bumps.any():
-        small |= bumps & (np.bincount(labels[painted], minlength=count) < _LEAST_PAINT * area)
+        small |= bumps & (np.bincount(labels[coloured], minlength=count) < _LEAST_PAINT * area)
     small[0] = False
     if small[1:].all():
         return []
     labels = np.where(small, 0, np.arange(count)).astype(np.int32).take(labels)
-    masks = _grown(labels, standing, painted, frame, crop)
+    masks = _grown(labels, standing, coloured, frame, crop)
     corner = (crop[1].start, crop[0].start)
     pieces = (_segment(frame, labels, masks, n, stats[n], corner) for n in range(1, count) if not small[n])
     return [piece for piece in pieces if piece is not None]
@@ -194,42 +187,6 @@ def _within(crop: tuple[slice, slice], part: tuple[slice, slice]) -> tuple[slice
     return rows, columns
 
 
-def _painted(frame: Frame, bare: Mask, crop: tuple[slice, slice]) -> Mask:
-    """Return the pixels whose colour is clearly not the table's.
-
-    The table's picture is taken to vary slowly: a quadratic in the pixel's place for each channel.
-    """
-    height, width = bare.shape
-    coarse = bare[::_COARSE, ::_COARSE]
-    if np.count_nonzero(coarse) < _LEAST_TABLE:
-        return np.zeros_like(bare[crop])
-    seen = frame.rgb[::_COARSE, ::_COARSE][coarse].astype(np.float64)
-    grid = _quadratic(height, width)
-    design = grid[coarse.reshape(-1)]
-    keep: Any = slice(None)
-    shade, off = np.zeros((6, 3)), np.zeros(len(seen))
-    for _ in range(2):
-        kept = design[keep]
-        shade = np.linalg.solve(kept.T @ kept + 1e-6 * np.eye(6), kept.T @ seen[keep])
-        off = np.abs(seen - design @ shade) @ np.ones(3)
-        keep = off < 3.0 * median(off) + 6.0
-    plain = np.clip(grid @ shade, 0.0, 255.0).reshape(*coarse.shape, 3).astype(np.uint8)
-    whole = cv2.resize(plain, (width, height), interpolation=cv2.INTER_LINEAR)
-    noise = float(median(off))
-    off_table = cv2.transform(cv2.absdiff(frame.rgb[crop], whole[crop]).astype(np.float32), np.ones((1, 3), np.float32))
-    # An edge lies where half of its contrast is reached.
-    half = 0.5 * cv2.dilate(off_table, np.ones((3, 3), np.uint8))
-    return np.asarray(off_table > np.maximum(half, max(_OTHER_COLOUR, 6.0 * noise)))
-
-
-@lru_cache(maxsize=8)
-def _quadratic(height: int, width: int) -> Array:
-    """Return the terms (n, 6) of a quadratic in the place of each `_COARSE`th row and column of a picture."""
-    rows, columns = np.meshgrid(np.arange(0, height, _COARSE), np.arange(0, width, _COARSE), indexing="ij")
-    v, u = rows.ravel() / height, columns.ravel() / width
-    return np.column_stack([np.ones_like(u), u, v, u * u, u * v, v * v])
-
-
 def jumps(frame: Frame, crop: tuple[slice, slice]) -> Mask:
     """Return the pixels beside a step in depth or in colour; shading is no colour."""
     depth = frame.depth[crop]
@@ -252,7 +209,7 @@ def jumps(frame: Frame, crop: tuple[slice, slice]) -> Mask:
     return np.asarray(steps)
 
 
-def _grown(labels: Labels, standing: Mask, painted: Mask, frame: Frame, crop: tuple[slice, slice]) -> Labels:
+def _grown(labels: Labels, standing: Mask, coloured: Mask, frame: Frame, crop: tuple[slice, slice]) -> Labels:
     """Return the labels grown to the things' outlines in the colour picture.
 
     Depth ends ragged at edges. Each pixel near a piece goes to it if its colour is nearer to that of the piece's nearest
@@ -262,7 +219,7 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, frame: Frame, crop: tu
     sure = labels > 0
     near = cv2.dilate(sure.view(np.uint8), np.ones((2 * _BAND + 1,) * 2, np.uint8)) > 0
     reach = cv2.dilate(sure.view(np.uint8), np.ones((2 * _REACH + 1,) * 2, np.uint8)) > 0
-    other = ~(near | (reach & (standing | painted)))
+    other = ~(near | (reach & (standing | coloured)))
     band = ~other & ~sure
     pixels = np.flatnonzero(band)
     source = _nearest(sure, pixels)
@@ -280,7 +237,7 @@ def _grown(labels: Labels, standing: Mask, painted: Mask, frame: Frame, crop: tu
         shares = _apart(hue, _chroma(nearest))
         dark = np.maximum(np.minimum(here.sum(axis=0), nearest.sum(axis=0)), 1.0)
         same = (shares < _apart(hue, _chroma(away))) & (shares < 1.4 * _CHROMA_JUMP + _CHROMA_NOISE / dark)
-        mine = np.where(painted.reshape(-1)[pixels], same, mine)
+        mine = np.where(coloured.reshape(-1)[pixels], same, mine)
     else:
         mine = np.ones(len(pixels), dtype=bool)
     grown = labels.copy()

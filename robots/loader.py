@@ -21,7 +21,7 @@ from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.placement import Workspace
 from robosandbox.robots.infer.sidecar import infer_imported
-from robosandbox.robots.limits import joint_limits
+from robosandbox.robots.limits import joint_limits, motion_limits
 from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.robot import Gripper, Robot
@@ -33,10 +33,6 @@ from robosandbox.validation import load_yaml_model
 
 TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
-# Least and largest speed, rad/s, and acceleration, rad/s^2, that a joint gets whose file gives none, and the share of its
-# servo's torque that accelerates it. Chosen: the Panda's own limits are 2.2 rad/s and 7.5 rad/s^2 at the least; the rest of the
-# torque holds the arm against gravity.
-_SPEEDS, _ACCELERATIONS, _TORQUE_SHARE = (0.5, 2.0), (0.25, 8.0), 0.4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -259,7 +255,7 @@ def measure(
     except InputError as error:
         raise InputError(f"{source}: {error}") from None
     _add_wrist_camera(spec, model, tcp_site, found.R_site_tcp)
-    velocity, acceleration = _limits(sidecar, spec, model, home_by_address(model, sidecar), imported.velocity)
+    velocity, acceleration = motion_limits(sidecar, spec, model, home_by_address(model, sidecar), imported.velocity)
     return RobotModel(
         name=path.stem,
         path=path,
@@ -313,45 +309,3 @@ def _add_wrist_camera(spec: mujoco.MjSpec, model: mujoco.MjModel, tcp_site: str,
     quat = np.zeros(4)
     mujoco.mju_mat2Quat(quat, rotation.flatten())
     spec.body(model.body(body).name).add_camera(name=WRIST_CAMERA, pos=eye, quat=quat, fovy=70.0)
-
-
-def _limits(
-    sidecar: Sidecar,
-    spec: mujoco.MjSpec,
-    model: mujoco.MjModel,
-    arm_q: dict[int, float],
-    rated: dict[str, float],
-) -> tuple[Array, Array]:
-    """Return velocity and acceleration limits: the sidecar's, the model's custom numerics, or from torque and inertia."""
-    n = len(sidecar.arm.joints)
-    given = {
-        "velocity_limits": sidecar.arm.velocity_limits,
-        "acceleration_limits": sidecar.arm.acceleration_limits,
-    }
-    custom = {item.name: np.array(item.data, dtype=float) for item in spec.numerics}
-    known = {name: np.array(limits or custom.get(name, ())) for name, limits in given.items()}
-    acceleration, velocity = known["acceleration_limits"], known["velocity_limits"]
-    if len(acceleration) != n:
-        acceleration = _accelerations(sidecar, model, arm_q)
-    if len(velocity) != n:
-        # Half a radian to reach full speed: fast enough to work, slow enough for servos nobody has tuned.
-        velocity = np.clip(np.sqrt(acceleration), *_SPEEDS)
-        velocity = np.minimum(velocity, [rated.get(name, np.inf) for name in sidecar.arm.joints])
-    return frozen_array(velocity), frozen_array(acceleration)
-
-
-def _accelerations(sidecar: Sidecar, model: mujoco.MjModel, arm_q: dict[int, float]) -> Array:
-    """Return what each servo's torque gives the inertia that its joint moves at home, shape (n,)."""
-    data = mujoco.MjData(model)
-    for address, value in arm_q.items():
-        data.qpos[address] = value
-    mujoco.mj_fwdPosition(model, data)
-    inertia = np.zeros((model.nv, model.nv))
-    mujoco.mj_fullM(model, data, inertia)
-    found = []
-    for joint, name in zip(sidecar.arm.joints, sidecar.arm.actuators, strict=True):
-        dof, actuator = int(model.joint(joint).dofadr[0]), model.actuator(name).id
-        force = abs(model.actuator_forcerange[actuator]).max() if model.actuator_forcelimited[actuator] else np.inf
-        torque = force * abs(model.actuator_gear[actuator, 0])
-        found.append(np.clip(_TORQUE_SHARE * torque / max(inertia[dof, dof], 1e-6), *_ACCELERATIONS))
-    return np.array(found)

@@ -183,15 +183,10 @@ def _recognized(value: Any, tools: Sequence[Tool], wrappers: int = 0) -> Call | 
     value = _unpacked(value)
     if wrappers > _MOST_WRAPPERS:
         return None
-    match value:
-        case [only]:
-            return _recognized(only, tools, wrappers + 1) or _listed(value, tools)
-        case list():
-            return _listed(value, tools)
-        case dict():
-            return _in_object(value, tools, wrappers)
-        case _:
-            return None
+    if isinstance(value, list):
+        only = _recognized(value[0], tools, wrappers + 1) if len(value) == 1 else None
+        return only or _listed(value, tools)
+    return _in_object(value, tools, wrappers) if isinstance(value, dict) else None
 
 
 def _in_object(value: dict[str, Any], tools: Sequence[Tool], wrappers: int) -> Call | None:

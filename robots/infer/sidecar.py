@@ -121,8 +121,7 @@ def infer_imported(
     """
     model = compile_spec(imported.spec, imported.path.name)
     chain, choices = choose_chain(model, imported.path.name, arm)
-    names = tuple(str(model.joint(j).name) for j in chain.joints)
-    gripper_names = tuple(str(model.joint(j).name) for j in chain.gripper_joints)
+    names, gripper_names = (tuple(str(model.joint(j).name) for j in js) for js in (chain.joints, chain.gripper_joints))
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})

@@ -157,7 +157,7 @@ def _decoded(kind: Any, data: Any) -> Any:
         return _tuple(arguments, data)
     if dataclasses.is_dataclass(kind) and isinstance(kind, type):
         return _dataclass(kind, data)
-    if not isinstance(data, kind) and not (kind is float and type(data) is int):
+    if not (isinstance(kind, type) and isinstance(data, kind)) and not (kind is float and type(data) is int):
         raise DamagedEntryError(f"{data!r} is no {kind}")
     return data
 
