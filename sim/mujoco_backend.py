@@ -106,7 +106,7 @@ class MuJoCoBackend(SensedSimulation):
             joint_torque=True,
             wrist_wrench=True,
             contact="named",
-            cameras=self.cameras if self._world else (),
+            cameras=self.camera_specs() if self._world else {},
             fork=True,
             reset=True,
             truth=True,

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import mujoco
 import numpy as np
 
+from robosandbox.drivers import CameraSpec
 from robosandbox.errors import InputError
 from robosandbox.protocols import Guard
 from robosandbox.sim.contacts import Contacts
@@ -17,6 +18,7 @@ from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.sim.world import World
 from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen_array
 
 # MuJoCo's cameras look along -z with y up.
@@ -43,6 +45,7 @@ class SensedSimulation(ControlledSimulation):
         # An OpenGL context belongs to the thread that draws with it.
         self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
         self._past: deque[tuple[float, Array]] = deque()
+        self._specs: dict[str, CameraSpec] | None = None
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -59,6 +62,20 @@ class SensedSimulation(ControlledSimulation):
         if name not in cameras:
             raise InputError(f"camera {name!r} is not one of {', '.join(cameras)}")
         return cameras[name]
+
+    def camera_specs(self) -> Mapping[str, CameraSpec]:
+        """Return the cameras as they are built in."""
+        if self._specs is None:
+            world, data = self._loaded, mujoco.MjData(self.model)
+            mujoco.mj_kinematics(world.model, data)
+            mujoco.mj_camlight(world.model, data)
+            self._specs = {name: _camera_spec(world, data, found) for name, found in world.cameras.items()}
+        return self._specs
+
+    def adopt(self, world: World) -> None:
+        """Simulate a compiled world, everything where the model has it."""
+        super().adopt(world)
+        self._specs = None
 
     def state(self, cameras: Sequence[str] = ()) -> Observation:
         """Return proprioception, and a picture per named camera.
@@ -98,7 +115,7 @@ class SensedSimulation(ControlledSimulation):
             time=float(data.time),
             rgb=rgb,
             depth=depth,
-            intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
+            intrinsics=self.camera_specs()[camera].intrinsics,
             pose_camera_in_world=pose,
             q=frozen_array(data.qpos[robot.qpos_indices]),
             gripper_q=frozen_array(fingers),
@@ -211,3 +228,16 @@ class SensedSimulation(ControlledSimulation):
         mujoco.mj_kinematics(self.model, data)
         mujoco.mj_camlight(self.model, data)
         return data
+
+
+def _camera_spec(world: World, data: mujoco.MjData, name: str) -> CameraSpec:
+    """Return a camera as it is built in, of a model whose kinematics are computed."""
+    model = world.model
+    number = model.camera(name).id
+    pose = Pose.from_matrix(data.cam_xpos[number], data.cam_xmat[number].reshape(3, 3) @ _OPTICAL)
+    on_hand = int(model.cam_bodyid[number]) in world.robot.bodies
+    return CameraSpec(
+        intrinsics=perfect_intrinsics(FRAME_SIZE, float(np.radians(model.cam_fovy[number]))),
+        pose=Pose.from_matrix(*world.robot.tcp(data)).inverse() @ pose if on_hand else pose,
+        on_hand=on_hand,
+    )

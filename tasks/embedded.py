@@ -44,7 +44,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
     @property
     def cameras(self) -> tuple[str, ...]:
         """Names that `picture` takes."""
-        return self.sim.capabilities.cameras
+        return tuple(self.sim.capabilities.cameras)
 
     def state(self) -> Observation:
         """Return joints, TCP and gripper."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from inspect import signature
 from typing import TYPE_CHECKING, Any, Literal, Protocol
 
@@ -14,7 +14,7 @@ from robosandbox.plugins import bind_plugin, load_plugin
 
 if TYPE_CHECKING:
     from robosandbox.protocols import Driver, Simulated
-    from robosandbox.types import Scene
+    from robosandbox.types import Intrinsics, Pose, Scene
 
 # Joint speed below which an arm counts as still, rad/s or m/s: half a degree a second.
 _STILL_SPEED = 0.01
@@ -33,6 +33,21 @@ _SAID = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class CameraSpec:
+    """A camera as it is built in; each frame tells its own pose and intrinsics, as calibrated.
+
+    Attributes:
+        intrinsics: Size and pinhole of its frames.
+        pose: Of its optical frame (z forward, y down), in the world, or in the TCP's frame where it rides on the hand.
+        on_hand: Whether it rides on the hand.
+    """
+
+    intrinsics: Intrinsics
+    pose: Pose
+    on_hand: bool = False
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Capabilities:
     """What a driver has. What it does not have is None in its values, and an UnsupportedError where it is asked for.
 
@@ -41,7 +56,7 @@ class Capabilities:
         joint_torque: Whether the joints tell what their servos give.
         wrist_wrench: Whether it tells with how much force the hand presses and pulls.
         contact: Whether it tells that the arm touches something: "named" with what, "felt" without; None not at all.
-        cameras: Names that `capture` takes.
+        cameras: By the names that `capture` takes.
         fork: Whether its world can be copied.
         reset: Whether its world can start over.
         truth: Whether it knows the true state of its world.
@@ -52,7 +67,7 @@ class Capabilities:
     joint_torque: bool = False
     wrist_wrench: bool = False
     contact: Literal["named", "felt"] | None = None
-    cameras: tuple[str, ...] = ()
+    cameras: Mapping[str, CameraSpec] = field(default_factory=dict)
     fork: bool = False
     reset: bool = False
     truth: bool = False
@@ -86,7 +101,7 @@ class Declares(Protocol):
 # the truth is to tell how hard they were pressed; what is called while it loads, and raises to end that; where the arm is to
 # begin, shape (n,).
 SUPPLIED = ("render_size", "felt", "wait_hook", "start_q")
-CAPABILITIES: tuple[str, ...] = tuple(field.name for field in fields(Capabilities) if field.name != "clock")
+CAPABILITIES: tuple[str, ...] = tuple(item.name for item in fields(Capabilities) if item.name != "clock")
 
 
 def require(driver: Declares, capability: str, purpose: str) -> None:

@@ -13,15 +13,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from robosandbox.drivers import CAPABILITIES
+from robosandbox.drivers import CAPABILITIES, CameraSpec
 from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.protocols import Driver, Guard, Simulated
 from robosandbox.testing.conformance import demand
-from robosandbox.types import Trajectory
+from robosandbox.types import Pose, RgbdFrame, Trajectory
 
 # How far two readings of a joint that is held may differ, rad or m: half of what skills call arrived.
 _STEADY = 0.002
 _HELD = 0.01
+# How far a frame's focal length and camera may be from what is declared: share, and metres. Calibrations are off by less.
+_LENS = 0.05
+_MOUNT = 0.05
 _STOPPED = 0.02
 _STROKE = 0.1
 _ROWS, _ROW_SECONDS = 200, 0.005
@@ -102,6 +105,8 @@ def _check_simulation(driver: Driver) -> None:
         return
     if has.truth:
         demand(math.isclose(driver.truth().time, driver.time), "the true state is of another time")
+    if has.reset:
+        _check_restart(driver)
     if has.fork:
         before, copy = driver.state().q, driver.fork()
         goal = before + np.eye(len(before))[0] * _STROKE
@@ -109,9 +114,29 @@ def _check_simulation(driver: Driver) -> None:
         demand(float(np.abs(driver.state().q - before).max()) < _STEADY, "what moves in a copy moves here, too")
 
 
+def _check_restart(driver: Simulated) -> None:
+    """Check that a reset begins anew, and that a snapshot holds all that the future depends on."""
+    episode = driver.episode
+    driver.reset()
+    demand(driver.episode != episode, "a reset is no new episode")
+    demand(driver.time == 0.0 and driver.physics_steps == 0, "time goes on over a reset")
+    begun, scene = driver.snapshot(), driver.scene
+    first = driver.state().q
+    futures = []
+    for _ in range(2):
+        driver.wait(0.2)
+        futures.append(driver.snapshot())
+        driver.restore(begun)
+        demand(bool(np.array_equal(driver.state().q, first)), "a restored world is another one")
+    demand(bool(np.array_equal(futures[0], futures[1])), "the same snapshot has two futures")
+    driver.resume(scene, futures[0], 7)
+    demand(driver.physics_steps == 7, "resume() does not take the count of physics steps")
+
+
 def _check_cameras(driver: Driver) -> None:
-    for name in driver.capabilities.cameras:
+    for name, declared in driver.capabilities.cameras.items():
         frame = driver.capture(name)
+        _check_mount(declared, frame, driver.state().tcp_pose)
         lens = frame.intrinsics
         demand(frame.camera == name, f"the frame of {name} says it is of {frame.camera}")
         demand(
@@ -129,6 +154,16 @@ def _check_cameras(driver: Driver) -> None:
     except expected:
         return
     raise AssertionError(f"a camera that is not there delivers a frame instead of an {expected.__name__}")
+
+
+def _check_mount(declared: CameraSpec, frame: RgbdFrame, tcp: Pose) -> None:
+    """Check that a frame comes from where its camera is said to be, through the lens that it is said to have."""
+    built, lens = declared.intrinsics, frame.intrinsics
+    demand((built.width, built.height) == (lens.width, lens.height), f"{frame.camera}: frames are of another size")
+    demand(abs(lens.fx / built.fx - 1.0) < _LENS, f"{frame.camera}: its lens has another focal length")
+    where = tcp @ declared.pose if declared.on_hand else declared.pose
+    off = float(np.linalg.norm(where.position - frame.pose_camera_in_world.position))
+    demand(off < _MOUNT, f"{frame.camera}: a frame comes from {off:.3f} m beside where the camera is said to be")
 
 
 def _check_motion(driver: Driver) -> None:

@@ -96,7 +96,7 @@ class Hardware(BareDriver):
             gripper_force=gripper_force,
             joint_torque=joint_torque,
             wrist_wrench=wrist_wrench,
-            cameras=self._plant.cameras,
+            cameras=self._plant.camera_specs(),
             clock=clock,
         )
         self.control_timestep: float = self._plant.control_timestep

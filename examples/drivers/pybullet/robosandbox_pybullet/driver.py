@@ -9,7 +9,7 @@ import numpy as np
 import pybullet
 
 from robosandbox.driver_base import BareDriver
-from robosandbox.drivers import Capabilities
+from robosandbox.drivers import CameraSpec, Capabilities
 from robosandbox.errors import InputError
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
@@ -102,7 +102,11 @@ class PyBulletDriver(BareDriver):
     @property
     def capabilities(self) -> Capabilities:
         """What a Panda tells of itself, less the wrench that it estimates."""
-        return Capabilities(joint_torque=True, cameras=tuple(self._cameras), clock="simulated")
+        cameras = {
+            name: CameraSpec(intrinsics=item.intrinsics, pose=item.pose, on_hand=item.on_hand)
+            for name, item in self._cameras.items()
+        }
+        return Capabilities(joint_torque=True, cameras=cameras, clock="simulated")
 
     @property
     def time(self) -> float:
