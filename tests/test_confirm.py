@@ -106,6 +106,14 @@ def test_a_call_that_leads_outside_the_workspace_moves_nothing(call: SkillCall) 
     assert "limits.workspace" in error.message
 
 
+def test_a_limit_holds_whoever_calls_the_skill() -> None:
+    with open_session(bounded(y=(-0.3, 0.1))) as session:
+        before = session.sim.snapshot()
+        with pytest.raises(LimitError):
+            session.agent.skills["pick"](session.ctx, {"object": "grey_bin"})
+        np.testing.assert_array_equal(session.sim.snapshot(), before)
+
+
 def test_the_arm_stops_at_the_border_whatever_is_planned() -> None:
     """The bin's place is allowed, but the way there is over the ceiling of the workspace."""
     with open_session(bounded(z=(0.0, 0.3))) as session:

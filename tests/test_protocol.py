@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
+import numpy as np
 import pytest
 import zenoh
 
 from robosandbox.errors import ErrorRecord
 from robosandbox.service.client import connect
-from robosandbox.service.messages import Feedback, Goal, SendGoal, decode
+from robosandbox.service.messages import Feedback, Goal, Intended, SendGoal, State, decode
 from robosandbox.testing.processes import SimProcess
+from robosandbox.types import Grasp, GraspSearch, GripperState, Observation, Pose, Trajectory, frozen_array
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 
@@ -25,6 +27,23 @@ def generator() -> ModuleType:
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
+
+
+def test_values_come_back_from_the_wire_as_they_were() -> None:
+    pose = Pose(xyz=(0.1, 0.0, 0.2))
+    grasp = Grasp(object="mug", tcp_pose=pose, width=0.03, quality=0.5, how="rim")
+    goal_id = "2b2a598c-17ec-499e-9e06-4558f2c5bc3f"
+    told = decode(Intended(goal_id=goal_id, intent=GraspSearch(candidates=(grasp,), chosen=0)).encode(), Intended)
+    assert told.intent == GraspSearch(candidates=(grasp,), chosen=0)
+    path = Trajectory(q=frozen_array([[0.0, 0.5], [0.25, 0.75]]), dt=0.1)
+    back = decode(Intended(goal_id=goal_id, intent=path).encode(), Intended).intent
+    assert isinstance(back, Trajectory) and back.dt == path.dt and not back.q.flags.writeable
+    np.testing.assert_array_equal(back.q, path.q)
+    gripper = GripperState(joint=0.01, width=0.02, closed=0.5, force=None, commanded=0.4)
+    seen = Observation(time=1.0, q=path.q[0], qd=path.q[1], tcp_pose=pose, gripper=gripper)
+    state = State(boot_id="b", seq=0, stamp=0.0, robot=seen, held=None, physics_steps=3)
+    robot = decode(state.encode(), State).robot
+    assert robot.gripper == gripper and robot.tcp_pose == pose and robot.q.tolist() == [0.0, 0.5]
 
 
 def test_the_page_is_what_the_generator_writes(generator: ModuleType) -> None:

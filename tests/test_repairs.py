@@ -39,6 +39,22 @@ def test_what_moves_nothing_else_is_offered_first() -> None:
 
 
 @pytest.mark.slow
+def test_repairs_are_made_of_the_skills_of_the_agent() -> None:
+    with open_session(ENCLOSED) as session:
+        pick = session.agent.skills["pick"]
+        with pytest.raises((GraspError, CollisionError)) as caught:
+            pick(session.ctx, {"object": "red_cube"})
+        used = {call.skill for repair in caught.value.repairs for call in repair.calls}
+        assert used > {"pick"}
+        for name in used - {"pick"}:
+            del session.agent.skills[name]
+        with pytest.raises((GraspError, CollisionError)) as caught:
+            pick(session.ctx, {"object": "red_cube"})
+        left = {call.skill for repair in caught.value.repairs for call in repair.calls}
+        assert left.isdisjoint(used - {"pick"})
+
+
+@pytest.mark.slow
 def test_looking_for_repairs_leaves_the_world_as_it_is() -> None:
     with open_session(ENCLOSED) as session:
         before = session.sim.snapshot()
