@@ -217,7 +217,7 @@ def _with_list(call: Call, tools: Sequence[Tool]) -> Call:
     return Call(call.name, arguments)
 
 
-def _listed(values: list[Any], tools: Sequence[Tool]) -> Call | None:
+def _listed(values: Sequence[Any], tools: Sequence[Tool]) -> Call | None:
     """Return what a bare list of calls stands for."""
     tool = next((tool for tool in tools if tool.listed), None)
     if tool is None or tool.listed is None or not values or any(as_call(item) is None for item in values):

@@ -155,7 +155,7 @@ def _decoded(kind: Any, data: Any) -> Any:
         return _array(data)
     if origin is tuple:
         return _tuple(arguments, data)
-    if dataclasses.is_dataclass(kind) and isinstance(kind, type):
+    if isinstance(kind, type) and dataclasses.is_dataclass(kind):
         return _dataclass(kind, data)
     if not (isinstance(kind, type) and isinstance(data, kind)) and not (kind is float and type(data) is int):
         raise DamagedEntryError(f"{data!r} is no {kind}")

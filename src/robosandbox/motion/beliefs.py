@@ -64,12 +64,14 @@ def believed_scene(frame: Scene, seen: Iterable[DetectedObject], known: Mapping[
 def _as_object(item: DetectedObject, known: Known) -> SceneObject:
     told: dict[str, Any] = {"id": item.id, "kind": item.kind, "pose": _plain(item.pose), "rgba": item.rgba}
     if not item.shape.size_fields and known.mesh is not None:
-        told |= {"mesh": known.mesh, "scale": known.scale, "density": known.density, "collision": known.collision}
-        return SceneObject(**told if known.mass is None else told | {"mass": known.mass})
+        told.update(mesh=known.mesh, scale=known.scale, density=known.density, collision=known.collision)
+        return SceneObject(**told) if known.mass is None else SceneObject(**told, mass=known.mass)
     size = tuple(max(measure, _LEAST_SIZE) for measure in item.size)
-    told |= {"size": size, "open": float(np.clip(item.opening or 0.0, 0.0, size[-1]))}
-    # Where a mesh was only seen, no file of it is known.
-    made = SceneObject(**told if item.shape.size_fields else told | {"kind": "box"})
+    told.update(size=size, open=float(np.clip(item.opening or 0.0, 0.0, size[-1])))
+    if not item.shape.size_fields:
+        # Where a mesh was only seen, no file of it is known.
+        told["kind"] = "box"
+    made = SceneObject(**told)
     return made.model_copy(update={"mass": known.mass or _mass(made)})
 
 
