@@ -520,12 +520,14 @@ def test_mutated_file_gives_a_robot_or_one_line_that_names_it(data, tmp_path, to
 
 
 @pytest.mark.parametrize("number", ["inf", "nan", "1e400"])
-def test_number_that_is_none_is_named_with_its_element(tmp_path, number):
+def test_number_that_is_none_is_named_with_its_element_and_mujoco_writes_no_log(tmp_path, monkeypatch, number):
+    monkeypatch.chdir(tmp_path)
     text = (TOYS / "toy_tendon.xml").read_text()
     path = tmp_path / "toy_tendon.xml"
     path.write_text(text.replace('name="hand" pos=".05 0 0"', f'name="hand" pos="{number} 0 0"'))
     with pytest.raises(InputError, match=r"toy_tendon\.xml: .*(hand|number|pos)"):
         load_robot(path)
+    assert list(tmp_path.iterdir()) == [path]
 
 
 def test_robot_command_writes_a_sidecar_that_is_found(tmp_path):

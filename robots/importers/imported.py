@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.robots.importers.mujoco_log import route_warnings
+from robosandbox.shapes.mujoco_log import route_warnings
 
 # Here, because every model of a robot or world is made with what follows.
 route_warnings()

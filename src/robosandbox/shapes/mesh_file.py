@@ -75,7 +75,10 @@ def _read(path: Path, stamp: int, of: str) -> Mesh:
     """Return a file's triangles in its own units, as MuJoCo reads them."""
     import mujoco
 
+    from robosandbox.shapes.mujoco_log import route_warnings
+
     del stamp  # part of the cache's key
+    route_warnings()
     spec = mujoco.MjSpec()
     spec.add_mesh(name="mesh", file=str(path))
     spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="mesh")
