@@ -116,9 +116,9 @@ class SensedSim:
         """Return what an arm joint's servo presses with, and its limit, N m or N."""
         return self._sim.servo_force(joint)
 
-    def set_gripper(self, closed: float) -> None:
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper."""
-        self._sim.set_gripper(closed)
+        self._sim.set_gripper(closed, force)
 
     def close(self) -> None:
         """Close the sim."""

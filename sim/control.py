@@ -31,6 +31,8 @@ class ControlledSimulation(Simulation):
         super().__init__(control_timestep)
         self._servo_lag: Array = np.zeros(0)
         self._trim: Array = np.zeros(0)
+        # Where the gripper is sent, and what each of its servos may give; None without a limit.
+        self._grip: tuple[Array, float] | None = None
 
     @property
     def servo_lag(self) -> Array:
@@ -76,18 +78,45 @@ class ControlledSimulation(Simulation):
         for _ in range(ticks):
             self._tick(guards)
 
-    def set_gripper(self, closed: float) -> None:
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
 
+        Args:
+            closed: Likewise.
+            force: What its motors may give together at most, N or N m; as much as they can when left out.
+
         Raises:
-            ValueError: `closed` is outside 0..1, or the robot has no gripper.
+            ValueError: `closed` is outside 0..1, the force is not positive, or the robot has no gripper.
         """
         if not 0.0 <= closed <= 1.0:
             raise ValueError(f"closed is {closed}; it takes 0 (open) to 1 (closed)")
+        if force is not None and not force > 0.0:
+            raise ValueError(f"force is {force}; give newtons above 0, or leave it out")
         gripper = self.robot.gripper
         if gripper is None:
             raise ValueError(f"{self.robot.name} has no gripper")
-        self._live.ctrl[gripper.actuator_ids] = gripper.geometry.control(closed)
+        goal = gripper.geometry.control(closed)
+        self._live.ctrl[gripper.actuator_ids] = goal
+        self._grip = None if force is None else (goal, force / len(goal))
+
+    def _tick(self, guards: Sequence[Guard] = ()) -> None:
+        if self._grip is not None:
+            self._hold_back(*self._grip)
+        super()._tick(guards)
+
+    def _hold_back(self, goal: Array, force: float) -> None:
+        """Command the gripper towards `goal` (actuators,), no further than its servos give `force` each for where it is.
+
+        A servo gives gain * control + bias, the bias affine in its length.
+        """
+        model, data, gripper = self.model, self._live, self.robot.gripper
+        if gripper is None:
+            return
+        ids = gripper.actuator_ids
+        gain, bias = model.actuator_gainprm[ids, 0], model.actuator_biasprm[ids]
+        resting = -(bias[:, 0] + bias[:, 1] * data.actuator_length[ids]) / gain
+        reach = force / np.abs(gain)
+        data.ctrl[ids] = np.clip(goal, resting - reach, resting + reach)
 
     def replay(self, controls: Array, push: Array | None = None) -> None:
         """Let one control tick pass with recorded commands.
@@ -105,6 +134,7 @@ class ControlledSimulation(Simulation):
         """Simulate a compiled world, everything where the model has it."""
         super().adopt(world)
         self._trim = np.zeros(world.robot.n)
+        self._grip = None
         self._servo_lag = _servo_lag(world.model, world.robot)
 
     def _go_home(self, q: Array | None) -> None:
@@ -112,6 +142,7 @@ class ControlledSimulation(Simulation):
         data, robot = self._live, self.robot
         start = robot.home_q if q is None else np.asarray(q, dtype=float)
         self._trim = np.zeros(robot.n)
+        self._grip = None
         data.qpos[robot.qpos_indices] = start
         data.ctrl[robot.actuator_ids] = robot.control(start)
         if robot.gripper:

@@ -103,6 +103,7 @@ class MuJoCoBackend(SensedSimulation):
         """All of them: a simulation knows everything."""
         return Capabilities(
             gripper_force=True,
+            grip_limit=True,
             joint_torque=True,
             wrist_wrench=True,
             contact="named",
@@ -135,6 +136,7 @@ class MuJoCoBackend(SensedSimulation):
         other = MuJoCoBackend(self.render_size, self.control_timestep, sensor=self.sensor)
         other.adopt(self._loaded)
         other._trim = self._trim.copy()
+        other._grip = self._grip
         other.restore(self.snapshot())
         return other
 

@@ -226,3 +226,19 @@ def test_a_tap_is_refused_where_no_force_is_felt() -> None:
             tap(ctx, {"object": "red_cube"})
     finally:
         driver.close()
+
+
+def test_a_grip_is_as_hard_as_it_is_told_to_be() -> None:
+    with open_session("pick_cube_franka") as cell:
+        assert cell.run().success
+        for force in (30.0, 10.0):
+            cell.sim.set_gripper(1.0, force)
+            cell.sim.wait(1.0)
+            gripper = cell.sim.state().gripper
+            assert gripper is not None and gripper.force == pytest.approx(force, rel=0.02)
+            assert cell.sim.grip_on("red_cube") == pytest.approx(force / 2.0, rel=0.05)
+
+
+def test_a_force_is_refused_by_a_gripper_that_takes_none(hardware: Hardware) -> None:
+    with pytest.raises(UnsupportedError, match="grip_limit: the driver of panda does not tell its gripper how hard"):
+        hardware.set_gripper(1.0, 10.0)

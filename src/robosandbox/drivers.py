@@ -22,6 +22,7 @@ _STILL_SPEED = 0.01
 # What people read of each capability in an error.
 _SAID = {
     "gripper_force": "the force of its gripper",
+    "grip_limit": "its gripper how hard to close",
     "joint_torque": "the torques of its joints",
     "wrist_wrench": "the force at its wrist",
     "contact": "contact of the arm",
@@ -53,6 +54,7 @@ class Capabilities:
 
     Attributes:
         gripper_force: Whether the gripper tells with how much force it holds.
+        grip_limit: Whether the gripper can be told with how much force to close at most.
         joint_torque: Whether the joints tell what their servos give.
         wrist_wrench: Whether it tells with how much force the hand presses and pulls.
         contact: Whether it tells that the arm touches something: "named" with what, "felt" without; None not at all.
@@ -64,6 +66,7 @@ class Capabilities:
     """
 
     gripper_force: bool = False
+    grip_limit: bool = False
     joint_torque: bool = False
     wrist_wrench: bool = False
     contact: Literal["named", "felt"] | None = None

@@ -96,8 +96,12 @@ class Driver(Protocol):
         """Command the arm to stay where it is."""
         ...
 
-    def set_gripper(self, closed: float) -> None:
-        """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once."""
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
+        """Command the gripper: 0 is the sidecar's open, 1 its closed; with `force` newtons of its motors at most.
+
+        Returns at once. Without a force it closes as hard as its motors do. Raises UnsupportedError for a force where
+        `grip_limit` is not declared.
+        """
         ...
 
     def strongest_contact(self) -> tuple[float, str, str]:

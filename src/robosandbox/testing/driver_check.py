@@ -26,6 +26,9 @@ _HELD = 0.01
 _LENS = 0.05
 _MOUNT = 0.05
 _STOPPED = 0.02
+# A gentle grip, N or N m, and by how much fingers in motion may pass it: damping of their servos.
+_GENTLE = 5.0
+_OVER = 1.5
 _STROKE = 0.1
 _ROWS, _ROW_SECONDS = 200, 0.005
 
@@ -255,6 +258,7 @@ def _check_gripper(driver: Driver) -> None:
         raise AssertionError(f"set_gripper({value}) was taken; it goes from 0 (open) to 1 (closed)")
     if gripper is None:
         return
+    _check_grip_limit(driver)
     widths = []
     for closed in (0.0, 1.0):
         driver.set_gripper(closed)
@@ -266,3 +270,21 @@ def _check_gripper(driver: Driver) -> None:
     half = 0.5 * (gripper.geometry.max_aperture - gripper.geometry.min_aperture)
     demand(widths[0] - widths[1] > half, f"the gripper is {widths[0]:.3f} m wide open and {widths[1]:.3f} m closed")
     driver.set_gripper(0.0)
+
+
+def _check_grip_limit(driver: Driver) -> None:
+    """Check that a force to close with is taken where that is declared, and refused where it is not."""
+    declared = driver.capabilities.grip_limit
+    try:
+        driver.set_gripper(1.0, _GENTLE)
+    except UnsupportedError as error:
+        demand(not declared, f"grip_limit is declared, and a force is refused: {error.message}")
+        demand("grip_limit" in error.message, f"the refusal does not name grip_limit: {error.message}")
+        return
+    demand(declared, "grip_limit is not declared, and set_gripper() takes a force")
+    driver.wait(1.0)
+    state = driver.state().gripper
+    demand(
+        state is None or state.force is None or state.force < _GENTLE * _OVER,
+        f"the gripper was to close with {_GENTLE:g} N and gives {state and state.force}",
+    )

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.driver_base import BareDriver, per_tick
-from robosandbox.drivers import Capabilities, require
+from robosandbox.drivers import Capabilities, refusal, require
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.protocols import Guard
 from robosandbox.robots.spec import RobotSpec
@@ -165,12 +165,15 @@ class Hardware(BareDriver):
         """Command the arm to stay where its encoders say it is."""
         self._command(np.clip(self._measured_q(), self.spec.lower, self.spec.upper))
 
-    def set_gripper(self, closed: float) -> None:
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
 
         Raises:
             ValueError: `closed` is outside 0..1, or the robot has no gripper.
+            UnsupportedError: A force is given: it closes as hard as it can.
         """
+        if force is not None:
+            raise refusal(self, "grip_limit", f"a grip of {force:g} N was asked for")
         gripper = self.spec.gripper
         if gripper is None or not 0.0 <= closed <= 1.0:
             raise ValueError(f"closed is {closed}; a gripper takes 0 (open) to 1 (closed)")

@@ -106,7 +106,7 @@ class PyBulletDriver(BareDriver):
             name: CameraSpec(intrinsics=item.intrinsics, pose=item.pose, on_hand=item.on_hand)
             for name, item in self._cameras.items()
         }
-        return Capabilities(joint_torque=True, cameras=cameras, clock="simulated")
+        return Capabilities(grip_limit=True, joint_torque=True, cameras=cameras, clock="simulated")
 
     @property
     def time(self) -> float:
@@ -155,7 +155,7 @@ class PyBulletDriver(BareDriver):
         """Command the arm to stay where it is."""
         self._command(np.clip(self.state().q, self._robot.lower, self._robot.upper))
 
-    def set_gripper(self, closed: float) -> None:
+    def set_gripper(self, closed: float, force: float | None = None) -> None:
         """Command the gripper: 0 is the sidecar's open, 1 its closed. Returns at once.
 
         Raises:
@@ -174,7 +174,7 @@ class PyBulletDriver(BareDriver):
                 finger,
                 pybullet.POSITION_CONTROL,
                 targetPosition=goal,
-                force=_FINGER_FORCE,
+                force=_FINGER_FORCE if force is None else min(_FINGER_FORCE, force / len(self._world.fingers)),
                 maxVelocity=_FINGER_SPEED,
             )
 
