@@ -10,6 +10,9 @@ from robosandbox.types import DetectedObject, ObservedScene, Workspace
 # An object farther away than this many times the distance at which the robot works easily is out of reach whatever its
 # height; between the two its kinematics decide.
 _FAR_OUT = 1.6
+# An object nearer than this share of the least distance at which the robot works is at its foot: a tenth is left for how
+# coarsely that distance is measured.
+_FOOT = 0.9
 
 
 class Abilities:
@@ -35,6 +38,8 @@ class Abilities:
         far = scene.reach[1]
         if distance > _FAR_OUT * far:
             return f"it is {distance:.2f} m from the robot, which works up to {far:.2f} m away"
+        if distance < _FOOT * scene.reach[0]:
+            return f"it is {distance:.2f} m from the middle of the robot, where its own foot is"
         return None
 
     def ungraspable(self, item: DetectedObject, scene: ObservedScene) -> str | None:

@@ -34,6 +34,10 @@ AT_TOLERANCE = 0.015
 _TURN_TOLERANCE = math.radians(10.0)
 # Beyond this angle between its axis and the vertical what stands by itself has tipped over, radians.
 TIPPED = math.radians(30.0)
+# An axis counts as vertical whose cosine to the vertical is above this: within 3 degrees, what perception is off by.
+_LEVEL = math.cos(math.radians(3.0))
+# By how much what leans on something lies over it at least, metres: more than perception is off by.
+_OVERLAP = 0.01
 # By how much an up direction is tilted to feel how wide the face on top is, radians.
 _FEELER = math.radians(4.0)
 # Least half-width of a face on which something stays that is put there to within a few millimetres, metres.
@@ -130,7 +134,18 @@ def _righted(scene: ObservedScene, a: str) -> ObservedScene:
 def standing_on(view: View, b: str) -> list[DetectedObject]:
     """Return what stands on an object."""
     base = view.get(b)
-    return [item for item in view.others(b) if not item.shape.is_granular and relations.on_top(item, base).holds]
+    others = [item for item in view.others(b) if not item.shape.is_granular]
+    return [item for item in others if relations.on_top(item, base).holds or _leans_on(item, base)]
+
+
+def _leans_on(item: DetectedObject, base: DetectedObject) -> bool:
+    """Tell whether an object that does not stand level lies partly over another, which bears it then."""
+    rotation = np.abs(item.pose.rotation[2])
+    if rotation.max() > _LEVEL or centre(item)[2] < relations.top(base) or relations.gap(base, item) > -_OVERLAP:
+        return False
+    return not any(
+        one.shape.holds_things and relations.inside(other, one) for one, other in ((base, item), (item, base))
+    )
 
 
 def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
