@@ -14,8 +14,7 @@ from robosandbox.shapes.beads import stacked
 from robosandbox.sim.objects.weight import DEFAULT_DENSITY, weighed
 from robosandbox.types import DetectedObject, Pose, Scene, SceneObject
 
-# The smallest half size that a body is compiled with, metres: derived from the 1 mm resolution of a depth camera at
-# half a metre, below which a measured size says nothing.
+# The smallest half size that a body is compiled with, metres; chosen below what a depth camera resolves.
 _LEAST_SIZE = 0.001
 
 
