@@ -20,6 +20,7 @@ from robosandbox.versions import versions
 __all__ = ["BenchSettings", "BrokenTask", "Rate", "Row", "Tally", "run_bench", "versions"]
 
 _log = logging.getLogger(__name__)
+# Seeds that a process runs at a stretch; chosen so that building a world is a small part of them.
 _CHUNK = 10
 
 

@@ -27,6 +27,7 @@ from robosandbox.world import relations
 from robosandbox.world.relations import Relation
 
 TABLE = "table"
+# How far a joint may be from home, rad or m; chosen above what servos leave under the arm's own weight.
 HOME_TOLERANCE = 0.05
 
 # A field that names an object, the name, and the kinds that it may have (empty: any).

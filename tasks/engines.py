@@ -16,6 +16,7 @@ from robosandbox.tasks.episodes import Chunk, EpisodeRunner, run_chunk
 from robosandbox.tasks.results import Row
 
 _log = logging.getLogger(__name__)
+# Deaths of processes in a row after which a bench gives up; chosen because one may be the memory's, three are the code's.
 _MOST_DEATHS = 3
 # Chunks that wait for each process, so that none runs dry while the next is sent.
 _AHEAD = 2

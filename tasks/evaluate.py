@@ -11,6 +11,7 @@ from robosandbox.tasks.success import AllOf, merged
 from robosandbox.types import Truth, Verdict
 from robosandbox.world.relations import Relation
 
+# Between looks while success has to hold, seconds; chosen below the time in which a thing topples.
 _SAMPLE_SECONDS = 0.1
 
 

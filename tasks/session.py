@@ -29,7 +29,7 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Scene
 
 DEFAULT_TASK = "pick_from_three"
-# How far from a task's start configuration a driver may begin, rad or m: what an encoder's noise stays far below.
+# How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
 _BEGUN = 0.05
 
 P = ParamSpec("P")

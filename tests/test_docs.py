@@ -195,7 +195,7 @@ def test_what_does_not_run_says_why_and_is_little() -> None:
     skipped = [block for block in BLOCKS if block.not_run]
     assert len(skipped) <= 12, [str(block) for block in skipped]
     languages = {block.language.split(" ")[0] for block in BLOCKS}
-    assert languages <= {"python", "sh", "yaml", "json", "ini", "text", ""}, languages
+    assert languages <= {"python", "sh", "yaml", "json", "toml", "ini", "text", ""}, languages
 
 
 def test_reference_of_the_commands_is_up_to_date() -> None:

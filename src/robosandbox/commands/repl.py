@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from robosandbox.commands.shell.link import Link
     from robosandbox.tasks.workcell import Workcell
 
+# Height and width of pictures, pixels; chosen to fill half a terminal's window when opened.
 _PICTURE_SIZE = (480, 640)
 
 

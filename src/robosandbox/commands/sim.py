@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     from robosandbox.service.server.loader import TaskLoader
     from robosandbox.tasks.embedded import EmbeddedWorkcell
 
+# Between looks for a signal, seconds; chosen so that Ctrl-C seems to act at once.
 _WAKE_SECONDS = 0.2
 Pace = Literal["realtime", "fast"]
 
 ZenohConfig = Annotated[
     Path | None, typer.Option("--zenoh-config", help="A Zenoh configuration file, see examples/zenoh/.")
 ]
+# How long a thread may keep the interpreter, seconds; chosen well below the state stream's period of 20 ms (Python's own is 5 ms).
 _SWITCH_SECONDS = 0.001
 
 

@@ -33,6 +33,7 @@ class _KindSchema:
 # A kind of object that is installed under `robosandbox.shapes`; the shape's file says what its numbers and pose mean.
 ObjectKind = Annotated[str, AfterValidator(_installed), _KindSchema()]
 
+# Beads of one object; chosen because their contacts slow every tick (service/server/loader.py has figures).
 MAX_BEADS = 100
 
 IDENTIFIER = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]{0,63}")
@@ -84,7 +85,7 @@ def _in_the_hall(pose: Pose) -> Pose:
     return pose
 
 
-# Width, depth and height of a cabinet; how far its drawer opens may be given beside them.
+# Width, depth and height of a cabinet; as in the seeds how far its drawer opens may be given beside them.
 _CABINET_MEASURES = 3
 
 

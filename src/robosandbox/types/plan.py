@@ -9,6 +9,7 @@ from pydantic import Field
 
 from robosandbox.spatial import StrictModel
 
+# Characters of a prompt; chosen above any paragraph that a person dictates.
 MAX_PROMPT_LENGTH = 4000
 
 

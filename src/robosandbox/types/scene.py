@@ -10,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from robosandbox.spatial import Finite, Positive, StrictModel
 from robosandbox.types.objects import SceneObject
 
-# A scene's table top, metres, where it says nothing else.
+# A scene's table top, metres, where it says nothing else; as in the seeds.
 TABLE_HEIGHT = 0.04
 
 

@@ -16,8 +16,11 @@ from robosandbox.skill_errors import ErrorRecord, ForbiddenError
 if TYPE_CHECKING:
     from robosandbox.service.client.client import Client
 
+# How long an answer is waited for, seconds; chosen far above what benchmarks/service.py measures on a busy machine.
 ANSWER_SECONDS = 10.0
+# Between looks for an answer, seconds; chosen so that Ctrl-C is heard meanwhile.
 _POLL_SECONDS = 0.02
+# How long a sim that answers `info` may be silent until access control is blamed, seconds; chosen above a resent query.
 _DENIED_SECONDS = 1.5
 
 

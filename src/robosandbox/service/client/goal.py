@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from robosandbox.service.client.robot import RemoteRobot
 
 _CHECK_SECONDS = 2.0
+# How long the thread waits at a stretch, seconds; chosen so that Ctrl-C is heard meanwhile.
 _SLICE_SECONDS = 0.02
 
 

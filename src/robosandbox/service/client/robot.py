@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from robosandbox.service.client.client import Client
 
 _log = logging.getLogger(__name__)
+# How long a load, reset or step is waited for, seconds; chosen above the minute of the longest step that `Clock` takes.
 _LOAD_SECONDS = 120.0
 
 

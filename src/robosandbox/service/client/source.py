@@ -14,6 +14,7 @@ from robosandbox.service.messages import key
 
 _log = logging.getLogger(__name__)
 # Between two warnings of what is not believed.
+# Between two warnings of what is not believed, seconds; chosen so that a forger cannot flood a terminal.
 _WARN_SECONDS = 10.0
 # What a Zenoh listener puts into an error reply in the name of one that did not answer.
 TIMED_OUT = b"Timeout"

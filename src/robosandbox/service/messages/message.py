@@ -18,10 +18,15 @@ PROTOCOL: Final = 2
 ROOT = "robosandbox"
 DEFAULT_ENDPOINT = "tcp/127.0.0.1:7447"
 DEFAULT_ROBOT_ID = "robot"
+# Bytes that any message may have; chosen well above a task document with hundreds of objects.
 MAX_MESSAGE_BYTES = 1_000_000
+# Bytes that a request may have, `load` apart; chosen so that reading one costs the sim little.
 MAX_REQUEST_BYTES = 64_000
+# Goals that a sim remembers after their end; chosen so that a client that was away for a while finds its own.
 KEPT_RESULTS = 256
+# Checkpoints that a sim keeps for clients; chosen to bound the sim's memory.
 KEPT_CHECKPOINTS = 64
+# Messages a second on `obs/state`; chosen so that what follows the arm moves smoothly; benchmarks/service.py measures it.
 STATE_HZ = 50.0
 JSON = "application/json"
 

@@ -16,8 +16,9 @@ from robosandbox.service.server.journal import KeptGoal, flush_folder, read_file
 from robosandbox.types import Checkpoint, StrictModel
 from robosandbox.validation import validate
 
+# Of the state file's format; 3 because goals in it are of protocol 2.
 _VERSION: Final = 3
-# A crowded scene has some ten thousand numbers, and the goals are those of the ledger, each with its arguments, bytes.
+# Bytes of a state file; chosen because a crowded scene has some ten thousand numbers, and the ledger's goals have arguments.
 _MOST_BYTES = 64_000_000
 
 

@@ -18,6 +18,7 @@ from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Intent, SkillResult
 
 _log = logging.getLogger(__name__)
+# How often coming to rest is begun anew; chosen because a cancel or a limit may end each trial.
 _REST_TRIALS = 5
 
 

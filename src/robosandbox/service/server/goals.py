@@ -21,6 +21,7 @@ from robosandbox.service.messages import KEPT_RESULTS, Goal, GoalStatus, SendGoa
 from robosandbox.service.server.journal import Acceptance, KeptGoal
 from robosandbox.types import SkillResult
 
+# Goals that may wait behind the running one; chosen as longer than any plan that a person follows.
 MAX_WAITING = 16
 
 

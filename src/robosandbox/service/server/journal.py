@@ -26,12 +26,13 @@ from robosandbox.types import StrictModel
 
 _log = logging.getLogger(__name__)
 
-# Size at which records that a saved state holds are dropped: about a thousand short goals, bytes.
+# Bytes at which records that a saved state holds are dropped; chosen as about a thousand short goals.
 COMPACT_BYTES = 256_000
 # The ledger has forgotten all goals but so many.
 _KEPT_RECORDS = 2 * KEPT_RESULTS
 # A request with its goal in one record, and a file that has doubled since it was compacted last.
 _MOST_BYTES = COMPACT_BYTES + 2 * _KEPT_RECORDS * 2 * MAX_REQUEST_BYTES
+# Hexadecimal digits of a CRC-32, as of zlib.crc32.
 _CRC_DIGITS = 8
 # Apple's systems have no fdatasync; elsewhere it spares what only the file's times would need.
 _flush_data = getattr(os, "fdatasync", os.fsync)

@@ -20,10 +20,12 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import Scene
 from robosandbox.validation import validate
 
+# Height and width of camera pictures, pixels; chosen as VGA, which a CPU draws nine times a second (benchmarks/service.py).
 _PICTURE_SIZE = (480, 640)
 # What a task over the wire may make: 300 loose boxes or 200 beads in two bins take 11 to 15 ms of CPU for a control tick of
 # 10 ms and 0.3 to 1 s to load, measured on two cores. The largest bundled task, pour_beads, has a tenth of either.
 MOST_BODIES = 300
+# Geoms of such a task; chosen with the bodies above.
 MOST_GEOMS = 800
 
 

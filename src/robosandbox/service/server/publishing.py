@@ -20,6 +20,7 @@ from robosandbox.service.server.studio import ENCODINGS, Format, Kind, Read, Stu
 from robosandbox.validation import did_you_mean
 
 _log = logging.getLogger(__name__)
+# Looks a second while somebody listens to `obs/objects`; chosen because a look through cameras takes 0.1 s and more.
 _OBJECTS_HZ = 5.0
 
 

@@ -48,7 +48,7 @@ from robosandbox.versions import versions
 _log = logging.getLogger(__name__)
 # Returns another loaded task, calling the second argument often on the way; raises InputError, and what that raises.
 OpenTask = Callable[[Load, Callable[[], None]], EmbeddedWorkcell]
-# A planning skill hears of its cancellation between two samples or solutions.
+# How long a goal may take to stop, seconds; chosen because a planning skill hears of it between two samples or solutions.
 _STOP_SECONDS = 10.0
 # A hundred physics steps of the largest scene that a client may load take 0.2 s of CPU.
 _GIVE_UP_SECONDS = 0.5

@@ -15,6 +15,7 @@ from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
 
+# Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
 _MOST_SHOWN = 64
 
 

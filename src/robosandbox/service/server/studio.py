@@ -20,7 +20,9 @@ from robosandbox.sim.state_renderer import StateRenderer
 from robosandbox.types import Array
 
 _log = logging.getLogger(__name__)
+# Pictures a second of a stream; chosen as cameras deliver them.
 _MOST_HZ = 30.0
+# Of 100, as OpenCV counts; chosen where edges of objects show no blocks.
 _JPEG_QUALITY = 85
 
 Kind = Literal["rgb", "depth"]

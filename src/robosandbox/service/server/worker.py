@@ -14,6 +14,7 @@ from robosandbox.protocols import Driver
 
 _log = logging.getLogger(__name__)
 _IDLE_SECONDS = 0.5
+# How far simulated time may be behind the clock before it is let go, seconds; chosen above a look between two ticks.
 _MOST_BEHIND = 0.05
 
 Job = Callable[[], None]
