@@ -20,7 +20,6 @@ from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
 from robosandbox.robots.infer.placement import Workspace
-from robosandbox.robots.infer.sidecar import infer_imported
 from robosandbox.robots.limits import joint_limits, motion_limits
 from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, resolve_robot, say
 from robosandbox.robots.measurements import home_by_address, measurements
@@ -177,6 +176,9 @@ def _load(
             say(f"{path.name}: no sidecar beside it; runs on the shipped {known[0].name}")
             return robot
     if given is None or config is None:
+        # What works a sidecar out is imported for those robots alone that have none.
+        from robosandbox.robots.infer.sidecar import infer_imported
+
         found = infer_imported(imported, table_height=table_height)
         others = f"; other arms in it: {', '.join(found.choices[1:])}" if found.choices[1:] else ""
         say(f"{path.name}: no sidecar; runs on what was inferred (robo-sandbox robot infer shows it){others}")
