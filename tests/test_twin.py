@@ -15,6 +15,7 @@ from robosandbox.motion.ik import DLSMotionPlanner
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.skills.pick import Pick
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.testing.hardware import Hardware
@@ -143,6 +144,7 @@ def test_a_driver_that_cannot_be_copied_has_repairs_too() -> None:
     robot = Hardware(scene)
     perception = RgbdPerception(setup=Setup.of(scene))
     ctx = AgentContext(sim=robot, perception=perception, grasp=AnalyticTopDown(), motion=DLSMotionPlanner())
+    ctx.skills = {skill.name: skill for skill in load_skills()}
     with pytest.raises(SkillError) as failed:
         Pick()(ctx, {"object": "cube"})
     robot.close()
