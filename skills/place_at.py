@@ -13,8 +13,7 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, fact
 from robosandbox.world.relations import Relation, centre, on_table
 from robosandbox.world.spots import table_spots
-
-_TOLERANCE = 0.015
+from robosandbox.world.standing import AT_TOLERANCE
 
 
 class PlaceAt(Skill):
@@ -58,6 +57,6 @@ class PlaceAt(Skill):
         def check(placed: DetectedObject, scene: ObservedScene) -> Relation:
             off = float(np.linalg.norm(centre(placed)[:2] - point))
             standing = on_table(placed, scene.table_height)
-            return Relation(standing.holds and off < _TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
+            return Relation(standing.holds and off < AT_TOLERANCE, {"off_mm": 1000.0 * off, **standing.detail})
 
         return place(arm, held, spots, skill=self.name, target=place_name, allowed=("table",), check=check)

@@ -20,12 +20,11 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
+from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import bottom, contents, mouth_of, poured, room_of, top
 
-LEAST_FRACTION = 0.9
-MOST_SPILLED = 0.02
 _LEAN_SPEED = 0.3
 _POUR_SPEED = 0.15
 # As many steps are leant fast: nothing leaves a container that is not filled to its rim.

@@ -21,6 +21,7 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
+from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import centre, displacement, support
@@ -29,8 +30,6 @@ _STROKES = 4
 _STAND_OFF = 0.012
 _TIP_CLEARANCE = 0.004
 _PUSH_SPEED = 0.12
-_TOLERANCE = 0.012
-_RELATIVE_TOLERANCE = 0.1
 _PROGRESS = 0.002
 
 
@@ -81,7 +80,7 @@ class Push(Skill):
         start = arm.find(object)
         if arm.sim.spec.gripper is not None:
             arm.open(0.0, wait=False)
-        allowance = max(_TOLERANCE, _RELATIVE_TOLERANCE * distance)
+        allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
         missed, before = 0, -np.inf
         for stroke in range(_STROKES):
             scene = arm.look()

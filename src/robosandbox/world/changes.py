@@ -16,6 +16,9 @@ from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
 TURN_TOLERANCE = math.radians(10.0)
 # How near to home the arm's joints have to be, radians or metres.
 _HOME_TOLERANCE = 0.02
+# Pour: of what was in the container, what has to arrive, and what may be spilled.
+LEAST_FRACTION = 0.9
+MOST_SPILLED = 0.02
 # Push: of the distance asked for, or at least so many metres, what may be missing.
 PUSH_TOLERANCE = 0.012
 PUSH_RELATIVE_TOLERANCE = 0.1
@@ -120,10 +123,12 @@ def poured(view: View, a: str, c: str) -> Finding:
     if before is None or not source.shape.holds_things or not target.shape.holds_things:
         return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
     cargo = relations.contents([item for item in view.before.objects if item.id != a], before)
-    found = relations.poured(cargo, view.scene.objects, source, target, min_fraction=0.9, max_spilled=0.02)
+    found = relations.poured(
+        cargo, view.scene.objects, source, target, min_fraction=LEAST_FRACTION, max_spilled=MOST_SPILLED
+    )
     return Finding(
         holds=found.holds,
-        margin=found.detail["fraction"] - 0.9,
+        margin=found.detail["fraction"] - LEAST_FRACTION,
         is_sure=is_clearly_seen(source, target),
         cause=f"{found.detail['fraction']:.0%} of what was in {a} is in {c}",
         help="look again",
