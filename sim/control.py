@@ -14,9 +14,9 @@ from robosandbox.sim.simulation import Simulation
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Trajectory, frozen_array
 
-# Integral action: share of the error that is taken up a tick, which halves it in 8 ticks without overshoot, and the most of
-# it, rad or m, for an arm that is blocked.
+# Integral action: share of the error that is taken up a tick, chosen so that half of it is taken up in 8 ticks.
 _TRIM_SHARE = 0.08
+# The most that integral action shifts a command, rad or m: chosen so that an arm that was blocked does not leap when it is free.
 _LARGEST_TRIM = 0.3
 
 
