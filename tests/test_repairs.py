@@ -31,11 +31,13 @@ def test_enclosed_cube_is_picked_after_the_repair_that_the_copy_showed() -> None
         assert tuple(step.call for step in episode.steps) == repairs[0].calls
 
 
-def test_what_moves_nothing_else_is_offered_first() -> None:
-    with open_session("put_in_drawer", seed=68) as session:
-        episode = session.run()
-        verdict = session.judge()
-        assert verdict.success and episode.success, (episode.final_detail, verdict.detail)
+def test_what_moves_the_fewest_others_is_offered_first() -> None:
+    around = tuple(block(f"blue_{k}", 0.15 + dx, dy, BLUE) for k, (dx, dy) in enumerate(SIDES[:3]))
+    with open_session(Scene(objects=(block("red_cube", 0.15, 0.0, RED), *around))) as session:
+        with pytest.raises(CollisionError) as failed:
+            session.agent.skills["pick"](session.ctx, {"object": "red_cube"})
+        picked = [{call.arguments.get("object") for call in repair.calls} for repair in failed.value.repairs]
+        assert [len(ids - {None, "red_cube"}) for ids in picked] == [1, 2]
 
 
 @pytest.mark.slow

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Iterator
 
 import pytest
 
@@ -25,11 +26,14 @@ class Told(waiting.SlowWork):
 
 
 @pytest.fixture
-def told(monkeypatch: pytest.MonkeyPatch) -> Told:
+def told(monkeypatch: pytest.MonkeyPatch) -> Iterator[Told]:
     handler = Told()
     monkeypatch.setattr(LOGGER, "handlers", [handler])
-    monkeypatch.setattr(LOGGER, "level", logging.INFO)
-    return handler
+    level = LOGGER.level
+    # Set by its method, which forgets what loggers remember of levels.
+    LOGGER.setLevel(logging.INFO)
+    yield handler
+    LOGGER.setLevel(level)
 
 
 def test_what_takes_long_is_told(told: Told, monkeypatch: pytest.MonkeyPatch) -> None:
