@@ -24,6 +24,7 @@ from pathlib import Path
 from typing import Any
 
 import zenoh
+from pydantic import TypeAdapter
 
 from robosandbox.errors import BusyError, GoalTimeoutError, SkillError, UnknownGoalError
 from robosandbox.evidence import PlacementEvidence
@@ -31,9 +32,12 @@ from robosandbox.service.client import connect
 from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.testing.processes import SimProcess
+from robosandbox.types import Truth
 
 TASKS = ("pick_cube_franka", "put_in_bin", "place_on_block", "stack_two", "push_left", "place_beside")
 STILL = 0.01
+# All of the simulated state, for comparing.
+WHOLE = TypeAdapter(Truth).dump_json
 
 
 def sim_killed(times: int) -> dict[str, Any]:
@@ -156,7 +160,7 @@ def agent_killed(times: int) -> dict[str, Any]:
                 after = other.robot().state()
                 moved = max(abs(a - b) for a, b in zip(begin_state.robot.q, after.robot.q, strict=True))
                 drift.append(moved)
-                held += moved < 0.002 and max(abs(v) for v in before.robot.qd) < 0.05
+                held += bool(moved < 0.002 and max(abs(v) for v in before.robot.qd) < 0.05)
                 session = RemoteWorkcell(other.robot())
                 goal = other.robot().send("home")
                 goal.wait()
@@ -235,7 +239,7 @@ def numbers(_: int) -> dict[str, Any]:
     tried, refused = 0, 0
     with SimProcess("--task", "push_left", "--pace", "fast") as sim, connect(sim.endpoint) as client:
         robot = client.robot()
-        before = robot.truth()
+        before = WHOLE(robot.truth())
         for value in ("NaN", "Infinity", "-Infinity", "1e999", '"nan"', '"inf"', "null", "[]"):
             for body in (
                 f'"arguments":{{"object":"red_cube","direction":"left","distance":{value}}}',
@@ -249,7 +253,7 @@ def numbers(_: int) -> dict[str, Any]:
             refused += _refused(
                 client.session, "place_at", f'{{"goal_id":"{uuid.uuid4()}","arguments":{{"x":{value},"y":0}}}}'
             )
-        unmoved = robot.truth() == before
+        unmoved = WHOLE(robot.truth()) == before
     return {"tried": tried, "refused": refused, "physics_untouched": unmoved}
 
 
@@ -278,7 +282,7 @@ def deadline(times: int) -> dict[str, Any]:
             except GoalTimeoutError:
                 ended = goal.goal
                 late.append((ended.ended or 0.0) - (ended.began or 0.0) - limit)
-                stopped += max(abs(speed) for speed in robot.state().robot.qd) < STILL
+                stopped += bool(max(abs(speed) for speed in robot.state().robot.qd) < STILL)
     return {"times": times, "stopped_and_still": stopped, "sim_s_over_the_limit_max": round(max(late), 3)}
 
 
@@ -296,7 +300,7 @@ def duplicate(times: int) -> dict[str, Any]:
             results = [goal.wait(60.0) for goal in goals]
             results.append(robot.send("push", arguments, goal_id=name).wait(10.0))
             went = {item.id: item.pose.xyz for item in robot.observe().objects}["red_cube"][1] - start["red_cube"][1]
-            once += all(result == results[0] for result in results) and 0.06 < went < 0.11
+            once += bool(all(result == results[0] for result in results) and 0.06 < went < 0.11)
     return {"times": times, "ran_once": once}
 
 

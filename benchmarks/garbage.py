@@ -15,11 +15,13 @@ from collections import Counter
 from typing import Any
 
 import zenoh
+from pydantic import TypeAdapter
 
 from robosandbox.errors import ErrorCode, InvalidMessageError
 from robosandbox.service.client import connect
 from robosandbox.service.messages import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
 from robosandbox.testing.processes import SimProcess
+from robosandbox.types import Truth
 
 CODES = frozenset(code.value for code in ErrorCode)
 QUERYABLES: dict[str, type[Message]] = {
@@ -158,7 +160,8 @@ def torment(count: int, seed: int) -> dict[str, Any]:
     begin = time.monotonic()
     with SimProcess("--task", "pick_from_three", "--pace", "fast") as sim, connect(sim.endpoint) as client:
         robot = client.robot()
-        before = robot.truth()
+        whole = TypeAdapter(Truth).dump_json
+        before = whole(robot.truth())
         for suffix, model in QUERYABLES.items():
             for _ in range(count):
                 payload = source.payload(model)
@@ -172,7 +175,7 @@ def torment(count: int, seed: int) -> dict[str, Any]:
                 answers[f"key: {answer}"] += 1
                 if answer not in CODES:
                     wrong.append(f"{suffix}: {answer}")
-        untouched = robot.truth() == before
+        untouched = whole(robot.truth()) == before
         picked = robot.send("pick", {"object": "red_cube"}).wait(60.0).skill == "pick"
         alive = sim.running
     return {

@@ -14,8 +14,8 @@ from robosandbox.errors import InvalidArgumentError, Phase, SkillError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.words import Words
-from robosandbox.types import SkillCall, SkillResult
-from robosandbox.world.contracts import contract_of, error_for, first_refuted, lost
+from robosandbox.types import ObservedScene, SkillCall, SkillResult
+from robosandbox.world.contracts import Contract, contract_of, error_for, first_refuted, lost
 from robosandbox.world.predicate import View
 from robosandbox.world.side_effects import disturbed
 
@@ -81,10 +81,7 @@ class Skill:
         before = ctx.look()
         robot = GripperAbilities(ctx)
         contract = contract.resolved(before)
-        view = View.of(before, robot)
-        lacking = first_refuted(contract.needs, view)
-        if lacking is not None:
-            raise error_for(*lacking, view)
+        _require(contract, View.of(before, robot))
         result = self.run(ctx, **arguments)
         after = ctx.look()
         seen = View(scene=after, before=before, robot=robot)
@@ -93,6 +90,16 @@ class Skill:
             raise lost(*broken, seen, by=self.name)
         moved = disturbed(before, after, *contract.moves, *([before.held] if before.held else []))
         return result.model_copy(update={"side_effects": (*result.side_effects, *moved)})
+
+    def require(self, ctx: SkillContext, scene: ObservedScene, **arguments: Any) -> None:
+        """Check what the skill needs once more, in a scene that changed after it was called.
+
+        Raises:
+            SkillError: Something that it needs no longer holds.
+        """
+        contract = contract_of(self, arguments)
+        if contract is not None:
+            _require(contract.resolved(scene), View.of(scene, GripperAbilities(ctx)))
 
     def check(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return the arguments by keyword, converted to their types.
@@ -129,3 +136,9 @@ class Skill:
             )
         config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False, strict=False)
         return create_model(f"{type(self).__name__}Arguments", __config__=config, **fields)
+
+
+def _require(contract: Contract, view: View) -> None:
+    lacking = first_refuted(contract.needs, view)
+    if lacking is not None:
+        raise error_for(*lacking, view)

@@ -84,6 +84,8 @@ class Pick(Skill):
             seen = arm.find(object, scene)
             if felt.any():
                 seen = _shifted(seen, felt)
+            if scene is not arm.start:
+                self.require(ctx, scene, object=object)
             plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
             try:
                 arm.open(plan.aperture, wait=False)
