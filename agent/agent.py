@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Generic, TypeVar
 
+from robosandbox.agent.course import Course, Desk, Finished, Report, begin
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -25,7 +27,8 @@ from robosandbox.agent.episode import (
 )
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
-from robosandbox.agent.usage import Usage, metered
+from robosandbox.agent.progress import Progress, summary
+from robosandbox.agent.usage import metered
 from robosandbox.errors import (
     CancelledError,
     GoalTimeoutError,
@@ -85,6 +88,9 @@ class Agent(Generic[WorldT]):
         listeners: Called with each event, in the thread of `run`.
         permits: Called with each call before anything moves for it; one that raises a SkillError stops it.
         approve: Asked about each plan before the first of its calls; None approves all.
+        ask: Puts a question of a planner to the person and returns the answer; None where nobody is there to answer.
+        thinks: Whether the planner is being asked.
+        left: Set by whoever interrupts `run`, before a KeyboardInterrupt: the planner is not waited for any longer.
     """
 
     def __init__(self, ctx: WorldT, skills: Sequence[Skill[WorldT]], planner: Planner, max_replans: int = 3) -> None:
@@ -100,6 +106,9 @@ class Agent(Generic[WorldT]):
         self.listeners: list[Listener] = []
         self.permits: list[Callable[[SkillCall], None]] = []
         self.approve: Callable[[Plan], bool] | None = None
+        self.ask: Callable[[str], str] | None = None
+        self.thinks = False
+        self.left = False
 
     def plan(self, prompt: str) -> Plan | Refusal:
         """Return what the planner makes of the prompt and the scene; nothing moves.
@@ -140,64 +149,70 @@ class Agent(Generic[WorldT]):
         return self._run(", ".join(map(str, plan.steps)), _Given(plan), 0)
 
     def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
-        with metered() as usage:
-            episode = self._carry_out(prompt, planner, max_replans, usage)
+        told = Progress()
+        self.listeners.append(told.hear)
+        try:
+            with metered() as usage:
+                reason, detail = self._carry_out(prompt, planner, told, max_replans)
+        finally:
+            self.listeners.remove(told.hear)
+        episode = told.ended(prompt, reason, detail, usage)
         self._emit(Ended(episode))
         return episode
 
-    def _carry_out(self, prompt: str, planner: Planner, max_replans: int, usage: Usage) -> Episode:
+    def _carry_out(self, prompt: str, planner: Planner, told: Progress, max_replans: int) -> tuple[FinalReason, str]:
+        """Carry out what the planner's course answers until it ends; return why it ended, also as a sentence."""
         self._emit(Started(prompt))
-        steps: list[Step] = []
-        attempts: list[FailedAttempt] = []
-        plan: Plan | None = None
-        replans = 0
-        answer: Plan | Refusal | None = None
-        monitor = Monitor()
+        course = begin(planner, prompt, Desk(ctx=self.ctx, skills=self.skills, ask=self.ask, emit=self._emit))
+        monitor, report = Monitor(), None
         while True:
             scene = self._look()
-            if not attempts:
+            if report is None:
                 monitor.begin(scene)
             try:
-                answer = planner.plan(prompt, scene, tuple(attempts))
+                answer = self._next(course, scene, report)
             except PlannerError as error:
-                reason, detail = _reason_of(error), str(error)
-                break
-            answer = self._refused_if_hopeless(answer, scene)
+                return _reason_of(error), str(error)
+            answer = self._refused_if_hopeless(answer, scene) if isinstance(answer, Plan) else answer
             if isinstance(answer, Refusal):
-                reason = FinalReason.GAVE_UP if attempts else FinalReason.REFUSED
-                detail = answer.message
-                break
-            plan = answer
-            self._emit(Planned(plan, replans))
-            if self.approve is not None and not self.approve(plan):
-                reason, detail = FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
-                break
-            failure = self._execute(plan, steps, monitor)
+                told.refusal = answer
+                return FinalReason.GAVE_UP if report else FinalReason.REFUSED, answer.message
+            if isinstance(answer, Finished):
+                told.claim = answer.summary
+                failure = self._undone(monitor, at_the_end=True)
+                report = Report(steps=(), failure=failure)
+            else:
+                told.plan = answer if told.plan is None or not course.goes_on else _joined(told.steps, answer)
+                self._emit(Planned(answer, told.replans))
+                if self.approve is not None and not self.approve(answer):
+                    return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
+                begun = len(told.steps)
+                failure = self._execute(answer, told.steps, monitor, ends=not course.goes_on)
+                report = Report(steps=tuple(told.steps[begun:]), failure=failure)
             if failure is None:
-                reason, detail = FinalReason.PLAN_COMPLETE, _summary(steps)
-                break
-            attempts.append(failure)
+                if isinstance(answer, Finished) or not course.goes_on:
+                    return FinalReason.PLAN_COMPLETE, summary(told.steps)
+                continue
+            told.attempts.append(failure)
             final = _FINAL_ERRORS.get(type(failure.error))
-            if final or replans == max_replans:
-                reason = final or FinalReason.REPLANS_EXHAUSTED
-                detail = f"{failure.failed}: {failure.error.message}"
-                break
-            replans += 1
-            self._emit(Replanning(replans, failure.error.record()))
-        success = reason is FinalReason.PLAN_COMPLETE
-        return Episode(
-            prompt=prompt,
-            success=success,
-            steps=tuple(steps),
-            plan=plan,
-            replans=replans,
-            final_reason=reason,
-            final_detail=detail,
-            attempts=tuple(attempts),
-            refusal=answer if isinstance(answer, Refusal) else None,
-            error=attempts[-1].error.record() if attempts and not success else None,
-            model_usage=usage,
-        )
+            if final or told.replans == max_replans:
+                return final or FinalReason.REPLANS_EXHAUSTED, f"{failure.failed}: {failure.error.message}"
+            told.replans += 1
+            self._emit(Replanning(told.replans, failure.error.record()))
+
+    def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+        """Return what the course answers; a person who does not want to wait for it may leave it."""
+        if self.left:
+            raise PlannerCancelledError("cancelled before the planner was asked")
+        self.thinks = True
+        try:
+            return course.next(scene, report)
+        except KeyboardInterrupt:
+            if not self.left:
+                raise
+            raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from None
+        finally:
+            self.thinks = False
 
     def _planner_for(self, prompt: str) -> Planner:
         """Return who plans for a prompt: the search over contracts where it lists relations, else the planner."""
@@ -221,10 +236,11 @@ class Agent(Generic[WorldT]):
     def _look(self) -> ObservedScene:
         return self.ctx.look()
 
-    def _execute(self, plan: Plan, steps: list[Step], monitor: Monitor) -> FailedAttempt | None:
+    def _execute(self, plan: Plan, steps: list[Step], monitor: Monitor, *, ends: bool) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
         What earlier calls brought about is looked at again on the way: where it was undone meanwhile, that call has failed.
+        `ends` tells whether nothing follows the plan.
         """
         for index, call in enumerate(plan.steps):
             self._emit(SkillStarted(call, index, len(plan.steps)))
@@ -238,12 +254,19 @@ class Agent(Generic[WorldT]):
             steps.append(Step(call=call, result=result))
             self._emit(SkillEnded(call, result))
             monitor.add(call, self._contract(call))
-            undone = monitor.undone(self._look, at_the_end=index + 1 == len(plan.steps))
+            left = plan.steps[index + 1 :]
+            undone = self._undone(monitor, at_the_end=ends and not left)
             if undone is not None:
-                self._emit(SkillFailed(undone.call, undone.error.record()))
-                again = (*undone.to_repeat, *plan.steps[index + 1 :])
-                return FailedAttempt(completed=(), failed=undone.call, error=undone.error, remaining=again)
+                return replace(undone, remaining=(*undone.remaining, *left))
         return None
+
+    def _undone(self, monitor: Monitor, *, at_the_end: bool) -> FailedAttempt | None:
+        """Return the failure that a call has become whose effect does not hold any more."""
+        undone = monitor.undone(self._look, at_the_end=at_the_end)
+        if undone is None:
+            return None
+        self._emit(SkillFailed(undone.call, undone.error.record()))
+        return FailedAttempt(completed=(), failed=undone.call, error=undone.error, remaining=undone.to_repeat)
 
     def perform(self, call: SkillCall) -> SkillResult:
         """Carry out one skill call; listeners hear of its phases.
@@ -307,11 +330,10 @@ def check_prompt(prompt: str) -> None:
         )
 
 
+def _joined(done: Sequence[Step], plan: Plan) -> Plan:
+    """Return what was done, and what is to be done now, as one plan."""
+    return Plan(steps=(*(step.call for step in done), *plan.steps))
+
+
 def _reason_of(error: PlannerError) -> FinalReason:
     return next((why for kind, why in _PLANNER_REASONS.items() if isinstance(error, kind)), FinalReason.PLANNER_FAILED)
-
-
-def _summary(steps: Sequence[Step]) -> str:
-    changed = [effect for step in steps for effect in step.result.side_effects]
-    done = ", ".join(str(step.call) for step in steps) or "nothing to do"
-    return f"{done}; {'; '.join(changed)}" if changed else done

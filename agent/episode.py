@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import Any
@@ -46,6 +46,21 @@ class FailedAttempt:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Consulted:
+    """A director used a tool that moves nothing, or one that was turned down before anything moved.
+
+    Attributes:
+        tool: Its name.
+        arguments: As JSON data.
+        answer: What it was told, as JSON data.
+    """
+
+    tool: str
+    arguments: Mapping[str, Any]
+    answer: Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Episode:
     """What came of a prompt.
 
@@ -61,6 +76,8 @@ class Episode:
         refusal: The planner's no, at first or after a failure.
         error: The last failure; None after a success.
         model_usage: What language models were asked meanwhile; no requests where none was.
+        consulted: What a director looked up, tried out and asked between its calls, in order.
+        claim: What a director says was done; "" without one.
     """
 
     prompt: str
@@ -74,6 +91,8 @@ class Episode:
     refusal: Refusal | None = None
     error: ErrorRecord | None = None
     model_usage: Usage = field(default_factory=Usage)
+    consulted: tuple[Consulted, ...] = ()
+    claim: str = ""
 
     def record(self) -> dict[str, Any]:
         """Return the episode as JSON data."""
@@ -100,6 +119,11 @@ class Episode:
             "refusal": self.refusal.model_dump(mode="json") if self.refusal else None,
             "error": self.error.model_dump(mode="json") if self.error else None,
             "model_usage": self.model_usage.record(),
+            "consulted": [
+                {"tool": one.tool, "arguments": dict(one.arguments), "answer": dict(one.answer)}
+                for one in self.consulted
+            ],
+            "claim": self.claim,
         }
 
 
@@ -174,5 +198,16 @@ class Ended:
     episode: Episode
 
 
-AgentEvent = Started | Planned | SkillStarted | PhaseEntered | Intended | SkillEnded | SkillFailed | Replanning | Ended
+AgentEvent = (
+    Started
+    | Consulted
+    | Planned
+    | SkillStarted
+    | PhaseEntered
+    | Intended
+    | SkillEnded
+    | SkillFailed
+    | Replanning
+    | Ended
+)
 Listener = Callable[[AgentEvent], None]

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from robosandbox.agent.preview import preview
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_USAGE, run_app
 from robosandbox.errors import ErrorCode, LimitError
 from robosandbox.evidence import LimitEvidence
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
-from robosandbox.tasks.preview import preview
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Limits, Plan, Pose, SkillCall, Workspace
@@ -36,7 +36,7 @@ def bounded(**bounds: tuple[float, float]) -> Task:
 def test_preview_says_what_happens_and_leaves_the_world_alone() -> None:
     with open_session("pick_cube_franka") as session:
         before = session.sim.snapshot()
-        tried = preview(session, plan("pick", object="red_cube"))
+        tried = preview(session.ctx, plan("pick", object="red_cube"), session.agent.skills)
         assert tried.success and float(tried.steps[0][1].detail["dz_mm"]) > 50.0 and tried.seconds > 1.0
         np.testing.assert_array_equal(session.sim.snapshot(), before)
         assert session.run().success
@@ -44,7 +44,7 @@ def test_preview_says_what_happens_and_leaves_the_world_alone() -> None:
 
 def test_preview_of_what_cannot_work_carries_the_error() -> None:
     with open_session("pick_cube_franka") as session:
-        tried = preview(session, plan("pick", object="elephant"))
+        tried = preview(session.ctx, plan("pick", object="elephant"), session.agent.skills)
     assert not tried.success and tried.error is not None and tried.error.code is ErrorCode.OBJECT_NOT_FOUND
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import signal
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 from typing import TYPE_CHECKING, Any
@@ -13,15 +14,16 @@ from rich.console import Console
 from rich.text import Text
 
 from robosandbox.agent import episode as events
-from robosandbox.errors import PlannerCancelledError
 
 if TYPE_CHECKING:
     from rich.status import Status
 
     from robosandbox.agent.agent import Agent
     from robosandbox.agent.goal import GoalContext
-    from robosandbox.protocols import Attempt, Planner
-    from robosandbox.types import ObservedScene, Plan, Refusal
+
+
+# Characters of one line about a tool. Chosen: a wide terminal's.
+_LONGEST = 160
 
 
 class LiveView:
@@ -39,6 +41,9 @@ class LiveView:
             case events.Planned(plan, replan):
                 steps = ", ".join(str(call) for call in plan.steps) or "nothing to do"
                 self._print("new plan" if replan else "plan", steps, "cyan")
+            case events.Consulted():
+                self._hide()
+                self._print(event.tool, _in_a_line(event), "blue")
             case events.SkillStarted(call, index, total):
                 self._phases = []
                 self.show(f"{index + 1}/{total} {call}")
@@ -83,29 +88,10 @@ class LiveView:
             self._status = None
 
 
-class _Thinking:
-    """A planner that may be left while it thinks."""
-
-    def __init__(self, planner: Planner) -> None:
-        self.thinks = False
-        self.left = False
-        self.planner = planner
-
-    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
-        """Return what the planner makes of it.
-
-        Raises:
-            PlannerCancelledError: Ctrl-C came meanwhile.
-        """
-        if self.left:
-            raise PlannerCancelledError("cancelled before the planner was asked")
-        self.thinks = True
-        try:
-            return self.planner.plan(prompt, scene, history)
-        except KeyboardInterrupt:
-            raise PlannerCancelledError("cancelled while planning; the arm holds where it was") from None
-        finally:
-            self.thinks = False
+def _in_a_line(event: events.Consulted) -> str:
+    """Return what a tool was asked and what it said, cut to a line's length."""
+    text = f"{json.dumps(dict(event.arguments))} -> {json.dumps(dict(event.answer))}"
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
 
 
 @contextmanager
@@ -116,16 +102,14 @@ def cancel_on_interrupt(ctx: GoalContext, agent: Agent[Any]) -> Iterator[None]:
         del number, frame
         print("stopping; Ctrl-C again quits", file=sys.stderr)
         signal.signal(signal.SIGINT, before)
-        thinking.left = True
-        if thinking.thinks:
+        agent.left = True
+        if agent.thinks:
             raise KeyboardInterrupt
         ctx.cancel()
 
-    thinking = _Thinking(agent.planner)
-    agent.planner = thinking
     before = signal.signal(signal.SIGINT, handle)
     try:
         yield
     finally:
         signal.signal(signal.SIGINT, before)
-        agent.planner = thinking.planner
+        agent.left = False

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 
 def dry_run(session: EmbeddedWorkcell, prompt: str, json: bool) -> int:
     """Print a plan and what came of it on the twin; the world itself does not move."""
+    from robosandbox.agent.preview import preview
     from robosandbox.agent.usage import metered
-    from robosandbox.tasks.preview import preview
     from robosandbox.types import Refusal
 
     with metered() as usage:
         answer = session.agent.plan(prompt)
-    tried = None if isinstance(answer, Refusal) else preview(session, answer)
+    tried = None if isinstance(answer, Refusal) else preview(session.ctx, answer, session.agent.skills)
     if json:
         dump = answer.model_dump(mode="json")
         refused = isinstance(answer, Refusal)
@@ -47,7 +47,7 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
     Raises:
         InputError: The prompt comes from stdin, where the answer would come from.
     """
-    from robosandbox.tasks.preview import preview
+    from robosandbox.agent.preview import preview
 
     if prompt == "-":
         raise InputError(
@@ -55,7 +55,7 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
         )
 
     def ask(plan: Plan) -> bool:
-        for line in preview(session, plan).lines():
+        for line in preview(session.ctx, plan, session.agent.skills).lines():
             print(f"    plan  {line}", file=sys.stderr)
         print("carry it out? [y/N] ", end="", file=sys.stderr, flush=True)
         return sys.stdin.readline().strip().lower() in ("y", "yes")

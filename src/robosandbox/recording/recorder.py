@@ -152,6 +152,8 @@ class Recorder:
             case events.Started(prompt):
                 self.begin(prompt)
                 self.note("started", prompt=prompt)
+            case events.Consulted():
+                self.note("consulted", tool=event.tool, arguments=dict(event.arguments), answer=dict(event.answer))
             case events.Planned(plan, replan):
                 self.note("planned", replan=replan, plan=plan.steps)
             case events.SkillStarted(call, index, total):

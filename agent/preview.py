@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from robosandbox.agent.agent import Agent
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.goal_planner import GoalPlanner
 from robosandbox.errors import ErrorRecord, SkillError
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import Plan, SkillCall, SkillResult
+from robosandbox.protocols import Driver, Skill
+from robosandbox.types import ObservedScene, Plan, SkillCall, SkillResult
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,12 +23,16 @@ class Preview:
         failed: The call that did not, if one did not.
         error: Why.
         seconds: Simulated time that it took.
+        touched: What the robot touched though no call named it.
+        end: The scene that was left.
     """
 
     steps: tuple[tuple[SkillCall, SkillResult], ...]
     failed: SkillCall | None = None
     error: ErrorRecord | None = None
     seconds: float
+    touched: tuple[str, ...] = ()
+    end: ObservedScene
 
     @property
     def success(self) -> bool:
@@ -43,6 +50,7 @@ class Preview:
             ],
             "failed": self.failed.model_dump(mode="json") if self.failed else None,
             "error": self.error.model_dump(mode="json") if self.error else None,
+            "touched": list(self.touched),
         }
 
     def lines(self) -> list[str]:
@@ -50,24 +58,54 @@ class Preview:
         told = [f"{call}: would work{_effects(result)}" for call, result in self.steps]
         if self.failed is not None and self.error is not None:
             told.append(f"{self.failed}: would fail at {self.error.phase}: {self.error.message}")
+        if self.touched:
+            told.append(f"would touch {', '.join(self.touched)} on the way")
         return [*told, f"{self.seconds:.1f} simulated seconds"]
 
 
-def preview(session: EmbeddedWorkcell, plan: Plan) -> Preview:
-    """Carry out a plan on the twin of the session's world; the world itself is left alone."""
-    ctx = session.ctx.twin()
-    copy = ctx.sim
-    agent = Agent(ctx=ctx, skills=session.skills, planner=session.agent.planner)
-    start = copy.time
+@dataclass(slots=True)
+class _Touches:
+    """A listener to ticks that notes what the robot touches besides what it is about."""
+
+    sim: Driver
+    about: set[str] = field(default_factory=set)
+    found: dict[str, None] = field(default_factory=dict)
+
+    def __call__(self) -> None:
+        for _, other in self.sim.arm_contacts():
+            # A drawer's sliding box is "<id>/box".
+            name = other.partition("/")[0]
+            if name not in self.about:
+                self.found[name] = None
+
+
+def preview(ctx: AgentContext, plan: Plan, skills: Mapping[str, Skill[Any]]) -> Preview:
+    """Carry out a plan on the twin of a world; the world itself is left alone.
+
+    Args:
+        ctx: The world.
+        plan: What to try.
+        skills: What it may call, by name.
+    """
+    twin = ctx.twin()
+    # The calls are there already, so that its planner is never asked.
+    agent = Agent(ctx=twin, skills=list(skills.values()), planner=GoalPlanner(()))
+    start = twin.sim.time
+    touches = _Touches(twin.sim)
+    if twin.sim.capabilities.contact == "named":
+        twin.sim.subscribe(touches)
     done: list[tuple[SkillCall, SkillResult]] = []
-    result = Preview(steps=(), seconds=0.0)
+    result = Preview(steps=(), seconds=0.0, end=twin.look())
     for call in plan.steps:
+        touches.about |= {*map(str, call.arguments.values()), str(twin.look().held)}
         try:
             done.append((call, agent.perform(call)))
         except SkillError as error:
             result = replace(result, failed=call, error=error.record())
             break
-    return replace(result, steps=tuple(done), seconds=copy.time - start)
+    return replace(
+        result, steps=tuple(done), seconds=twin.sim.time - start, touched=tuple(touches.found), end=twin.look()
+    )
 
 
 def _effects(result: SkillResult) -> str:

@@ -1,0 +1,115 @@
+"""Who decides what is carried out next: a planner with one plan until a failure, or a director, call by call.
+
+The agent's loop asks a `Course` again and again, carries out what it answers, and reports what came of it. A planner that has
+nothing but `plan` is asked at the beginning and after each failure; one with `begin` as well, a `Director`, is told of successes
+too, and says itself when the prompt is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Protocol, runtime_checkable
+
+from robosandbox.agent.episode import FailedAttempt, Listener, Step
+from robosandbox.agent.goal import GoalContext
+from robosandbox.protocols import Planner, Skill
+from robosandbox.types import ObservedScene, Plan, Refusal
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finished:
+    """What a director answers when nothing is left to do.
+
+    Attributes:
+        summary: What it says was done; a claim, unlike the steps.
+    """
+
+    summary: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Report:
+    """What came of a plan.
+
+    Attributes:
+        steps: The calls that ended in their post-conditions, with the results.
+        failure: How it ended early; None where every call succeeded.
+    """
+
+    steps: tuple[Step, ...]
+    failure: FailedAttempt | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Desk:
+    """What a director has at hand besides the calls that the agent carries out for it.
+
+    Attributes:
+        ctx: The world: it can be looked at, and tried out on its twin where it has one.
+        skills: What may be called, by name.
+        ask: Puts a question to the person and returns the answer; None where nobody is there.
+        emit: Tells the agent's listeners of an event.
+    """
+
+    ctx: GoalContext
+    skills: Mapping[str, Skill[Any]]
+    ask: Callable[[str], str] | None
+    emit: Listener
+
+
+class Course(Protocol):
+    """What is done for one prompt, plan after plan."""
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it is asked again after a plan that succeeded."""
+        ...
+
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+        """Return what to carry out now.
+
+        Args:
+            scene: What perception sees.
+            report: What came of the plan before; None the first time.
+
+        Raises:
+            PlannerError: There is no answer.
+        """
+        ...
+
+
+@runtime_checkable
+class Director(Protocol):
+    """A planner that can decide step by step."""
+
+    def begin(self, prompt: str, desk: Desk) -> Course:
+        """Return the course for a prompt."""
+        ...
+
+
+class PlannedCourse:
+    """One plan, and another one after each failure.
+
+    Args:
+        planner: Who plans.
+        prompt: What was said.
+    """
+
+    goes_on = False
+
+    def __init__(self, planner: Planner, prompt: str) -> None:
+        self._planner = planner
+        self._prompt = prompt
+        self._attempts: tuple[FailedAttempt, ...] = ()
+
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+        """Return the planner's answer, now that this has failed."""
+        if report is not None and report.failure is not None:
+            self._attempts = (*self._attempts, report.failure)
+        return self._planner.plan(self._prompt, scene, self._attempts)
+
+
+def begin(planner: Planner, prompt: str, desk: Desk) -> Course:
+    """Return a planner's course for a prompt."""
+    return planner.begin(prompt, desk) if isinstance(planner, Director) else PlannedCourse(planner, prompt)
