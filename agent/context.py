@@ -44,6 +44,7 @@ class AgentContext(GoalContext):
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
         phase: The phase that began last.
+        seen: What perception saw when it last looked.
     """
 
     sim: Driver
@@ -55,6 +56,7 @@ class AgentContext(GoalContext):
     advise: bool = True
     limits: Limits | None = None
     phase: str = field(default=Phase.CHECK, init=False)
+    seen: ObservedScene | None = field(default=None, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
@@ -73,7 +75,8 @@ class AgentContext(GoalContext):
 
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
-        return self.perception.perceive(self.sim)
+        self.seen = self.perception.perceive(self.sim)
+        return self.seen
 
     def planning(self, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`."""

@@ -25,7 +25,7 @@ from house_constants import constants
 from house_sources import Source
 
 # The benchmark beside this file.
-from perception import CAMERAS, Case, Visibility, _compare, random_scene  # noqa: TID251
+from perception import Case, Visibility, _compare, random_scene  # noqa: TID251
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -64,7 +64,7 @@ def _look(seed: int, sim: MuJoCoBackend, setup: Setup) -> Look:
     shares = visibility.of()
     visibility.close()
     truth = [item.detected() for item in sim.truth().objects.values() if item.id in shares]
-    frames = [sim.capture(camera) for camera in CAMERAS]
+    frames = [sim.capture(camera) for camera in sim.cameras]
     return Look(seed=seed, setup=setup, frames=frames, truth=truth, shares=shares)
 
 

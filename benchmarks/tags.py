@@ -27,7 +27,7 @@ import numpy as np
 from robosandbox.perception.colour import COLOURS, colour_name
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.frame import Frame, Table, make_frame
-from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
+from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.tags import find_tags
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.sim.rendering import OffscreenRenderer
@@ -78,7 +78,7 @@ def measure(seed: int, sensor: str, smallest: float, largest: float, plain: bool
         sim.load(told)
         eyes = RgbdPerception(setup=Setup.of(told))
         seen = {item.id: item for item in eyes.perceive(sim).objects}
-        frames = [sim.capture(camera) for camera in CAMERAS]
+        frames = [sim.capture(camera) for camera in sim.cameras]
         begin = time.process_time()
         eyes.look(frames)
         spent = time.process_time() - begin
@@ -92,7 +92,7 @@ def measure(seed: int, sensor: str, smallest: float, largest: float, plain: bool
             "things": len(seen),
             "right": sum(right),
             "colour": sum(item.colour == colour_name(scene.objects[0].rgba) for item in seen.values()),
-            "cpu_ms_per_frame": 1e3 * spent / len(CAMERAS),
+            "cpu_ms_per_frame": 1e3 * spent / len(frames),
             "reads": [] if plain else _reads(sim, eyes, scene),
         }
 
@@ -101,7 +101,7 @@ def _reads(sim: MuJoCoBackend, eyes: RgbdPerception, scene: Scene) -> list[tuple
     """Return the camera, the pixels and whether it was read, of each tag that a camera shows whole."""
     renderer, found = OffscreenRenderer(sim.model, FRAME_SIZE), []
     table = Table(scene.table_height)
-    for camera in CAMERAS:
+    for camera in sim.cameras:
         segmented = eyes.frames.by_camera[camera]
         rgbd = segmented.frame.rgbd
         frame = make_frame(rgbd, table, segmented.robot)

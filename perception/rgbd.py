@@ -1,10 +1,11 @@
-"""Perception from colour and depth: what three cameras show, fused, fitted, named and remembered."""
+"""Perception from colour and depth: what the cameras show, fused, fitted, named and remembered."""
 
 from __future__ import annotations
 
 import logging
 from pathlib import Path
 
+from robosandbox.drivers import require
 from robosandbox.motion.planning_scene import PlanningScene, PlanningScenes
 from robosandbox.perception.calibration import Calibration
 from robosandbox.perception.factory import Setup
@@ -28,7 +29,6 @@ _log = logging.getLogger(__name__)
 # Confidence, a probability, from which a thing is acted on; what is seen less clearly is only told of. Chosen.
 _CLEAR = 0.3
 _AROUND_HELD = 0.003  # Metres around a held thing that are taken for the hand's. Chosen.
-CAMERAS = ("scene", "top", "wrist")
 
 
 class RgbdPerception:
@@ -39,7 +39,7 @@ class RgbdPerception:
 
     Args:
         setup: What is known before the first look.
-        cameras: Which to look through.
+        cameras: Which to look through; all that the driver declares when left out.
         calibration: A file that `robo-sandbox calibrate` wrote.
 
     Attributes:
@@ -53,7 +53,7 @@ class RgbdPerception:
         self,
         *,
         setup: Setup = Setup(),  # noqa: B008  frozen
-        cameras: tuple[str, ...] = CAMERAS,
+        cameras: tuple[str, ...] | None = None,
         calibration: Path | None = None,
     ) -> None:
         self._setup = setup
@@ -90,6 +90,7 @@ class RgbdPerception:
         """Return what the cameras show now, put together with what they showed before.
 
         Raises:
+            UnsupportedError: The driver declares no camera.
             SensorError: No camera delivers a usable frame.
             RenderingError: Nothing renders here.
         """
@@ -100,8 +101,9 @@ class RgbdPerception:
             # A second look at the same moment would show the same.
             return self._last
         self._episode = sim.episode
+        require(sim, "cameras", "perception from colour and depth looks through them")
         self._feel(sim)
-        self.look([sim.capture(camera) for camera in self._cameras])
+        self.look([sim.capture(camera) for camera in self._cameras or sim.capabilities.cameras])
         self._last = self._observed(sim)
         return self._last
 

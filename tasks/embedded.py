@@ -71,7 +71,7 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
 
     def picture(self, camera: str, format: str = "png") -> bytes:
         """Return a camera's picture as a file's bytes."""
-        from robosandbox.service.server.studio import encode
+        from robosandbox.service.server.pictures import encode
 
         return encode(self.sim.state((camera,)).images[camera], "jpeg" if format == "jpeg" else "png")
 

@@ -6,6 +6,7 @@ import contextlib
 import re
 import time
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ import pytest
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.drivers import driver_factory, load_driver
+from robosandbox.drivers import Capabilities, driver_factory, load_driver
 from robosandbox.errors import ErrorCode, InputError, UnsupportedError
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.motion.ik import DLSMotionPlanner
@@ -28,7 +29,7 @@ from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
 from robosandbox.testing import Hardware, check_driver
-from robosandbox.types import Array, Limits, Scene
+from robosandbox.types import Array, Limits, RgbdFrame, Scene
 
 
 def context(driver: Hardware, scene: Scene, limits: Limits | None = None) -> AgentContext:
@@ -84,7 +85,9 @@ def test_a_session_on_hardware_is_judged_by_its_referee_and_says_what_needs_a_si
         assert cell.judge().success
         assert cell.elapsed()[1] is None
         for refused in (cell.checkpoint, cell.reset):
-            with pytest.raises(UnsupportedError, match=r"truth: the driver of panda does not tell"):
+            with pytest.raises(
+                UnsupportedError, match=r"truth: the driver of panda does not know the true state of its world"
+            ):
                 refused()
     with open_session("pick_cube_franka", seed=2) as simulated:
         assert np.allclose(simulated.start.objects["red_cube"].pose.xyz, drawn.xyz, atol=1e-4)
@@ -108,6 +111,38 @@ def test_what_a_driver_does_not_have_is_no_zero(hardware: Hardware) -> None:
         with pytest.raises(UnsupportedError) as failure:
             ask()
         assert failure.value.code is ErrorCode.UNSUPPORTED
+
+
+@pytest.mark.gl
+def test_one_camera_of_any_name_is_enough_to_see_with() -> None:
+    scene = find_task("pick_cube_franka").scene
+
+    class OneEye(Hardware):
+        """Has the plant's camera beside the table, and calls it something else."""
+
+        @property
+        def capabilities(self) -> Capabilities:
+            whole = super().capabilities
+            return replace(whole, cameras={"left_of_bench": whole.cameras["scene"]})
+
+        def capture(self, camera: str) -> RgbdFrame:
+            assert camera == "left_of_bench"
+            return replace(super().capture("scene"), camera=camera)
+
+    driver = OneEye(scene)
+    try:
+        seen = RgbdPerception(setup=Setup.of(scene)).perceive(driver)
+        assert [item.id for item in seen.objects] == ["red_cube"]
+        true = driver.referee().objects["red_cube"].pose
+        assert np.abs(seen.objects[0].pose.position - true.position).max() < 0.005
+    finally:
+        driver.close()
+
+
+def test_pixels_are_refused_where_no_camera_is_declared(hardware: Hardware) -> None:
+    hardware._capabilities = replace(hardware.capabilities, cameras={})
+    with pytest.raises(UnsupportedError, match=r"cameras: .* perception from colour and depth looks through them"):
+        RgbdPerception().perceive(hardware)
 
 
 def test_ground_truth_is_refused_where_there_is_none(hardware: Hardware) -> None:
@@ -240,5 +275,5 @@ def test_a_grip_is_as_hard_as_it_is_told_to_be() -> None:
 
 
 def test_a_force_is_refused_by_a_gripper_that_takes_none(hardware: Hardware) -> None:
-    with pytest.raises(UnsupportedError, match="grip_limit: the driver of panda does not tell its gripper how hard"):
+    with pytest.raises(UnsupportedError, match="grip_limit: the driver of panda takes no limit of its gripper's force"):
         hardware.set_gripper(1.0, 10.0)

@@ -11,7 +11,7 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.perception.factory import Setup
 from robosandbox.perception.naming import Declared, names_for
-from robosandbox.perception.rgbd import CAMERAS, RgbdPerception
+from robosandbox.perception.rgbd import RgbdPerception
 from robosandbox.perception.tags import Tag, _read, _square, merged
 from robosandbox.perception.visualize import draw
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
@@ -224,7 +224,7 @@ def test_a_number_that_is_read_late_settles_what_looks_had_guessed():
                 )
             )
             eyes = looking.eyes
-            eyes.look([other.capture(camera) for camera in CAMERAS])
+            eyes.look([other.capture(camera) for camera in other.cameras])
             eyes._observed(other)
         assert {track.id: _at(track.detected(), looking.truth()) for track in eyes.tracks} == wrong
 

@@ -100,7 +100,7 @@ def vlm(
     model: str | None = None,
     base_url: str | None = None,
     cassette: Path | None = None,
-    camera: str = "scene",
+    camera: str | None = None,
     time_limit: float = 60.0,
 ) -> PointingPerception:
     """Return a perception whose objects a model that sees points at and names.
@@ -112,7 +112,7 @@ def vlm(
             `base_url` is Anthropic's; others speak OpenAI's chat completions.
         base_url: The endpoint; ROBOSANDBOX_VLM_URL when left out, or the service's own.
         cassette: A file to record exchanges to, or to replay when it exists; ROBOSANDBOX_VLM_CASSETTE when left out.
-        camera: Whose picture is sent.
+        camera: Whose picture is sent; that of the first one that looks when left out.
         time_limit: Seconds for an answer, retries included.
 
     Raises:

@@ -69,14 +69,14 @@ class PointingPerception(RgbdPerception):
         settings: Model, endpoint and limits.
         setup: Robot and table; the task's description of its objects is left out.
         calibration: Where the cameras are.
-        camera: Whose picture is sent.
+        camera: Whose picture is sent; that of the first one that looks when left out.
 
     Raises:
         InputError: A key is missing, or the cassette cannot be used.
     """
 
     def __init__(
-        self, settings: LLMSettings, *, setup: Setup, calibration: Path | None = None, camera: str = "scene"
+        self, settings: LLMSettings, *, setup: Setup, calibration: Path | None = None, camera: str | None = None
     ) -> None:
         super().__init__(setup=Setup(scene=setup.scene), calibration=calibration)
         self._settings = settings
@@ -93,7 +93,8 @@ class PointingPerception(RgbdPerception):
         """
         self._named &= {track.id for track in self.tracks}
         new = [track for track in self.tracks if track.id not in self._named and track.confidence >= _CLEAR]
-        segmented = self.frames.by_camera.get(self._camera)
+        by_camera = self.frames.by_camera
+        segmented = by_camera.get(self._camera or next(iter(by_camera), ""))
         if not new or segmented is None:
             return
         try:

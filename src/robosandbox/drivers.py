@@ -19,17 +19,17 @@ if TYPE_CHECKING:
 # Joint speed below which an arm counts as still, rad/s or m/s: chosen so that it moves by 0.1 mm in a tick at a metre's reach.
 _STILL_SPEED = 0.01
 
-# What people read of each capability in an error.
+# What people read of a driver without each capability.
 _SAID = {
-    "gripper_force": "the force of its gripper",
-    "grip_limit": "its gripper how hard to close",
-    "joint_torque": "the torques of its joints",
-    "wrist_wrench": "the force at its wrist",
-    "contact": "contact of the arm",
-    "cameras": "camera pictures",
-    "fork": "copies of its world",
-    "reset": "a reset of its world",
-    "truth": "the true state of its world",
+    "gripper_force": "does not tell the force of its gripper",
+    "grip_limit": "takes no limit of its gripper's force",
+    "joint_torque": "does not tell the torques of its joints",
+    "wrist_wrench": "does not tell the force at its wrist",
+    "contact": "does not tell contact of the arm",
+    "cameras": "has no cameras",
+    "fork": "cannot copy its world",
+    "reset": "cannot start its world over",
+    "truth": "does not know the true state of its world",
 }
 
 
@@ -125,7 +125,7 @@ def require(driver: Declares, capability: str, purpose: str) -> None:
 def refusal(driver: Declares, capability: str, purpose: str) -> UnsupportedError:
     """Return the error of a driver that does not have a capability; arguments as those of `require`."""
     return UnsupportedError(
-        f"{capability}: the driver of {driver.spec.name} does not tell {_SAID[capability]}, and {purpose}; "
+        f"{capability}: the driver of {driver.spec.name} {_SAID[capability]}, and {purpose}; "
         "use a driver that declares it",
         phase=Phase.CHECK,
     )

@@ -33,7 +33,7 @@ from robosandbox.export.pictures import pictures
 from robosandbox.recording.drawing import contact_force
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.settings import rows_per_frame
-from robosandbox.service.server.studio import encode
+from robosandbox.service.server.pictures import encode
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.sensors import perfect_intrinsics
 from robosandbox.tasks.replay import open_replay

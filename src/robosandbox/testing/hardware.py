@@ -197,7 +197,9 @@ class Hardware(BareDriver):
     def capture(self, camera: str) -> RgbdFrame:
         """Return the next frame of a camera that is not lost."""
         while self._random.random() < self._lost_share:
-            self.wait(_FRAME_SECONDS)
+            # Nobody is told of these ticks: a frame may be waited for by what listens to ticks.
+            for _ in range(round(_FRAME_SECONDS / self.control_timestep)):
+                self._let_pass()
         self._catch_up()
         return self._plant.capture(camera)
 
@@ -260,12 +262,16 @@ class Hardware(BareDriver):
         return np.asarray(gripper.actuator_ids, dtype=np.intp)
 
     def _tick(self, guards: Sequence[Guard]) -> None:
+        self._let_pass()
+        self._ticked(guards)
+
+    def _let_pass(self) -> None:
+        """Let one control tick pass, on the wall's clock where that is this driver's."""
         self._catch_up()
         if self._began is not None:
             due = self._began + (self._ticks + 1) * self.control_timestep
             time.sleep(max(0.0, due - time.monotonic()))
         self._advance()
-        self._ticked(guards)
 
     def _catch_up(self) -> None:
         """Let pass what the wall's clock says has passed since the last call, with the last commands held."""

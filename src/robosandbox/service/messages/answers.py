@@ -207,11 +207,11 @@ class State(Message):
         seq: Counts messages.
         stamp: Unix seconds when it was read.
         robot: How the robot stands.
-        held: Id of the held object.
+        held: Id of the held object: as contacts tell, or without them as perception believed at its last look.
         goal_id: The running goal.
         skill: Its skill.
         phase: Its phase.
-        physics_steps: Since the last reset.
+        physics_steps: Since the last reset; None where nothing is simulated.
         loads: Tasks that were loaded since the process began: with another number, or boot id, ask `info` again.
     """
 
@@ -223,7 +223,7 @@ class State(Message):
     goal_id: GoalId | None = None
     skill: str | None = None
     phase: str | None = None
-    physics_steps: Count
+    physics_steps: Count | None
     loads: Count = 0
 
 
@@ -244,12 +244,12 @@ class TrueState(Message):
 
     Attributes:
         boot_id: The sim process.
-        physics_steps: Since the last reset.
-        truth: The state; without objects, and with nothing held, where `truth` is switched off.
+        physics_steps: Since the last reset; None where nothing is simulated.
+        truth: The state; without objects, and with nothing held, where `truth` is switched off or the driver knows none.
     """
 
     boot_id: str
-    physics_steps: Count
+    physics_steps: Count | None
     truth: Truth
 
 

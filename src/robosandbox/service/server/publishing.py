@@ -15,8 +15,9 @@ from zenoh import ext
 from robosandbox.errors import InvalidMessageError
 from robosandbox.evidence import MessageEvidence
 from robosandbox.service.messages import JSON, STATE_HZ, Camera, Feedback, Goal, Intended, Message, Picture, key
+from robosandbox.service.server.pictures import ENCODINGS, Format, Kind
 from robosandbox.service.server.requests import Request
-from robosandbox.service.server.studio import ENCODINGS, Format, Kind, Read, Studio, View
+from robosandbox.service.server.studio import Read, Studio, View
 from robosandbox.validation import did_you_mean
 
 _log = logging.getLogger(__name__)

@@ -10,25 +10,11 @@ from typing import Any, Self
 
 import zenoh
 
-from robosandbox.errors import (
-    CancelledError,
-    ForbiddenError,
-    InvalidMessageError,
-    ServiceUnavailableError,
-)
+from robosandbox.drivers import require, simulated
+from robosandbox.errors import CancelledError, ForbiddenError, InvalidMessageError, ServiceUnavailableError
 from robosandbox.evidence import MessageEvidence
-from robosandbox.service.messages import (
-    Ask,
-    Clock,
-    Goal,
-    Info,
-    Load,
-    Message,
-    Reset,
-    Saved,
-    TrueState,
-    key,
-)
+from robosandbox.protocols import Simulated
+from robosandbox.service.messages import Ask, Clock, Goal, Info, Load, Message, Reset, Saved, TrueState, key
 from robosandbox.service.server.autosave import Autosave
 from robosandbox.service.server.changes import WorldChanges
 from robosandbox.service.server.checkpoint import KeptCheckpoints, SavedWorld, StateFile
@@ -41,7 +27,6 @@ from robosandbox.service.server.requests import Request, serve
 from robosandbox.service.server.snapshots import Readings, info_of
 from robosandbox.service.server.studio import Studio
 from robosandbox.service.server.worker import Pace, Worker
-from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.versions import versions
 
@@ -68,6 +53,9 @@ class SimServer:
         truth: Whether `truth` answers.
         state_file: Where the world is saved at each goal's end and every few seconds.
 
+    Raises:
+        UnsupportedError: The world of this driver cannot be saved, and a state file is given.
+
     Attributes:
         boot_id: New with every server.
         studio: Draws the cameras.
@@ -91,17 +79,19 @@ class SimServer:
         self._load = load
         self._default_pace: Pace = pace
         self._truth = truth
-        world = self._world(served)
-        self._worker = Worker(world, pace)
+        if state_file is not None:
+            simulated(served.sim, "--state-file keeps its world")
+        self._worker = Worker(served.sim, pace)
         self._kept = KeptCheckpoints()
         self._pace_owner: str | None = None
         self._declared: list[Any] = []
+        self.studio = Studio(served.sim, self._worker.read, self.boot_id)
         self._info = self._describe()
-        self.studio = Studio(world, self._worker.read, self.boot_id)
         self._autosave = Autosave(state_file, self._worker.read, self._freeze)
         self._ledger = Ledger(self.boot_id, self._autosave.keep)
         self._changes = WorldChanges(self._ledger, self._worker.order)
-        world.wait_hooks.append(self._changes.check)
+        if isinstance(served.sim, Simulated):
+            served.sim.wait_hooks.append(self._changes.check)
         self._executor = Executor(self._ledger, GoalNews(session, robot_id), robot_id, self._autosave.save)
         self._readings = Readings(
             lambda: self._served, lambda: self._executor.running, boot_id=self.boot_id, with_truth=truth
@@ -189,32 +179,28 @@ class SimServer:
     def _key(self, *parts: str) -> str:
         return key(self._robot_id, *parts)
 
-    @staticmethod
-    def _world(served: EmbeddedWorkcell) -> Modelled:
-        return modelled(served.sim, "a sim process saves it, sends its pictures and answers what is true in it")
-
     def _declare(self) -> None:
         handlers: dict[str, Callable[[Request], None]] = {
             "skill/*/send_goal": self._goals.send,
             "skill/*/cancel_goal": self._goals.stop,
             "skill/*/get_result": self._goals.result,
-            "truth": self._on_truth,
+            "truth": self._reading(self._true_state),
             "reset": self._on_reset,
             "load": self._on_load,
             "clock": self._on_clock,
-            "checkpoint": self._on_checkpoint,
+            "checkpoint": self._reading(self._save_checkpoint),
         }
         for suffix, handle in handlers.items():
             self._declared.append(serve(self._session, self._key(suffix), handle))
         observations: dict[str, Callable[[Request], None]] = {
             "info": self._on_info,
-            "obs/state": self._on_state,
-            "obs/objects": self._on_objects,
+            "obs/state": self._reading(self._readings.state),
+            "obs/objects": self._reading(self._readings.objects),
         }
         for suffix, handle in observations.items():
             self._declared.append(serve(self._session, self._key(suffix), handle, any_robot=True))
         for kind in ("rgb", "depth"):
-            self._declared.append(serve(self._session, self._key("obs/camera/*", kind), self._cameras.on_request))
+            self._declared.append(serve(self._session, self._key("obs/camera/*", kind), self._on_picture))
         self._clients.start()
 
     # Questions.
@@ -223,25 +209,27 @@ class SimServer:
         request.message(Ask)
         request.answer(self._info.model_copy(update={"doing": self._changes.occupation(), "pace": self._worker.pace}))
 
-    def _on_state(self, request: Request) -> None:
-        request.message(Ask)
-        self._worker.read(lambda: request.run(self._readings.state))
+    def _on_picture(self, request: Request) -> None:
+        require(self._served.sim, "cameras", "a picture was asked for")
+        self._cameras.on_request(request)
 
-    def _on_objects(self, request: Request) -> None:
-        request.message(Ask)
-        self._worker.read(lambda: request.run(self._readings.objects))
+    def _reading(self, read: Callable[[], Message]) -> Callable[[Request], None]:
+        """Return what answers with a reading of the world, taken between two control ticks."""
 
-    def _on_truth(self, request: Request) -> None:
-        request.message(Ask)
+        def answer(request: Request) -> None:
+            request.message(Ask)
+            self._worker.read(lambda: request.run(read))
+
+        return answer
+
+    def _true_state(self) -> TrueState:
         if not self._truth:
             raise ForbiddenError("truth: this sim was started with --no-ground-truth; use obs/objects")
-        self._worker.read(lambda: request.run(self._readings.truth))
-
-    def _on_checkpoint(self, request: Request) -> None:
-        request.message(Ask)
-        self._worker.read(lambda: request.run(self._save_checkpoint))
+        require(self._served.sim, "truth", "truth answers with it (obs/objects tells what perception believes)")
+        return self._readings.truth()
 
     def _save_checkpoint(self) -> Saved:
+        require(self._served.sim, "fork", "a checkpoint is a copy of it")
         return Saved(checkpoint=self._kept.keep(self._served.checkpoint()), time=self._served.sim.time)
 
     # Changes of the world.
@@ -250,6 +238,7 @@ class SimServer:
         message = request.message(Reset)
         if (message.seed is None) == (message.checkpoint is None):
             raise _wrong("seed", "give a seed or a checkpoint, one of the two")
+        require(self._served.sim, "reset", "reset does that")
 
         def reset() -> TrueState:
             with self.studio.lock:
@@ -273,6 +262,7 @@ class SimServer:
         message = request.message(Load)
         if (message.task is None) == (message.document is None):
             raise _wrong("task", "give a task's name or a document, one of the two")
+        require(self._served.sim, "reset", "load starts another task in it; start the sim with that task")
 
         def load() -> TrueState:
             self._changes.check()
@@ -281,7 +271,7 @@ class SimServer:
                 before, self._served = self._served, served
                 self._readings.loads += 1
                 self._worker.exchange(served.sim)
-                self.studio.exchange(self._world(served))
+                self.studio.exchange(served.sim)
             before.close()
             self._kept = KeptCheckpoints()
             self._info = self._describe()
@@ -318,7 +308,12 @@ class SimServer:
 
     def _describe(self) -> Info:
         return info_of(
-            self._served, robot_id=self._robot_id, boot_id=self.boot_id, truth=self._truth, pace=self._worker.pace
+            self._served,
+            robot_id=self._robot_id,
+            boot_id=self.boot_id,
+            truth=self._truth and self._served.sim.capabilities.truth,
+            pace=self._worker.pace,
+            sizes=self.studio.sizes,
         )
 
     def _on_client_gone(self, client_id: str) -> None:

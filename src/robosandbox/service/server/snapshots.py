@@ -3,28 +3,43 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
+from robosandbox.protocols import Simulated
 from robosandbox.service.messages import Camera, GripperInfo, Info, Joint, Objects, SkillInfo, State, TrueState
 from robosandbox.service.server.goals import LiveGoal
-from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.modelled import Modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import GraspSearch, Intent, Trajectory, frozen_array
+from robosandbox.types import GraspSearch, Intent, Trajectory, Truth, frozen_array
 
 # Configurations or grasps of an intent that are sent; chosen as many as a viewer can draw apart.
 _MOST_SHOWN = 64
 
 
 def info_of(
-    served: EmbeddedWorkcell, *, robot_id: str, boot_id: str, truth: bool, pace: Literal["realtime", "fast"]
+    served: EmbeddedWorkcell,
+    *,
+    robot_id: str,
+    boot_id: str,
+    truth: bool,
+    pace: Literal["realtime", "fast"],
+    sizes: Mapping[str, tuple[int, int]],
 ) -> Info:
-    """Return what a loaded task is."""
-    sim, robot = modelled(served.sim, "a sim process tells what it is"), served.sim.spec
-    height, width = sim.render_size
+    """Return what a loaded task is.
+
+    Args:
+        served: The task.
+        robot_id: In keys.
+        boot_id: The sim process.
+        truth: Whether `truth` answers.
+        pace: How simulated time passes.
+        sizes: (height, width) of pictures in pixels, by camera.
+    """
+    robot = served.sim.spec
     joints = zip(robot.joints, robot.lower, robot.upper, robot.velocity_limits, strict=True)
     geometry = robot.gripper.geometry if robot.gripper else None
     return Info(
@@ -40,7 +55,7 @@ def info_of(
         gripper=GripperInfo(min_aperture=geometry.min_aperture, max_aperture=geometry.max_aperture)
         if geometry
         else None,
-        cameras=tuple(Camera(name=name, width=width, height=height) for name in sim.cameras),
+        cameras=tuple(Camera(name=name, width=width, height=height) for name, (height, width) in sizes.items()),
         skills=tuple(
             SkillInfo(name=skill.name, description=skill.description, arguments=dict(skill.schema))
             for skill in served.skills
@@ -48,7 +63,7 @@ def info_of(
         task=served.task.model_dump(mode="json"),
         seed=served.seed,
         pace=pace,
-        control_timestep=sim.control_timestep,
+        control_timestep=served.sim.control_timestep,
         truth=truth,
     )
 
@@ -82,36 +97,50 @@ class Readings:
 
     def state(self) -> State:
         """Return how the robot stands and what it does."""
-        sim, goal = self._sim, self._running()
+        served, goal = self._served(), self._running()
         return State(
             boot_id=self._boot_id,
             seq=0,
             stamp=time.time(),
-            robot=sim.state(),
-            held=sim.held(),
+            robot=served.sim.state(),
+            held=self._held(),
             goal_id=goal.goal.goal_id if goal else None,
             skill=goal.goal.skill if goal else None,
-            phase=self._served().ctx.phase if goal else None,
-            physics_steps=sim.physics_steps,
+            phase=served.ctx.phase if goal else None,
+            physics_steps=self._physics_steps(),
             loads=self.loads,
         )
 
     def objects(self) -> Objects:
-        """Return what perception sees."""
-        return Objects(boot_id=self._boot_id, scene=self._served().ctx.look())
+        """Return what perception sees; while a goal runs in a world that does not stand still for a look, what it saw last."""
+        ctx = self._served().ctx
+        moving = self._running() is not None and not self._served().sim.capabilities.truth
+        return Objects(boot_id=self._boot_id, scene=ctx.seen if moving and ctx.seen is not None else ctx.look())
 
     def truth(self) -> TrueState:
-        """Return the simulated state."""
-        truth = self._sim.truth()
+        """Return the simulated state; without objects where it is not told or not known."""
+        sim = self._served().sim
+        if isinstance(sim, Simulated):
+            truth = sim.truth()
+        else:
+            seen, height = sim.state(), self._served().task.scene.table_height
+            truth = Truth(time=seen.time, q=seen.q, home_q=sim.spec.home_q, table_height=height, objects={}, held=None)
         return TrueState(
             boot_id=self._boot_id,
-            physics_steps=self._sim.physics_steps,
+            physics_steps=self._physics_steps(),
             truth=truth if self._with_truth else replace(truth, objects={}, held=None),
         )
 
-    @property
-    def _sim(self) -> Modelled:
-        return modelled(self._served().sim, "a sim process answers what is true in it")
+    def _held(self) -> str | None:
+        """Return what contacts say is held, where they are known, else what perception believed at its last look."""
+        sim, seen = self._served().sim, self._served().ctx.seen
+        if isinstance(sim, Modelled):
+            return sim.held()
+        return seen.held if seen is not None else None
+
+    def _physics_steps(self) -> int | None:
+        sim = self._served().sim
+        return sim.physics_steps if isinstance(sim, Simulated) else None
 
 
 def thinned(intent: Intent) -> Intent:

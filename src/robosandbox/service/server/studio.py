@@ -1,33 +1,20 @@
-"""Camera pictures on a thread of their own: drawn from a copy of the state, and only while somebody looks."""
+"""Camera pictures on a thread of their own, and only while somebody looks."""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Literal
-
-import numpy as np
-from numpy.typing import NDArray
 
 from robosandbox.errors import BusyError, RenderingError, UnsupportedError
 from robosandbox.evidence import BusyEvidence
+from robosandbox.protocols import Driver
 from robosandbox.service.messages import Picture
-from robosandbox.sim.modelled import Modelled
-from robosandbox.sim.state_renderer import StateRenderer
-from robosandbox.types import Array
+from robosandbox.service.server.pictures import Develop, Format, Kind, Photographer, encode, photographer
 
 _log = logging.getLogger(__name__)
-# Pictures a second of a stream; chosen as cameras deliver them.
-_MOST_HZ = 30.0
-# Of 100, as OpenCV counts; chosen where edges of objects show no blocks.
-_JPEG_QUALITY = 85
-
-Kind = Literal["rgb", "depth"]
-Format = Literal["jpeg", "png", "raw"]
-ENCODINGS: dict[Format, str] = {"jpeg": "image/jpeg", "png": "image/png", "raw": "application/octet-stream"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +28,8 @@ class View:
 
 @dataclass(frozen=True, slots=True)
 class _Moment:
-    sim: Modelled
-    state: Array
+    photographer: Photographer
+    develop: Develop
     time: float
     stamp: float
 
@@ -54,11 +41,11 @@ Read = Callable[[Callable[[], None]], None]
 
 
 class Studio:
-    """Draws cameras of a sim for streams and single requests.
+    """Makes pictures of a driver's cameras for streams and single requests.
 
     Args:
-        sim: Whose state is drawn.
-        read: Runs a job in the thread that owns the sim.
+        driver: Whose cameras.
+        read: Runs a job in the thread that owns the driver.
         boot_id: For the attachments.
 
     Attributes:
@@ -66,17 +53,19 @@ class Studio:
         frames: How many were drawn.
     """
 
-    def __init__(self, sim: Modelled, read: Read, boot_id: str) -> None:
+    def __init__(self, driver: Driver, read: Read, boot_id: str) -> None:
         self.lock = threading.Lock()
         self.frames: int = 0
-        self._sim = sim
+        self._driver = driver
+        self._photographer = photographer(driver)
+        # Of drivers that are gone, to be closed in the studio's thread.
+        self._retired: list[Photographer] = []
         self._read = read
         self._boot_id = boot_id
         self._streams: dict[View, Deliver] = {}
         self._requests: list[tuple[View, Deliver, Refuse]] = []
         self._changed = threading.Condition()
         self._stopping = False
-        self._renderer: StateRenderer | None = None
         self._thread = threading.Thread(target=self._loop, name="cameras", daemon=True)
 
     def start(self) -> None:
@@ -90,9 +79,16 @@ class Studio:
             self._changed.notify_all()
         self._thread.join()
 
-    def exchange(self, sim: Modelled) -> None:
-        """Draw another sim from now on; call it with `lock` held."""
-        self._sim = sim
+    def exchange(self, driver: Driver) -> None:
+        """Look through another driver's cameras from now on; call it with `lock` held."""
+        self._driver = driver
+        self._retired.append(self._photographer)
+        self._photographer = photographer(driver)
+
+    @property
+    def sizes(self) -> Mapping[str, tuple[int, int]]:
+        """(height, width) of pictures in pixels, by camera."""
+        return self._photographer.sizes()
 
     def stream(self, view: View, deliver: Deliver | None) -> None:
         """Draw a view over and over, or no longer."""
@@ -125,12 +121,13 @@ class Studio:
                 asked, self._requests = self._requests, []
                 streamed = dict(self._streams) if time.monotonic() >= due else {}
             if streamed:
-                due = time.monotonic() + 1.0 / _MOST_HZ
+                due = time.monotonic() + 1.0 / self._photographer.hz
             self._draw_all(asked, streamed)
-        self._release()
+        self._retired.append(self._photographer)
+        self._dismiss()
 
     def _draw_all(self, asked: list[tuple[View, Deliver, Refuse]], streamed: dict[View, Deliver]) -> None:
-        moment = self._moment()
+        moment = self._moment({view.camera for view in (*(view for view, _, _ in asked), *streamed)})
         if moment is None:
             return
         for view, deliver, refuse in asked:
@@ -148,13 +145,14 @@ class Studio:
                 _log.warning("no pictures of %s: %s", view.camera, error)
                 self.stream(view, None)
 
-    def _moment(self) -> _Moment | None:
-        """Return the state between two ticks; None when the studio is stopping."""
+    def _moment(self, cameras: set[str]) -> _Moment | None:
+        """Return the world between two ticks; None when the studio is stopping."""
         found: list[_Moment] = []
         ready = threading.Event()
 
         def take() -> None:
-            found.append(_Moment(self._sim, self._sim.snapshot(), self._sim.time, time.time()))
+            taken = self._photographer
+            found.append(_Moment(taken, taken.expose(cameras), self._driver.time, time.time()))
             ready.set()
 
         self._read(take)
@@ -165,13 +163,12 @@ class Studio:
 
     def _draw(self, view: View, moment: _Moment) -> tuple[bytes, Picture]:
         with self.lock:
-            sim = self._sim
-            if moment.sim is not sim:
+            self._dismiss()
+            if moment.photographer is not self._photographer:
                 raise BusyError("another task was loaded meanwhile; ask again", evidence=BusyEvidence(doing="load"))
-            name = sim.camera_in_model(view.camera)
-            drawn, lens, pose = self._prepared(sim).draw(moment.state, name, depth=view.kind == "depth")
+            pixels, lens, pose = moment.develop(view.camera, view.kind)
             self.frames += 1
-        return encode(drawn, view.format), Picture(
+        return encode(pixels, view.format), Picture(
             camera=view.camera,
             boot_id=self._boot_id,
             stamp=moment.stamp,
@@ -181,38 +178,6 @@ class Studio:
             pose_camera_in_world=pose,
         )
 
-    def _prepared(self, sim: Modelled) -> StateRenderer:
-        if self._renderer is None or not self._renderer.draws(sim):
-            self._release()
-            self._renderer = StateRenderer(sim)
-        return self._renderer
-
-    def _release(self) -> None:
-        if self._renderer is not None:
-            self._renderer.close()
-        self._renderer = None
-
-
-def encode(picture: NDArray[np.uint8] | NDArray[np.float32], format: Format) -> bytes:
-    """Return a picture as bytes.
-
-    Args:
-        picture: RGB (height, width, 3) uint8, or depth in metres (height, width) float32.
-        format: `jpeg` (RGB only), `png` (depth as 16-bit millimetres), or `raw` (the array's bytes).
-
-    Raises:
-        ValueError: Depth as JPEG.
-    """
-    if format == "raw":
-        return picture.tobytes()
-    import cv2
-
-    if picture.ndim == 3:
-        flags = [cv2.IMWRITE_JPEG_QUALITY, _JPEG_QUALITY] if format == "jpeg" else [cv2.IMWRITE_PNG_COMPRESSION, 1]
-        _, encoded = cv2.imencode(".jpg" if format == "jpeg" else ".png", picture[..., ::-1], flags)
-    elif format == "png":
-        millimetres = np.clip(np.round(1000.0 * picture), 0, 65535).astype(np.uint16)
-        _, encoded = cv2.imencode(".png", millimetres, [cv2.IMWRITE_PNG_COMPRESSION, 1])
-    else:
-        raise ValueError("depth has no JPEG form; ask for png or raw")
-    return bytes(encoded)
+    def _dismiss(self) -> None:
+        while self._retired:
+            self._retired.pop().close()
