@@ -64,6 +64,9 @@ def _numbers(node: ast.expr) -> list[float]:
             parts = [left, right]
         case ast.Tuple(elts=parts) | ast.List(elts=parts):
             pass
+        case ast.Call(func=ast.Attribute(attr="eye" | "zeros" | "ones")):
+            # Its arguments are a shape.
+            return [1]
         case ast.Call(func=ast.Attribute(value=ast.Name(id="np" | "math")), args=parts, keywords=[]):
             pass
         case _:

@@ -11,7 +11,10 @@ import numpy as np
 from robosandbox.types import Array
 
 _DICTIONARY = "DICT_APRILTAG_36h11"
+# Pixels across a gap between two tags; chosen so that a tag has 90 across, more than a bundled camera shows of it.
 _PIXELS_PER_CELL = 20
+# How far over the table the board lies, metres; chosen so that renderers, whose depth is quantized, tell the two planes
+# apart.
 _ABOVE = 0.0005
 
 

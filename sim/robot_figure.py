@@ -17,7 +17,9 @@ from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.world import add_sky
 from robosandbox.types import Array, matrix_from_quat_xyzw
 
+# Height and width of each view, pixels; chosen so that both stand side by side on a screen.
 _SIZE = (600, 800)
+# Shares of red, green, blue and opacity of the frame's x, y and z; the standard order of colours for axes.
 _COLOURS = ([0.9, 0.15, 0.15, 1.0], [0.1, 0.65, 0.15, 1.0], [0.15, 0.3, 0.95, 1.0])
 _CAMERA = "robosandbox_portrait"
 

@@ -12,13 +12,15 @@ from robosandbox.types import Array
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 # Metres: a ball that left the table at 1 m/s and rolls for half an hour.
 _FARTHEST = 20.0 * MOST_DISTANCE
-# m/s and rad/s: a joint or body that is faster has diverged; what falls from the top of a hall reaches 45 m/s.
+# m/s and rad/s; chosen because a joint or body that is faster has diverged: what falls from the top of a hall reaches
+# 45 m/s.
 _FASTEST = 1e3
-# Simulated seconds: thirty years.
+# Simulated seconds; chosen as thirty years, which no process lives.
 _LONGEST = 1e9
 # How far from 1 the length of a quaternion may be that MuJoCo has normalized at each step.
 _NORM_SLACK = 1e-3
-# Limits are soft: by so much of its range, or so many radians or metres, a joint may be beyond them.
+# By how much of its range, or how many radians or metres, a joint may be beyond its limits; chosen because MuJoCo's
+# limits are soft.
 _RANGE_SLACK = 0.2
 _FREE, _BALL = int(mujoco.mjtJoint.mjJNT_FREE), int(mujoco.mjtJoint.mjJNT_BALL)
 

@@ -20,7 +20,11 @@ from robosandbox.types import Array, Scene, SceneObject, Vec3, frozen_array
 ROBOT_PREFIX = "robot/"
 TABLE, FLOOR = "table", "floor"
 TABLE_HALF_EXTENT = 0.5
+# Seconds; MuJoCo's own default. Of six tasks all succeed at 1, 2 and 5 ms too, but at 5 ms a drawer's grip slips once
+# more (9.6 s in place of 5.8); 1 ms costs twice as much.
 PHYSICS_TIMESTEP = 0.002
+# Depth of a contact at the start from which on a scene is refused, metres; chosen above the 0.2 mm that what rests in
+# the bundled tasks was measured to sink into its support.
 _PENETRATION = 0.001
 
 

@@ -14,7 +14,7 @@ from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.relations import Relation
 
-# How far a drawer is open that counts as open, millimetres: half of the way of the smallest bundled one.
+# How far a drawer is open that counts as open, millimetres; chosen as half of the way of the smallest bundled one.
 _OPEN_MM = 60.0
 
 _CHECKS: dict[str, Callable[..., Check]] = {

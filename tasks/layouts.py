@@ -21,11 +21,15 @@ from robosandbox.world.relations import centre
 
 # An object is within reach if the tool can point down at it, turned by one of these, radians, and this far above, metres.
 _REACH_YAWS = (0.0, np.pi / 2.0)
+# How far over an object, metres, the tool is to be able to point down; chosen as on it and above a hover and a lift of
+# its own height.
 _REACH_ABOVE = (0.0, 0.12)
 _DOWN = np.array([0.0, 0.0, -1.0])
-# How hard a configuration over an object is searched for: as motion planners do by themselves.
+# Number of sampled starts for a configuration over an object; as in motion planning: with 60 benchmarks/ik.py solves
+# every reachable pose.
 _RESTARTS = 60
-# Nearer to the robot's base an object is behind its shoulder, metres.
+# Metres; chosen because nearer to the robot's base an object is behind its shoulder (the bundled Panda works from 0.15
+# m on, docs/arms.md).
 _BASE_RADIUS = 0.15
 # How many layouts of a seed are tried, where the world refuses one because things start inside one another.
 _START_DRAWS = 20

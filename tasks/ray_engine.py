@@ -13,7 +13,9 @@ from robosandbox.tasks.episodes import Chunk, run_chunk
 from robosandbox.tasks.results import Row
 
 _LOOPBACK = "127.0.0.1"
+# Times that a chunk whose worker died is sent again; as of Ray's own default for tasks.
 _RETRIES = 3
+# Seconds that a cluster's address may take to answer; chosen because Ray itself waits for minutes.
 _CONNECT_SECONDS = 5.0
 # Tasks that wait on each core, so that none runs dry while the next is sent.
 _AHEAD = 2

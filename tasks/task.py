@@ -14,7 +14,7 @@ from robosandbox.tasks.success import Criterion
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean
 
-# Longer than any file of the bundled tasks; a note is a paragraph.
+# Characters; chosen longer than any file of the bundled tasks: a note is a paragraph.
 MAX_NOTES_LENGTH = 10_000
 DEFAULT_RANDOMIZE = Randomize(xy_jitter=0.02, yaw_jitter=math.radians(10.0))
 DEFAULT_RANDOMIZE_WITHOUT_OBJECTS = Randomize(q_jitter=0.1)

@@ -46,7 +46,8 @@ COMMANDS = {
     "robot": LazyCommand("robosandbox.commands.robot:app", "Bring your own robot: infer its sidecar, check it."),
 }
 
-# Objects that are made between two looks for cycles; Python's own 700 suits programs of a few modules.
+# Number of objects that are made between two looks for cycles; chosen because Python's own 700 suits programs of a few
+# modules (benchmarks/startup.py measures a plan).
 _GC_THRESHOLD = 50_000
 
 app: typer.Typer = plain_app(cls=lazy_group(COMMANDS))

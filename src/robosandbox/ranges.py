@@ -17,11 +17,11 @@ LEAST_MASS, MOST_MASS = 1e-6, 1e3
 LEAST_DENSITY, MOST_DENSITY = 1.0, 3e4
 # Metres. A tenth of a millimetre is a tenth of what contacts give way under load here; ten metres are ten tables.
 LEAST_LENGTH, MOST_LENGTH = 1e-4, 10.0
-# Metres from the origin: a hall. Arithmetic with poses keeps its micrometres there.
+# Metres from the origin; chosen as a hall: arithmetic with poses keeps its micrometres there.
 MOST_DISTANCE = 100.0
 # Metres per unit of a mesh file: files in micrometres to files in kilometres.
 LEAST_SCALE, MOST_SCALE = 1e-6, 1e3
-# Radians: a whole turn either way.
+# Radians; chosen as a whole turn either way, rounded up.
 MOST_TURN = 6.3
 
 

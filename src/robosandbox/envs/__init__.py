@@ -12,6 +12,7 @@ from robosandbox.envs.env import ManipulationEnv
 from robosandbox.tasks.loader import bundled_tasks
 
 __all__ = ["ManipulationEnv", "env_id", "register_tasks"]
+# Steps of an episode; chosen as 20 s at the usual 20 Hz: the skills' longest standard task takes 15 s (docs/bench.md).
 MAX_EPISODE_STEPS = 400
 
 

@@ -25,9 +25,12 @@ from robosandbox.types import Array
 ObservationKind = Literal["state", "pixels"]
 RewardKind = Literal["sparse", "dense"]
 Observation = dict[str, Any]
+# Number of layouts that an environment's own seed draws from; chosen as the largest signed 32-bit number.
 _LAYOUTS = 2**31 - 1
+# Number of layouts that are tried; chosen because none of 200 seeds of the bundled tasks was refused (docs/bench.md):
+# twenty in a row are the task's fault.
 _DRAWS = 20
-# Numbers of a pose: x, y, z, quaternion x, y, z, w.
+# Number of values of a pose as of `Pose`: x, y, z, quaternion x, y, z, w.
 _POSE = 7
 
 

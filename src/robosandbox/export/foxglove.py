@@ -52,8 +52,9 @@ STATE_SCHEMA: dict[str, Any] = {
         "phase": _TEXT,
     },
 }
+# Nanoseconds per second, as in MCAP's time stamps.
 _NANO = 1_000_000_000
-# Quaternions are recorded as x, y, z, w.
+# Columns of a recorded pose (x, y, z, quaternion xyzw) in the order w, x, y, z, as of MuJoCo's quaternions.
 _WXYZ = [6, 3, 4, 5]
 
 

@@ -25,9 +25,13 @@ from robosandbox.recording.settings import rows_per_frame
 from robosandbox.recording.video import Film
 
 CODEBASE_VERSION = "v3.0"
+# Files a folder; as in the standard layout of LeRobotDataset 3.0.
 _CHUNK_FILES = 1000
+# Megabytes after which a table goes on in another file; as in LeRobotDataset 3.0.
 _DATA_MB = 100
+# Megabytes after which a film goes on in another file; as in LeRobotDataset 3.0.
 _VIDEO_MB = 200
+# Bytes; as in LeRobotDataset 3.0, which counts binary ones.
 _MEGABYTE = 1024 * 1024
 _FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}"
 _DATA_PATH = "data/" + _FILE + ".parquet"

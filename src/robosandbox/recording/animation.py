@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-# A film of a scene with a still background needs few colours, and one palette for all frames lets a frame hold only
-# the pixels that changed.
+# Number of colours of the palette; chosen because a scene with a still background needs few, and one palette for all
+# frames lets a frame hold only the pixels that changed.
 _COLOURS = 96
-# Frames that the palette is made of.
+# Number of frames that the palette is made of; chosen so that what comes into view late has its colours, too.
 _SAMPLES = 8
 
 

@@ -35,6 +35,8 @@ from robosandbox.types import Array, Verdict
 from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
+# Rows (10 s of control ticks) that the log has room for at first; chosen as a pick and a placement;
+# benchmarks/recording.py measures what recording costs.
 _LOG_ROWS = 1000
 
 

@@ -19,16 +19,25 @@ from robosandbox.protocols import Driver, Guard, Simulated
 from robosandbox.testing.conformance import demand
 from robosandbox.types import Pose, RgbdFrame, Trajectory
 
-# How far two readings of a joint that is held may differ, rad or m: half of what skills call arrived.
+# How far two readings of a joint that is held may differ, rad or m; chosen as half of what skills call arrived.
 _STEADY = 0.002
+# How far a joint may be off where it is told to hold or arrive, rad or m; chosen as what skills trim away afterwards, a
+# few times over.
 _HELD = 0.01
-# How far a frame's focal length and camera may be from what is declared: share, and metres. Calibrations are off by less.
+# How far a frame's focal length may be from what is declared, as a share; chosen far above a calibration's error and
+# below what another lens or size of picture makes.
 _LENS = 0.05
+# How far a frame's camera may be from where it is declared, metres; chosen far above a calibration's error and below
+# what a camera on the wrong link makes.
 _MOUNT = 0.05
+# How far the arm may move in half a second after a guard has ended a motion, rad or m; chosen as a tick's way at full
+# speed and its braking.
 _STOPPED = 0.02
-# A gentle grip, N or N m, and by how much fingers in motion may pass it: damping of their servos.
+# A gentle grip, N or N m; chosen well below what any bundled gripper gives by itself.
 _GENTLE = 5.0
+# Factor by which the force may pass it; chosen because fingers in motion add their servos' damping.
 _OVER = 1.5
+# How far the first joint is moved, rad or m; chosen so that no arm at home meets anything.
 _STROKE = 0.1
 _ROWS, _ROW_SECONDS = 200, 0.005
 

@@ -21,8 +21,11 @@ from robosandbox.world.relations import bottom, centre, top
 
 Fault = Callable[[Intervention], Iterator[None]]
 
+# Number above any priority of a geom here; as of MuJoCo's contacts the higher one alone gives the friction.
 _GREASE_PRIORITY = 10
+# N s/m or N m s/rad; chosen so that the strongest bundled arm's 100 N move it 0.1 mm a second.
 _BOLT_DAMPING = 1e6
+# N s/m or N m s/rad; chosen so that no gripper's servo moves its fingers.
 _JAM_DAMPING = 1e7
 
 

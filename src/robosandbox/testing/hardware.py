@@ -30,15 +30,17 @@ from robosandbox.types import (
     frozen_array,
 )
 
-# Time from a command to the servos, seconds: what the issue tracker asks of this plant.
+# Time from a command to the servos, seconds; chosen as three control ticks, what a bus and a controller box take.
 _LATENCY = 0.03
 # Standard deviation of a joint's reading, rad: a twentieth of the 0.004 rad within which skills call an arm arrived.
 _ENCODER_NOISE = 2e-4
-# Share of frames that are lost; the next one comes after a frame's time, seconds (30 frames a second).
+# Share of frames that are lost; chosen far above what a USB camera drops, so that every episode meets it.
 _LOST_SHARE = 0.1
+# Seconds until the next frame; as of cameras with 30 a second.
 _FRAME_SECONDS = 1.0 / 30.0
 # Integral action as the MuJoCo driver has it: share of the error taken up a tick, and the most of it, rad.
 _TRIM_SHARE = 0.08
+# The most that integral action shifts a command, rad; as in the MuJoCo driver (sim/control.py).
 _LARGEST_TRIM = 0.3
 
 

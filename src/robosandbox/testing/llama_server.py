@@ -15,7 +15,7 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 
-# Enough for instructions, a scene of a dozen objects and four answers.
+# Number of tokens; chosen so that instructions, a scene of a dozen objects and four answers have room.
 _CONTEXT_TOKENS = 8192
 
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from robosandbox.errors import InputError
 
+# Seconds that a download may take; chosen for the largest wheel, 131 MB, on a slow line.
 _SECONDS = 600
 
 

@@ -13,23 +13,27 @@ from robosandbox.protocols import GraspPlanner, MotionPlanner, SkillContext
 from robosandbox.robots.spec import RobotSpec
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, Trajectory
 
-# How many grasps of a planner are looked at: skills rarely weigh more.
+# Number of grasps of a planner that are looked at; chosen because skills rarely weigh more.
 _GRASPS = 20
 # Pads may be pressed this far beyond their measured gap, metres: the error of a size that perception has seen.
 _WIDTH_SLACK = 0.002
-# How far a TCP may lie outside the ball around an object that it holds, metres: the fingertips reach beyond the TCP.
+# How far a TCP may lie outside the ball around an object that it holds, metres; chosen as a fingertip's length beyond
+# the TCP.
 _TCP_SLACK = 0.05
 # What counts as at a pose, metres and radians: the accuracy that inverse kinematics is measured to.
 _POSITION_TOLERANCE = 1e-3
 _ANGLE_TOLERANCE = np.deg2rad(0.5)
-# How far a straight line may bend between its waypoints, metres.
+# How far a straight line may bend between its waypoints, metres; chosen as the clearance that the planner here keeps
+# from obstacles.
 _LINE_TOLERANCE = 2e-3
-# Rows of a trajectory are differences of rounded numbers; this share beyond a velocity limit is not a broken limit.
+# Factor; chosen because rows of a trajectory are differences of rounded numbers: 2 % beyond a velocity limit is not a
+# broken limit.
 _SPEED_SLACK = 1.02
-# The length of the checked line, metres, and a place that no arm reaches.
+# The length of the checked line, metres; chosen so that every bundled arm can go it from home.
 _RISE = 0.06
+# A place that no arm reaches, metres; chosen beyond any arm's length.
 _FAR = np.array([0.0, 0.0, 50.0])
-# Below the table's top, metres: where no robot can stand.
+# Below the table's top, metres; chosen so that no part of a hand fits in between.
 _BELOW_TABLE = 0.05
 
 

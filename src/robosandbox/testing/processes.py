@@ -11,6 +11,8 @@ import threading
 from pathlib import Path
 from typing import Self
 
+# Seconds that a sim process may take to start; chosen for a machine ten times as busy as one on which it takes 5 s of
+# CPU.
 _START_SECONDS = 60.0
 _MAIN = "from robosandbox.cli import main; main()"
 

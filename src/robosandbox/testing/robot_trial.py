@@ -19,15 +19,26 @@ from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory
 
 CUBE = "red_cube"
+# Half an edge of the cube, metres; chosen so that the smallest gripper of docs/arms.md (47 mm) has room for it.
 CUBE_HALF = 0.012
+# How far each joint is moved, rad or m; chosen large beside a servo's error and small beside any joint's range.
 _STEP = 0.1
+# How far a joint may stay off its command, rad or m; chosen as what a wrong gain exceeds many times over and all 25
+# arms of docs/arms.md keep.
 _TRACKED = 0.02
 _TRACK_SECONDS = 2.0
+# How far a joint may sink from home, rad or m; chosen as for a step.
 _HELD = 0.02
+# Share of its measured opening that a gripper has to reach in motion; chosen because fingers that hang on springs stop
+# short of it.
 _OPENS = 0.8
+# How far above its measured least gap closed fingers may stay, metres; chosen as the error of a gap between curved
+# pads.
 _CLOSES = 0.004
+# Metres; chosen as a stroke that the shortest arm of docs/arms.md has room for.
 _PUSH_M = 0.06
 _TABLE_HALF = 0.5
+# Distance of the cube from the table's edge, metres; chosen so that a push of its length stays on the table.
 _TABLE_MARGIN = 0.05
 
 

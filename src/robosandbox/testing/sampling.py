@@ -38,9 +38,14 @@ SUBJECTS: dict[str, tuple[str, str | None]] = {
 }
 # Within these, from the base, an object can be grasped from above.
 _NEAR, _FAR = 0.3, 0.75
+# How far from the table's middle things are put along x and y, metres; chosen as 6 cm inside its edge, where a hand
+# fits beside them.
 _EDGE = 0.44
+# How far from the hand a thing is to lie that is moved, metres; chosen as a hand's length: nothing is put into it.
 _HAND_AWAY = 0.15
+# Seconds before an episode's end in which nothing happens any more; chosen so that each fault is met.
 _BEFORE_THE_END = 0.1
+# Number of tries to find a place; chosen far above what crowded bundled tasks need (37 for 12 objects).
 DRAWS = 500
 
 

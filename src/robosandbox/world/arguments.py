@@ -10,9 +10,10 @@ from robosandbox.world.contracts import Contract, contract_of, find, lookup
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.predicate import View
 
-# Stands for a number of which only the type matters, within the bounds of all skills here.
+# Stands for a number of any unit of which only the type matters; chosen within the bounds of all skills here.
 _NUMBER = 0.05
-# By so much the numbers of one call differ.
+# By how much the numbers of one call differ, in units of each; chosen so that two that are mixed up are noticed, and
+# none leaves its bounds.
 _APART = 0.001
 
 

@@ -12,15 +12,19 @@ from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicat
 from robosandbox.world.relations import centre, inside
 from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
 
-# How near to the heading asked for a turned object has to be, radians: what is let go between two fingers stays within it.
+# How near to the heading asked for a turned object has to be, radians; chosen: `turn` takes another grip from half of
+# it on, so a smaller one costs grips and a larger one leaves a turn that is seen.
 TURN_TOLERANCE = math.radians(10.0)
-# How near to home the arm's joints have to be, radians or metres.
+# How near to home the arm's joints have to be, radians or metres; chosen as five times what a motion ends within.
 _HOME_TOLERANCE = 0.02
-# Pour: of what was in the container, what has to arrive, and what may be spilled.
+# Pour: share of what was in the container that has to arrive; as in the seeds' task pour_beads (27 of 30).
 LEAST_FRACTION = 0.9
+# Pour: share of it that may be spilled; as in the seeds' task pour_beads, none of 30 beads and one of 50.
 MOST_SPILLED = 0.02
-# Push: of the distance asked for, or at least so many metres, what may be missing.
+# Push: what may be missing of the distance asked for at least, metres; chosen as what a stroke of 10 cm leaves to a
+# second one.
 PUSH_TOLERANCE = 0.012
+# Push: what may be missing, as a share of the distance; chosen as 1 cm of the seeds' 10 cm.
 PUSH_RELATIVE_TOLERANCE = 0.1
 
 

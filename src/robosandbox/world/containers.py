@@ -20,7 +20,8 @@ from robosandbox.world.spots import about_z, levelled, resting_pose, spots_in
 
 # Share of many small things that has to be in a container for all of them to count as in it: what a pour brings over.
 _MOST = 0.9
-# Room between an object and the edges of a drawer's opening, metres.
+# Room between an object and the edges of a drawer's opening, metres; chosen as the room that `spots` leaves at a
+# container's walls.
 _ROOM = 0.004
 # Share of a container that randomly packed balls fill (Scott 1960 measured 0.60 for loose, 0.64 for dense packing).
 _PACKED = 0.6

@@ -21,7 +21,8 @@ from robosandbox.world.imagine import taken
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import mouth_of, room_of
 
-# How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres: fingers reach in by as much.
+# How far under a drawer's cabinet the middle of a thing may lie and still be got out, metres; chosen as half a finger's
+# thickness, by which fingers reach in.
 _UNDER = 0.01
 
 

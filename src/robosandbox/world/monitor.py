@@ -11,7 +11,8 @@ from robosandbox.world.contracts import Contract, find, lookup, lost
 from robosandbox.world.facts import HELD, Fact
 from robosandbox.world.predicate import View
 
-# Looser than the skills' own checks: what one of them accepted is not to be undone by a rounding, metres.
+# Metres; chosen as twice what perception and settling move an object that stands (REST_TOLERANCE): what a skill
+# accepted is not to be undone by a rounding, while a block that fell is off by its own size.
 _SLACK = 0.010
 
 

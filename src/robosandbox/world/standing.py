@@ -32,17 +32,20 @@ from robosandbox.world.spots import (
 AT_TOLERANCE = 0.015
 # Heading within which an object counts as turned that way, radians: what fingers that close squarely leave open.
 _TURN_TOLERANCE = math.radians(10.0)
-# Beyond this angle between its axis and the vertical what stands by itself has tipped over, radians.
+# Beyond this angle between its axis and the vertical what stands by itself has tipped over, radians; chosen between the
+# few degrees that perception is off by and the 45 at which a cube falls by itself.
 TIPPED = math.radians(30.0)
-# An axis counts as vertical whose cosine to the vertical is above this: within 3 degrees, what perception is off by.
+# An axis counts as vertical whose cosine to the vertical is above this; chosen as 3 degrees, several times what
+# perception was measured to be off by (0.4, docs/measured.md).
 _LEVEL = math.cos(math.radians(3.0))
-# By how much what leans on something lies over it at least, metres: more than perception is off by.
+# By how much what leans on something lies over it at least, metres; chosen as more than perception is off by.
 _OVERLAP = 0.01
-# By how much an up direction is tilted to feel how wide the face on top is, radians.
+# By how much an up direction is tilted to feel how wide the face on top is, radians; chosen larger than what perception
+# is off by, so that a tilted face is still felt, and small enough to be stopped by a chamfer.
 _FEELER = math.radians(4.0)
-# Least half-width of a face on which something stays that is put there to within a few millimetres, metres.
+# Least half-width of a face on which something stays, metres; chosen as the few millimetres that a placement is off by.
 _LEAST_FACE = 0.004
-# Points of the table at which room is looked for, metres apart: half a small object.
+# Metres between points of the table at which room is looked for; chosen as half a small object.
 _STEP = 0.04
 _GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _STEP) for y in np.arange(-0.44, 0.45, _STEP)])
 _COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)

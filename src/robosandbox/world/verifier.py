@@ -14,9 +14,10 @@ from robosandbox.world.contracts import contract_of, find, first_refuted, imagin
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.predicate import View
 
-# More calls than this nobody asks for in one sentence; a model that plans more has run away.
+# Number of calls that a plan may have; chosen because nobody asks for more in one sentence: a model that plans more has
+# run away.
 MAX_STEPS = 40
-# Longest call that is shown whole, characters.
+# Characters of the longest call that is shown whole; chosen as a line of a terminal or two.
 _SHOWN = 120
 
 
