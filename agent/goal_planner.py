@@ -9,7 +9,6 @@ from robosandbox.errors import InputError
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import contract_of, imagined, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.predicate import predicates
@@ -36,6 +35,9 @@ class GoalPlanner:
         Raises:
             InputError: The prompt is no list of relations.
         """
+        # Sentences need no search: commands that are given one start without it.
+        from robosandbox.world.achieve import achieve
+
         goals = read_goals(prompt)
         before: tuple[SkillCall, ...] = ()
         if history and history[-1].error.repairs:
