@@ -46,7 +46,7 @@ class Skill:
         """The first line of run's docstring."""
         return (inspect.getdoc(type(self).run) or "").partition("\n")[0]
 
-    @property
+    @cached_property
     def schema(self) -> Mapping[str, Any]:
         """JSON schema of the arguments."""
         return self._arguments.model_json_schema()

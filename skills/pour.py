@@ -23,7 +23,8 @@ from robosandbox.types import (
 from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
-from robosandbox.world.relations import bottom, contents, mouth_of, poured, room_of, top
+from robosandbox.world.pouring import poured
+from robosandbox.world.relations import bottom, contents, mouth_of, room_of, top
 
 _LEAN_SPEED = 0.3
 _POUR_SPEED = 0.15

@@ -23,7 +23,7 @@ from robosandbox.types import (
     StrictModel,
     Truth,
 )
-from robosandbox.world import relations
+from robosandbox.world import pouring, relations
 from robosandbox.world.relations import Relation
 
 TABLE = "table"
@@ -256,7 +256,7 @@ class Poured(Check):
         """Count where the contents are, each bead for itself; nothing inside at the start is nothing poured."""
         others = [item for name in start.objects if name != self.target for item in (_seen(start, name),)]
         contents = relations.contents(others, _seen(start, self.object))
-        return relations.poured(
+        return pouring.poured(
             contents,
             [_seen(now, name) for name in now.objects],
             _seen(now, self.object),

@@ -131,6 +131,10 @@ class DetectedObject:
     grains: tuple[Vec3, ...] = ()
     tag: int | None = None
 
+    def __hash__(self) -> int:
+        """Return a hash of what tells objects of a scene apart: geometry is kept by object, and asked for often."""
+        return hash((self.id, self.pose.xyz, self.opening))
+
     @property
     def shape(self) -> Shape:
         """What its kind answers for."""

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene
-from robosandbox.world import imagine, relations
+from robosandbox.world import imagine, pouring, relations
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
 from robosandbox.world.relations import centre, inside
 from robosandbox.world.spots import TABLE_HALF_EXTENT, about_z, yaw_to_align
@@ -127,7 +127,7 @@ def poured(view: View, a: str, c: str) -> Finding:
     if before is None or not source.shape.holds_things or not target.shape.holds_things:
         return Finding(holds=False, is_sure=False, cause=f"{a} was not seen before")
     cargo = relations.contents([item for item in view.before.objects if item.id != a], before)
-    found = relations.poured(
+    found = pouring.poured(
         cargo, view.scene.objects, source, target, min_fraction=LEAST_FRACTION, max_spilled=MOST_SPILLED
     )
     return Finding(

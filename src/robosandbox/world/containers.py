@@ -16,7 +16,7 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.imagine import put
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bounds, contents, loose, mouth_of
-from robosandbox.world.spots import about_z, levelled, resting_pose, spots_in
+from robosandbox.world.spots import about_z, first_spot_in, levelled, resting_pose
 
 # Share of many small things that has to be in a container for all of them to count as in it: what a pour brings over.
 _MOST = 0.9
@@ -65,7 +65,7 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
     item, vessel = scene.find(a), scene.find(c)
     if item is None or vessel is None or not vessel.shape.holds_things:
         return scene
-    spot = next(spots_in(vessel, item, _solids_in(scene, vessel, a)), None)
+    spot = first_spot_in(vessel, item, _solids_in(scene, vessel, a))
     if spot is not None:
         rotation = about_z(spot.yaws[0]) @ levelled(item.pose.rotation)
         return put(scene, a, resting_pose(item, spot, rotation))
@@ -74,10 +74,10 @@ def _put_in(scene: ObservedScene, a: str, c: str) -> ObservedScene:
     return put(scene, a, Pose.from_matrix(point, levelled(item.pose.rotation)))
 
 
-def _solids_in(scene: ObservedScene, vessel: DetectedObject, but: str) -> list[DetectedObject]:
+def _solids_in(scene: ObservedScene, vessel: DetectedObject, but: str) -> tuple[DetectedObject, ...]:
     """Return what lies in a container and takes room of its own there."""
     within = {name for name, _ in contents(scene.objects, vessel)} - {but, scene.held}
-    return [item for item in scene.objects if item.id in within and not item.shape.is_granular]
+    return tuple(item for item in scene.objects if item.id in within and not item.shape.is_granular)
 
 
 def cargo_of(view: View, c: str) -> list[tuple[str, int]]:
@@ -168,7 +168,7 @@ def fits(view: View, a: str, c: str) -> Finding:
     names = tuple(other.id for other in there)
     why = f"with {', '.join(names)} there it is too full" if names else "it is too small"
     return Finding(
-        holds=next(spots_in(vessel, item, there), None) is not None,
+        holds=first_spot_in(vessel, item, there) is not None,
         is_sure=is_clearly_seen(item, vessel),
         cause=f"no room for {a} in {c}: {why}",
         help="clear it or choose another place",

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose
-from robosandbox.world.relations import bottom, centre, contents, inside, loose, on_top
+from robosandbox.world.relations import bottom, centre, contents, parts_in, stands_on
 from robosandbox.world.spots import levelled
 
 # Height over the table at which what is held is thought of, metres: over everything that stands on tables here.
@@ -124,18 +124,17 @@ def with_objects(scene: ObservedScene, changed: Iterable[DetectedObject]) -> Obs
 
 
 def _rests(item: DetectedObject, base: DetectedObject) -> bool:
-    if base.shape.holds_things and any(inside(part, base) for part in loose(item)):
-        return True
-    return not item.shape.is_granular and on_top(item, base).holds
+    return bool(parts_in(item, base)) or (not item.shape.is_granular and stands_on(item, base))
 
 
 def _with_shift(item: DetectedObject, shift: Pose, vessel: DetectedObject) -> DetectedObject:
     """Return an object of a load moved along; of many grains those in the vessel."""
     if not item.shape.is_granular:
         return replace(item, pose=shift @ item.pose)
-    within = [bool(inside(part, vessel)) if vessel.shape.holds_things else False for part in loose(item)]
+    within = {*parts_in(item, vessel)}
     moved = _shifted(item.grains, shift)
-    grains = tuple(new if goes else old for new, old, goes in zip(moved, item.grains, within, strict=True))
+    pairs = zip(moved, item.grains, strict=True)
+    grains = tuple(new if k in within else old for k, (new, old) in enumerate(pairs))
     return replace(item, grains=grains)
 
 

@@ -135,6 +135,7 @@ class _Vocabulary:
     """All relations by name; filled when their modules are imported."""
 
     known: dict[str, Predicate] = field(default_factory=dict)
+    is_whole: bool = False
 
 
 _VOCABULARY = _Vocabulary()
@@ -171,9 +172,11 @@ def predicate(
 
 def predicates() -> dict[str, Predicate]:
     """Return all relations by name."""
-    # Each module registers what it tells; they need this one.
-    from robosandbox.world import changes, containers, drawers, hand, reach, standing  # noqa: F401
+    if not _VOCABULARY.is_whole:
+        # Each module registers what it tells; they need this one.
+        from robosandbox.world import changes, containers, drawers, hand, reach, standing  # noqa: F401
 
+        _VOCABULARY.is_whole = True
     return _VOCABULARY.known
 
 

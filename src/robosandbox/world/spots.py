@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from robosandbox.types import SIDE_AXES, Array, DetectedObject, ObservedScene, Pose, Side
-from robosandbox.world.relations import BESIDE_GAP, bottom, bounds, centre, gap, mouth_of, support, top
+from robosandbox.world.relations import BESIDE_GAP, bottom, bounds, centre, extent, gap, mouth_of, support, top
 
 # Half of the table's edge, metres: design.md, section 3.
 TABLE_HALF_EXTENT = 0.5
@@ -19,7 +21,8 @@ _SPACING = 0.008
 # Distances beside a neighbour, as shares of BESIDE_GAP, and shifts along it, metres, the best first.
 _GAP_SHARES = (0.4, 0.55, 0.3, 0.7, 0.2)
 _SHIFTS = (0.0, 0.02, -0.02, 0.04, -0.04)
-_SHARES = np.array([0.0, 0.5, -0.5, 1.0, -1.0])
+_SHARES = (0.0, 0.5, -0.5, 1.0, -1.0)
+_CELLS = np.array([(u, v) for u in _SHARES for v in _SHARES])
 _WALL_ROOM = 0.004
 _NEXT_ROOM = 0.004
 _ENOUGH_ROOM = 0.04
@@ -28,6 +31,8 @@ _ABOVE = 0.001
 _DROPS = (0.0, 0.007, 0.015, 0.03, 0.05)
 _MOST_PER_DROP = 16
 _STEP = 0.005
+# Containers with what lies in them and what is to go in, for which the first place is kept. Chosen: a search's hundred states.
+_KEPT = 1024
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,21 +54,40 @@ def table_spots(
     scene: ObservedScene, held: DetectedObject, points: Iterable[Array]
 ) -> tuple[list[Spot], tuple[str, ...]]:
     """Return the free ones of these points (2,) on the table, and the ids of what occupies the others."""
-    others = [item for item in scene.objects if item.id != held.id]
+    found = list(tried_on_table(scene, held, points))
+    blocking = dict.fromkeys(name for _, names in found for name in names)
+    return [spot for spot, names in found if not names], tuple(blocking)
+
+
+def tried_on_table(
+    scene: ObservedScene, held: DetectedObject, points: Iterable[Array]
+) -> Iterator[tuple[Spot, tuple[str, ...]]]:
+    """Yield those of these points (2,) that are on the table as spots, each with the ids of what occupies it."""
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     level = levelled(held.pose.rotation)
-    spots, blocking = [], []
+    headings = turns(0.0)
+    # Around the table's middle, to be compared with what is there before it is put to each point.
+    here = extent(with_pose(held, resting_pose(held, Spot((0.0, 0.0), scene.table_height, headings), level)))
+    there = [(item, extent(item)) for item in scene.objects if item.id != held.id]
+    others = [(item, around) for item, around in there if around.low < here.high]
     for point in points:
-        spot = Spot((float(point[0]), float(point[1])), scene.table_height, turns(0.0))
         if (np.abs(point) + half > TABLE_HALF_EXTENT).any():
             continue
-        standing = with_pose(held, resting_pose(held, spot, level))
-        near = [item.id for item in others if gap(standing, item) < _SPACING and bottom(item) < bounds(standing)[1][2]]
-        blocking += near
-        if not near:
-            spots.append(spot)
-    return spots, tuple(dict.fromkeys(blocking))
+        spot = Spot((float(point[0]), float(point[1])), scene.table_height, headings)
+        x, y = spot.xy[0] + here.x, spot.xy[1] + here.y
+        standing: DetectedObject | None = None
+        near = []
+        for item, around in others:
+            distance = math.hypot(x - around.x, y - around.y)
+            if distance > here.radius + around.radius + _SPACING:
+                continue
+            if distance > here.inner + around.inner + _SPACING:
+                standing = standing or with_pose(held, resting_pose(held, spot, level))
+                if gap(standing, item) >= _SPACING:
+                    continue
+            near.append(item.id)
+        yield spot, tuple(near)
 
 
 def turns(first: float) -> tuple[float, ...]:
@@ -114,14 +138,6 @@ def _wrap_quarter(angle: float) -> float:
     return float((angle + np.pi / 4.0) % (np.pi / 2.0) - np.pi / 4.0)
 
 
-@dataclass(frozen=True, slots=True)
-class _Place:
-    xy: tuple[float, float]
-    height: float
-    yaw: float
-    rank: tuple[float, float, float, float]
-
-
 def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]) -> Iterator[Spot]:
     """Yield where the held object may be let go in a container: as low as can be, where there is most room.
 
@@ -130,16 +146,22 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
-    places = sorted(_places(vessel, held, contents), key=lambda place: place.rank)
+    places = list(_places(vessel, held, contents))
     if not places:
         return
     rim = float(vessel.pose.xyz[2]) + _inside(vessel)[3] + _NEXT_ROOM
     for drop in _DROPS:
-        for place in places[:_MOST_PER_DROP]:
-            if place.height + drop < rim:
-                yield Spot(place.xy, place.height + drop, (place.yaw,))
-    for place in places:
-        yield Spot(place.xy, max(rim, place.height), (place.yaw,))
+        for xy, height, yaw in places[:_MOST_PER_DROP]:
+            if height + drop < rim:
+                yield Spot(xy, height + drop, (yaw,))
+    for xy, height, yaw in places:
+        yield Spot(xy, max(rim, height), (yaw,))
+
+
+@lru_cache(maxsize=_KEPT)
+def first_spot_in(vessel: DetectedObject, held: DetectedObject, contents: tuple[DetectedObject, ...]) -> Spot | None:
+    """Return the first of `spots_in`; None where there is none."""
+    return next(spots_in(vessel, held, contents), None)
 
 
 def _inside(vessel: DetectedObject) -> tuple[Array, Array, float, float]:
@@ -148,30 +170,44 @@ def _inside(vessel: DetectedObject) -> tuple[Array, Array, float, float]:
     return room.middle, room.square, room.floor, room.rim
 
 
-def _places(vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]) -> Iterator[_Place]:
+def _places(
+    vessel: DetectedObject, held: DetectedObject, contents: Sequence[DetectedObject]
+) -> Iterator[tuple[tuple[float, float], float, float]]:
+    """Yield places in a container as x and y, height and yaw, the lowest and freest first."""
     middle, half, floor, _ = _inside(vessel)
     rotation, origin = vessel.pose.rotation, vessel.pose.position
     axes = rotation[:, :2].T
     level = levelled(held.pose.rotation)
     there = [(*_span(item, axes, origin), top(item)) for item in contents]
+    points, heights, frees, ranks, offsets, yaws = [], [], [], [], [], []
     for rank, yaw in enumerate(turns(yaw_to_align(held.pose, vessel.pose))):
         upright = with_pose(held, Pose.from_matrix(held.pose.position, about_z(yaw) @ level))
         at, size = _span(upright, axes, origin)
-        # The object's origin need not be its middle.
-        offset = rotation.T[:2] @ (upright.pose.position - origin) - at
         room = half - size - _WALL_ROOM
         if (room < 0.0).any():
             continue
-        for u in _SHARES:
-            for v in _SHARES:
-                point = middle + np.array([u, v]) * room
-                gaps = [float((np.abs(point - other) - size - extent).max()) for other, extent, _ in there]
-                under = [height for gap, (_, _, height) in zip(gaps, there, strict=True) if gap < _NEXT_ROOM]
-                height = max([float(origin[2]) + floor, *under]) + _ABOVE
-                free = min([_ENOUGH_ROOM, *gaps])
-                x, y, _ = origin + rotation[:, :2] @ (point + offset)
-                order = (round(height / _STEP), -round(free / _STEP), rank // 4, float(np.hypot(u, v)) + 0.01 * rank)
-                yield _Place((float(x), float(y)), height, yaw, order)
+        point = middle + _CELLS * room
+        height, free = np.full(len(point), float(origin[2]) + floor), np.full(len(point), _ENOUGH_ROOM)
+        for other, reach, high in there:
+            gaps = (np.abs(point - other) - size - reach).max(axis=1)
+            height = np.where(gaps < _NEXT_ROOM, np.maximum(height, high), height)
+            free = np.minimum(free, gaps)
+        points.append(point)
+        heights.append(height + _ABOVE)
+        frees.append(free)
+        ranks.append(np.full(len(point), rank))
+        # The object's origin need not be its middle.
+        offsets.append(rotation.T[:2] @ (upright.pose.position - origin) - at)
+        yaws.append(yaw)
+    if not points:
+        return
+    cells, height, order = np.vstack(points), np.concatenate(heights), np.concatenate(ranks)
+    aside = np.tile(np.hypot(*_CELLS.T), len(points)) + 0.01 * order
+    low, tight = np.round(height / _STEP), -np.round(np.concatenate(frees) / _STEP)
+    for k in np.lexsort((aside, order // 4, tight, low)):
+        turn = k // len(_CELLS)
+        x, y, _ = origin + rotation[:, :2] @ (cells[k] + offsets[turn])
+        yield (float(x), float(y)), float(height[k]), yaws[turn]
 
 
 def _span(item: DetectedObject, axes: Array, origin: Array) -> tuple[Array, Array]:

@@ -25,6 +25,7 @@ from robosandbox.world.spots import (
     resting_pose,
     spots_beside,
     table_spots,
+    tried_on_table,
     yaw_to_align,
 )
 
@@ -138,17 +139,17 @@ def standing_on(view: View, b: str) -> list[DetectedObject]:
     """Return what stands on an object."""
     base = view.get(b)
     others = [item for item in view.others(b) if not item.shape.is_granular]
-    return [item for item in others if relations.on_top(item, base).holds or _leans_on(item, base)]
+    return [item for item in others if relations.stands_on(item, base) or _leans_on(item, base)]
 
 
 def _leans_on(item: DetectedObject, base: DetectedObject) -> bool:
     """Tell whether an object that does not stand level lies partly over another, which bears it then."""
+    if relations.apart(item, base):
+        return False
     rotation = np.abs(item.pose.rotation[2])
     if rotation.max() > _LEVEL or centre(item)[2] < relations.top(base) or relations.gap(base, item) > -_OVERLAP:
         return False
-    return not any(
-        one.shape.holds_things and relations.inside(other, one) for one, other in ((base, item), (item, base))
-    )
+    return not any(relations.lies_in(other, one) for one, other in ((base, item), (item, base)))
 
 
 def face_half_width(item: DetectedObject, up: float = 1.0) -> float:
@@ -179,7 +180,7 @@ def on(view: View, a: str, b: str) -> Finding:
     if b == TABLE:
         found, base = relations.on_table(item, view.scene.table_height), item
         vessels = [other for other in view.others(a) if other.shape.holds_things]
-        if found.holds and any(relations.inside(item, vessel) for vessel in vessels):
+        if found.holds and any(relations.lies_in(item, vessel) for vessel in vessels):
             # A container's floor is no thicker than the tolerance.
             found = replace(found, holds=False)
     else:
@@ -327,10 +328,11 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
     scene = replace(scene, objects=(*scene.objects, replace(item, id=f"{a}/before", pose=there)))
     here, (near, far) = centre(item)[:2], scene.reach
     away = np.hypot(*(_GRID - here).T)
-    for k in np.argsort(away, kind="stable"):
-        point = _GRID[k]
-        if near <= math.dist(point, scene.base_xy) <= far and table_spots(scene, item, [point])[0]:
-            yield round(float(point[0]), 3) + 0.0, round(float(point[1]), 3) + 0.0
+    points = [_GRID[k] for k in np.argsort(away, kind="stable")]
+    easy = (point for point in points if near <= math.dist(point, scene.base_xy) <= far)
+    for spot, names in tried_on_table(scene, item, easy):
+        if not names:
+            yield round(spot.xy[0], 3) + 0.0, round(spot.xy[1], 3) + 0.0
 
 
 @predicate("object", "number", "number", blame=_occupied, choices=_free_spots)
