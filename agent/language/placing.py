@@ -311,10 +311,11 @@ class Placing(Hands):
     def _put_at(self, name: str, xy: tuple[float, float], where: str) -> None:
         x, y = round(xy[0], 4), round(xy[1], 4)
         if not self.world.in_reach((x, y)):
-            raise RefusedError(
-                RefusalCode.IMPOSSIBLE,
-                f"{where} is at ({x:g}, {y:g}), which is off the table (±{TABLE_HALF:g} m) or out of the arm's reach.",
-            )
+            point = f"({x:g}, {y:g})"
+            place = point if where == point else f"{where}, at {point},"
+            beyond = max(abs(x), abs(y)) > TABLE_HALF
+            why = f"off the table, which ends at ±{TABLE_HALF:g} m" if beyond else "out of the arm's reach"
+            raise RefusedError(RefusalCode.IMPOSSIBLE, f"{place} is {why}.")
         radius = 0.8 * self.world.radius(name) - 0.02
         if not self.world.is_free((x, y), radius, (name,)):
             taken = [other for other in self.world.objects if other != name and not self._alone((x, y), radius, other)]
