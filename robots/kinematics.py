@@ -210,10 +210,7 @@ class Kinematics:
         """Return where one descent from `seed` ends; `tilt` radians off is near enough, by default the tolerance."""
         data, free_turn = self.data, orientation.ndim == 1
         tolerance = self.orientation_tolerance if tilt is None else tilt
-        # What cannot have any orientation, or need not, gives orientation up for position.
-        few = self.n < (_APPROACH if free_turn else _FULL_POSE)
-        usual = _METRES_PER_RADIAN * (_ORIENTATION_SHARE if few else 1.0)
-        yielding = usual * (_ORIENTATION_SHARE if few or free_turn else 1.0)
+        usual, yielding = self._weights(free_turn)
         if not free_turn:
             # The body, or the site, aims at what puts the TCP on the target.
             mujoco.mju_mat2Quat(self._target_quat, (orientation @ self._local[1].T).ravel())
@@ -284,6 +281,13 @@ class Kinematics:
         if np.linalg.norm(position - self.root()) <= self.reach:
             for start in self.starts(position, orientation, restarts, seed=seed):
                 yield self.descend(position, orientation, start, tilt=tilt)
+
+    def _weights(self, free_turn: bool) -> tuple[float, float]:
+        """Return how many metres a radian counts as, and how many where the orientation is near enough."""
+        # What cannot have any orientation, or need not, gives orientation up for position.
+        few = self.n < (_APPROACH if free_turn else _FULL_POSE)
+        usual = _METRES_PER_RADIAN * (_ORIENTATION_SHARE if few else 1.0)
+        return usual, usual * (_ORIENTATION_SHARE if few or free_turn else 1.0)
 
     def _tcp(self) -> tuple[Array, Array]:
         position, rotation = self._local

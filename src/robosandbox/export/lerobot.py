@@ -6,7 +6,6 @@ The layout is that of https://huggingface.co/docs/lerobot/lerobot-dataset-v3: ma
 
 from __future__ import annotations
 
-import json
 import shutil
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -18,6 +17,17 @@ import pyarrow.parquet as pq
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
+from robosandbox.export.lerobot_files import (
+    CHUNK_FILES,
+    DATA_MB,
+    DATA_PATH,
+    EPISODES_PATH,
+    VIDEO_MB,
+    VIDEO_PATH,
+    FileRoll,
+    write_index,
+    write_json,
+)
 from robosandbox.export.pictures import pictures
 from robosandbox.export.stats import PictureStats, Stats, of_values
 from robosandbox.recording.episode import RecordedEpisode
@@ -25,18 +35,6 @@ from robosandbox.recording.settings import rows_per_frame
 from robosandbox.recording.video import Film
 
 CODEBASE_VERSION = "v3.0"
-# Files a folder; as in the standard layout of LeRobotDataset 3.0.
-_CHUNK_FILES = 1000
-# Megabytes after which a table goes on in another file; as in LeRobotDataset 3.0.
-_DATA_MB = 100
-# Megabytes after which a film goes on in another file; as in LeRobotDataset 3.0.
-_VIDEO_MB = 200
-# Bytes; as in LeRobotDataset 3.0, which counts binary ones.
-_MEGABYTE = 1024 * 1024
-_FILE = "chunk-{chunk_index:03d}/file-{file_index:03d}"
-_DATA_PATH = "data/" + _FILE + ".parquet"
-_VIDEO_PATH = "videos/{video_key}/" + _FILE + ".mp4"
-_EPISODES_PATH = "meta/episodes/" + _FILE + ".parquet"
 _INDICES = ("timestamp", "frame_index", "episode_index", "index", "task_index", "subtask_index")
 
 
@@ -72,10 +70,10 @@ class LeRobotExport:
         self._episodes: list[dict[str, Any]] = []
         self._values: dict[str, list[NDArray[Any]]] = {}
         self._picture_stats = {key: PictureStats() for key in self._cameras}
-        self._data = _Roll(self._root, _DATA_PATH, _DATA_MB)
+        self._data = FileRoll(self._root, DATA_PATH, DATA_MB)
         self._table: pq.ParquetWriter | None = None
         self._videos = {
-            key: _Roll(self._root, _VIDEO_PATH.replace("{video_key}", key), _VIDEO_MB) for key in self._cameras
+            key: FileRoll(self._root, VIDEO_PATH.replace("{video_key}", key), VIDEO_MB) for key in self._cameras
         }
         self._films: dict[str, Film] = {}
         self._first: RecordedEpisode | None = None
@@ -120,13 +118,13 @@ class LeRobotExport:
             film.close()
         stats = {key: of_values(np.concatenate(rows).reshape(self._frames, -1)) for key, rows in self._values.items()}
         stats |= {key: found.stats() for key, found in self._picture_stats.items()}
-        self._write_json("meta/stats.json", stats)
-        self._write_json("meta/info.json", self._info(self._first))
-        self._write_index("meta/tasks.parquet", "task_index", "task", self._tasks)
-        self._write_index("meta/subtasks.parquet", "subtask_index", "subtask", self._subtasks)
+        write_json(self._root / "meta/stats.json", stats)
+        write_json(self._root / "meta/info.json", self._info(self._first))
+        write_index(self._root / "meta/tasks.parquet", "task_index", "task", self._tasks)
+        write_index(self._root / "meta/subtasks.parquet", "subtask_index", "subtask", self._subtasks)
         for record in self._episodes:
             record |= {"meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0}
-        path = self._root / _EPISODES_PATH.format(chunk_index=0, file_index=0)
+        path = self._root / EPISODES_PATH.format(chunk_index=0, file_index=0)
         path.parent.mkdir(parents=True)
         pq.write_table(pa.Table.from_pylist(self._episodes), path)
         self._root.replace(self._target)
@@ -235,13 +233,13 @@ class LeRobotExport:
             "total_episodes": len(self._episodes),
             "total_frames": self._frames,
             "total_tasks": len(self._tasks),
-            "chunks_size": _CHUNK_FILES,
-            "data_files_size_in_mb": _DATA_MB,
-            "video_files_size_in_mb": _VIDEO_MB,
+            "chunks_size": CHUNK_FILES,
+            "data_files_size_in_mb": DATA_MB,
+            "video_files_size_in_mb": VIDEO_MB,
             "fps": self._fps,
             "splits": {"train": f"0:{len(self._episodes)}"},
-            "data_path": _DATA_PATH,
-            "video_path": _VIDEO_PATH if self._cameras else None,
+            "data_path": DATA_PATH,
+            "video_path": VIDEO_PATH if self._cameras else None,
             "features": self._features(episode),
             "robosandbox": {"skills": list(episode.meta.skills), "versions": episode.meta.versions},
         }
@@ -278,44 +276,6 @@ class LeRobotExport:
             features[key] = {"dtype": "video", "shape": shape, "names": names_of, "info": video}
         # The indices last, as readers list them.
         return {key: features[key] for key in sorted(features, key=lambda key: key in _INDICES)}
-
-    def _write_json(self, name: str, document: dict[str, Any]) -> None:
-        path = self._root / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(json.dumps(document, indent=4, ensure_ascii=False), encoding="utf-8")
-
-    def _write_index(self, name: str, number: str, text: str, entries: dict[str, int]) -> None:
-        """Write a table of texts and their numbers; readers take the texts as the index of a pandas frame."""
-        table = pa.table({number: pa.array(list(entries.values()), pa.int64()), text: pa.array(list(entries))})
-        columns = [
-            {"name": column, "field_name": column, "pandas_type": kind, "numpy_type": stored, "metadata": None}
-            for column, kind, stored in ((number, "int64", "int64"), (text, "unicode", "object"))
-        ]
-        about = {"index_columns": [text], "column_indexes": [], "columns": columns, "pandas_version": "2.0.0"}
-        pq.write_table(table.replace_schema_metadata({"pandas": json.dumps(about)}), self._root / name)
-
-
-class _Roll:
-    """Files one after another, each begun when the one before has reached its size."""
-
-    def __init__(self, root: Path, pattern: str, megabytes: int) -> None:
-        self.chunk, self.file = 0, -1
-        self._root, self._pattern, self._bytes = root, pattern, megabytes * _MEGABYTE
-
-    @property
-    def path(self) -> Path:
-        return self._root / self._pattern.format(chunk_index=self.chunk, file_index=self.file)
-
-    @property
-    def full(self) -> bool:
-        return self.path.stat().st_size >= self._bytes
-
-    def next(self) -> Path:
-        self.file += 1
-        if self.file == _CHUNK_FILES:
-            self.chunk, self.file = self.chunk + 1, 0
-        self.path.parent.mkdir(parents=True, exist_ok=True)
-        return self.path
 
 
 def export_lerobot(

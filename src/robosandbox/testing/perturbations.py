@@ -28,8 +28,7 @@ _HANDLED = (*_PICKS, "put_in_bin", "stack_two")
 # Metres; measured: the tool centre point of the Panda comes no further out than 0.92 m at table height (200,000 random
 # configurations), and a fingertip reaches a centimetre beyond it.
 FARTHEST = 0.93
-# Of a ball that rolls on the table, m/s^2; measured with the ball of pick_ball at 0.1, 0.2 and 0.3 m/s, as speed^2 / (2
-# distance): 0.141.
+# Of a ball that rolls on the table, m/s^2; measured with pick_ball at 0.1 to 0.3 m/s as speed^2 / (2 distance).
 _ROLL_DECELERATION = 0.14
 
 _ON_THE_WAY = ("perceive", "plan", "approach")
@@ -346,7 +345,5 @@ def lost(session: EmbeddedWorkcell, subject: str) -> bool:
 
 def _park(sampler: EpisodeSampler, name: str, half: float) -> None:
     """Add a block in a corner of the table, out of everybody's way."""
-    for x, y in ((-0.3, 0.42), (-0.3, -0.42), (-0.4, 0.42), (-0.4, -0.42)):
-        pose = Pose(xyz=(x, y, sampler.scene.table_height + half + 0.001))
-        sampler.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))
-        return
+    pose = Pose(xyz=(-0.3, 0.42, sampler.scene.table_height + half + 0.001))
+    sampler.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))
