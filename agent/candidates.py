@@ -1,257 +1,190 @@
-"""What could be tried in place of a failed skill call, from its evidence and the scene as it is now, the likeliest first."""
+"""What could be done in place of a failed call: from its evidence, its contract, and what its skill declares; the cheapest first."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 
-from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
-from robosandbox.agent.language.world import World
-from robosandbox.errors import ErrorCode, SkillError
-from robosandbox.evidence import (
-    CollisionEvidence,
-    DrawerEvidence,
-    GraspEvidence,
-    PlacementEvidence,
-    PourEvidence,
-    PushEvidence,
-)
-from robosandbox.types import DIRECTION_AXES, DetectedObject, ObservedScene, SkillCall
-from robosandbox.world.relations import gap
+from robosandbox.errors import ErrorCode
+from robosandbox.evidence import CollisionEvidence
+from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
+from robosandbox.world.achieve import Plannable
+from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
+from robosandbox.world.enabling import Enabling, NoWayError
+from robosandbox.world.facts import Fact, fact
+from robosandbox.world.predicate import View, predicates
+from robosandbox.world.relations import bottom, centre, gap, support, top
+from robosandbox.world.standing import TIPPED, standing_on, tilt
 
-_NEIGHBOUR = 0.06
-_ASIDE = 0.06
+# Distances by which a thing out of reach is brought nearer, the shortest first, metres: thirds of the band between what a
+# gripper and what a fingertip of an arm reaches.
 _NEARER = (0.06, 0.12, 0.18)
-_PILE = 3
-_PLACES = ("place_on", "place_in", "place_beside", "place_at")
+# Distance from the robot from which on a thing counts as too far, not too near, metres: half of what arms here reach.
+_FAR = 0.5
+# Nearer than this another thing may be in the way of a hand, metres: a finger, and as far as it is opened.
+_NEIGHBOUR = 0.06
+# What is left between two things of which one was pushed away, metres: a finger and what a push may fall short by.
+_APART = 0.03
+# Cosine between two directions from which on one leads the other way: a little over the diagonal of two others.
+_LEADS = 0.35
 
 Calls = tuple[SkillCall, ...]
 
 
 class Candidates:
-    """What could be tried in place of a failed call."""
+    """What could be done in place of a failed call.
 
-    def __init__(self, scene: ObservedScene, call: SkillCall, error: SkillError) -> None:
-        self._scene = scene
-        self._call = call
-        self._error = error
-        self._world = World(scene)
+    Args:
+        failure: The call and how it failed.
+        skills: What may be called, by name.
+    """
+
+    def __init__(self, failure: Failure, skills: Mapping[str, Plannable]) -> None:
+        self._failure = failure
+        self._skills = skills
+        self._view = View.of(failure.scene)
+        about = (failure.scene.find(name) for name in failure.contract.objects)
+        self._about = [item for item in about if item is not None and item.id != failure.scene.held]
+        self._declared = tuple(alternatives_of(skills.get(failure.call.skill), failure))
+        # Of a change that has been brought about in part, the skill says what is left.
+        rest = (way.call for way in self._declared if way.call and not way.first and not way.cleared)
+        self._call = next(rest, failure.call) if failure.promises_a_change else failure.call
 
     def all(self) -> Iterator[tuple[Calls, str]]:
-        """Yield calls, the likeliest first but what moves nothing else before that, and why they may help."""
-        if self._error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING) and self._call.skill != "home":
-            yield (SkillCall(skill="home"), self._call), "from another start"
-        match self._call.skill:
-            case "pick" | "tap":
-                yield from self._before_grasp(str(self._call.arguments["object"]))
-            case "stack":
-                yield from self._before_grasp(str(self._call.arguments["object"]))
-                yield from self._nearer(str(self._call.arguments["target"]))
-            case "push":
-                yield from self._push()
-            case "open_drawer" | "close_drawer":
-                yield from self._drawer(str(self._call.arguments["drawer"]))
-            case "pour":
-                yield from self._pour(str(self._call.arguments["target"]))
-            case name if name in _PLACES:
-                yield from self._place()
-
-    def _before_grasp(self, name: str) -> Iterator[tuple[Calls, str]]:
-        item = self._scene.find(name)
-        if item is None or item.shape.opens:
+        """Yield calls and why they may help: those that move the fewest others first, then the shortest."""
+        if self._failure.is_hopeless:
             return
-        held = self._scene.held
-        if held and held != name:
-            if down := self._set_down(held):
-                yield (down, self._call), f"{held} is put down first"
-            return
-        if self._world.on_top_of(name):
-            if pile := self._pile_aside(name):
-                names = ", ".join(str(call.arguments["object"]) for call in pile[::2])
-                yield (*pile, self._call), f"{names} on top of it is put aside first"
-            return
-        match self._error.code:
-            case ErrorCode.UNREACHABLE:
-                yield from self._nearer(name)
-            case ErrorCode.COLLISION | ErrorCode.GRASP | ErrorCode.TRACKING | ErrorCode.TAP:
-                evidence = self._error.evidence
-                reason = evidence.reason if isinstance(evidence, GraspEvidence) else None
-                if reason in ("immovable", "gripper_stuck"):
-                    return
-                if self._error.code is not ErrorCode.COLLISION and reason != "none_found":
-                    yield (self._call,), "another try from where it lies now"
-                if reason != "too_heavy":
-                    yield from self._free_of_neighbours(item)
+        # What failed before it began would fail in the same way again.
+        seen: list[Calls] = [] if self._failure.had_begun else [(self._failure.call,)]
+        for way in sorted(self._ways(), key=self._cost):
+            calls = self._planned(way)
+            if calls and calls not in seen:
+                seen.append(calls)
+                yield calls, way.why
 
-    def _nearer(self, name: str) -> Iterator[tuple[Calls, str]]:
-        """Push something that is out of reach towards the robot, and far things from its foot."""
-        item = self._scene.find(name)
-        if item is None or self._error.code is not ErrorCode.UNREACHABLE:
-            return
-        offset = np.array(self._scene.base_xy) - item.pose.position[:2]
-        far = float(np.hypot(*offset)) > 0.5
-        wanted = offset if far else -offset
-        for distance in _NEARER:
-            for direction in self._along(wanted):
-                yield (self._pushed(name, direction, distance), self._call), f"{name} is pushed into reach first"
+    def _cost(self, way: Alternative) -> tuple[int, int]:
+        """Return how many others a way sets out to move, and about how many calls it takes."""
+        known, ours = predicates(), {item.id for item in self._about}
+        moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
+        return len(moved - ours), len(way.first) + 2 * len(way.cleared) + (way.call is not None)
 
-    def _free_of_neighbours(self, item: DetectedObject) -> Iterator[tuple[Calls, str]]:
-        evidence = self._error.evidence
-        near = [
-            other
-            for other in self._scene.objects
-            if other.id != item.id and self._world.movable(other.id) and gap(item, other) < _NEIGHBOUR
-        ]
-        if isinstance(evidence, CollisionEvidence):
-            near.sort(key=lambda other: (other.id not in (evidence.other, evidence.body), gap(item, other)))
-        else:
-            near.sort(key=lambda other: gap(item, other))
-        for other in near:
-            for direction in self._along(item.pose.position[:2] - other.pose.position[:2]):
-                yield (self._pushed(item.id, direction, _ASIDE), self._call), f"{item.id} is pushed free of {other.id}"
-                break
-        for other in near:
-            if aside := carried_aside(self._world, other.id, item.id):
-                yield (*aside, self._call), f"{other.id} is in the way and is put aside first"
-        for one, two in itertools.combinations(near, 2):
-            sides = [other.pose.position[:2] - item.pose.position[:2] for other in (one, two)]
-            if np.dot(*sides) < 0.0 and (both := self._carry_both_aside(one.id, two.id, item.id)):
-                yield (*both, self._call), f"{one.id} and {two.id} are in the way and are put aside first"
-        for other in near:
-            for direction in self._along(other.pose.position[:2] - item.pose.position[:2]):
-                yield (self._pushed(other.id, direction, _ASIDE), self._call), f"{other.id} is pushed out of the way"
-                break
-
-    def _push(self) -> Iterator[tuple[Calls, str]]:
-        arguments = self._call.arguments
-        name, evidence = str(arguments["object"]), self._error.evidence
-        item = self._scene.find(name)
-        if item is None:
-            return
-        distance = float(arguments["distance"])
-        if isinstance(evidence, PushEvidence) and evidence.wanted - evidence.along > 0.005:
-            distance = evidence.wanted - evidence.along
-            yield (self._pushed(name, str(arguments["direction"]), round(distance, 4)),), "what is left of the way"
-        if self._world.movable(name) and not self._world.on_top_of(name):
-            axis = np.array(DIRECTION_AXES[str(arguments["direction"])])
-            x, y = item.pose.position[:2] + distance * axis
-            pick = SkillCall(skill="pick", arguments={"object": name})
-            place = SkillCall(skill="place_at", arguments={"x": round(float(x), 4), "y": round(float(y), 4)})
-            yield (pick, place), "carried there in place of pushed"
-
-    def _place(self) -> Iterator[tuple[Calls, str]]:
-        evidence, held = self._error.evidence, self._scene.held
-        if held is None:
-            if isinstance(evidence, PlacementEvidence) and self._scene.find(evidence.object):
-                pick = SkillCall(skill="pick", arguments={"object": evidence.object})
-                yield (pick, self._call), "it is fetched and placed again"
-            return
-        if isinstance(evidence, PlacementEvidence):
-            for name in self._movable(evidence.blocking)[:2]:
-                yield from self._cleared(held, name)
-        arguments = self._call.arguments
-        if (target := arguments.get("target", arguments.get("container"))) is not None:
-            yield from self._target_nearer(held, str(target))
-
-    def _pour(self, target: str) -> Iterator[tuple[Calls, str]]:
-        held, evidence = self._scene.held, self._error.evidence
-        if held is None:
-            return
-        if isinstance(evidence, PourEvidence) and evidence.poured + evidence.spilled < evidence.count:
-            yield (self._call,), "what is left is poured"
-        for name in self._blockers(held, target):
-            yield from self._cleared(held, name)
-        yield from self._target_nearer(held, target)
-
-    def _drawer(self, drawer: str) -> Iterator[tuple[Calls, str]]:
-        held, evidence = self._scene.held, self._error.evidence
-        if held:
-            if down := self._set_down(held):
-                yield (down, self._call), f"{held} is put down first"
-            return
-        if isinstance(evidence, DrawerEvidence) and evidence.reason == "slipped":
-            yield (self._call,), "another try from where it stands now"
-        back = "close_drawer" if self._call.skill == "open_drawer" else "open_drawer"
-        for name in self._blockers(drawer):
-            if aside := carried_aside(self._world, name, drawer):
-                yield (*aside, self._call), f"{name} is in the way and is put aside first"
-                if isinstance(evidence, DrawerEvidence):
-                    # What the drawer presses on is free once the drawer has gone back.
-                    freed = (SkillCall(skill=back, arguments={"drawer": drawer}), *aside, self._call)
-                    yield freed, f"{name} jams {drawer} and is put aside first"
-
-    def _blockers(self, *ours: str) -> list[str]:
-        """Return what the evidence says is in the way, but for these objects."""
-        evidence = self._error.evidence
-        names: tuple[str, ...] = ()
-        if isinstance(evidence, CollisionEvidence):
-            names = (evidence.other, evidence.body)
-        elif isinstance(evidence, DrawerEvidence):
-            names = evidence.blocking
-        return [name for name in self._movable(names) if name not in ours]
-
-    def _movable(self, names: Iterable[str]) -> list[str]:
-        return [name for name in names if name in self._world.at and self._world.movable(name)]
-
-    def _target_nearer(self, held: str, target: str) -> Iterator[tuple[Calls, str]]:
-        """Put down what is held, push what it was meant for into reach, and fetch it again."""
-        item = self._scene.find(target)
-        if self._error.code is not ErrorCode.UNREACHABLE or item is None or item.shape.opens:
-            return
-        down = self._set_down(held)
-        pick = SkillCall(skill="pick", arguments={"object": held})
-        for calls, why in self._nearer(target):
-            if down:
-                yield (down, calls[0], pick, self._call), why
-
-    def _cleared(self, held: str, name: str) -> Iterator[tuple[Calls, str]]:
-        down = self._set_down(held)
-        if down is None:
-            return
-        world = World(self._scene)
-        world.put(held, _spot(down))
-        if aside := carried_aside(world, name, held):
-            pick = SkillCall(skill="pick", arguments={"object": held})
-            yield (down, *aside, pick, self._call), f"{name} is in the way and is put aside first"
-
-    # Pieces.
-
-    def _pile_aside(self, name: str) -> Calls:
-        """Return calls that carry off what stands on an object, the topmost first."""
-        world, calls = World(self._scene), list[SkillCall]()
-        while (pile := pile_on(world, name)) and len(calls) < 2 * _PILE:
-            aside = carried_aside(world, pile[-1], name)
-            if aside is None:
-                return ()
-            calls += aside
-            world.put(pile[-1], _spot(aside[1]))
-        return tuple(calls)
-
-    def _carry_both_aside(self, one: str, two: str, item: str) -> Calls | None:
-        world = World(self._scene)
-        first = carried_aside(world, one, item)
-        if first is None:
+    def _planned(self, way: Alternative) -> Calls | None:
+        """Return the calls of a way with all that they need first; None where contracts show no way."""
+        failure = self._failure
+        making = Enabling(
+            failure.scene, self._skills, about=[item.id for item in self._about], held=failure.before.held
+        )
+        try:
+            for one in way.first:
+                making.bring_about(one)
+            for name in way.cleared:
+                making.put_aside(name)
+            if way.call is not None:
+                making.call(way.call)
+        except NoWayError:
             return None
-        world.put(one, _spot(first[1]))
-        second = carried_aside(world, two, item)
-        return (*first, *second) if second else None
+        return tuple(making.calls)
 
-    def _set_down(self, held: str) -> SkillCall | None:
-        return set_down(self._world, held)
+    def _ways(self) -> Iterator[Alternative]:
+        failure, call = self._failure, self._call
+        if not failure.had_begun:
+            yield Alternative(why=self._lacking(), call=call)
+        elif not failure.met and not failure.promises_a_change:
+            yield Alternative(why="another try from where things are now", call=call)
+        yield from self._declared
+        if self._may_be_of_the_way():
+            yield Alternative(why="from another start", first=(fact("at_home"),), call=call)
+        for item in self._about:
+            if tilt(item) >= TIPPED:
+                yield Alternative(why=f"{item.id} is set upright first", first=(fact("upright", item.id),), call=call)
+            if failure.error.code is ErrorCode.UNREACHABLE:
+                yield from self._nearer(item)
+        yield from self._cleared()
 
-    def _pushed(self, name: str, direction: str, distance: float) -> SkillCall:
-        return SkillCall(skill="push", arguments={"object": name, "direction": direction, "distance": distance})
+    def _lacking(self) -> str:
+        """Return why what the call needs may help, when that is brought about first."""
+        if self._failure.met:
+            return f"{', '.join(self._failure.met)} is in the way and is put aside first"
+        held = self._failure.scene.held
+        return f"{held} is put down first" if held else "what it needs is brought about first"
 
-    def _along(self, wanted: np.ndarray) -> list[str]:
-        """Return the directions that lead the way, the best first."""
-        length = float(np.hypot(*wanted))
-        if length < 1e-6:
-            return list(DIRECTION_AXES)
-        scores = {name: float(np.dot(axis, wanted)) / length for name, axis in DIRECTION_AXES.items()}
-        return sorted((name for name in scores if scores[name] > 0.35), key=lambda name: -scores[name])
+    def _may_be_of_the_way(self) -> bool:
+        """Tell whether another start may help: not where the hand would touch something at its very goal."""
+        evidence = self._failure.error.evidence
+        if isinstance(evidence, CollisionEvidence):
+            return evidence.waypoints > 1
+        return self._failure.error.code is ErrorCode.TRACKING
+
+    def _nearer(self, item: DetectedObject) -> Iterator[Alternative]:
+        """Yield pushes of something that is out of reach towards the robot, and of far too near things away from it."""
+        offset = np.array(self._failure.scene.base_xy) - centre(item)[:2]
+        wanted = offset if float(np.hypot(*offset)) > _FAR else -offset
+        for distance in _NEARER:
+            for direction in _along(wanted):
+                pushed = fact("displaced", item.id, direction, distance)
+                yield Alternative(why=f"{item.id} is pushed into reach first", first=(pushed,), call=self._call)
+
+    def _cleared(self) -> Iterator[Alternative]:
+        """Yield ways to free what the call is about from what is on it, touches it or stands too close for a hand."""
+        call, crowd = self._call, self._in_the_way()
+        for other, item in crowd:
+            if other.shape.opens:
+                yield Alternative(why=f"{other.id} is closed first", first=(fact("closed", other.id),), call=call)
+                continue
+            yield Alternative(why=f"{other.id} is in the way and is put aside first", cleared=(other.id,), call=call)
+            if (away := self._pushed_away(other, item)) is not None:
+                yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
+            if (free := self._pushed_away(item, other)) is not None and top(item) > bottom(other) + _APART:
+                yield Alternative(why=f"{item.id} is pushed free of {other.id} first", first=(free,), call=call)
+        for (one, item), (two, same) in itertools.combinations(crowd, 2):
+            if item is same and (centre(one) - centre(item))[:2] @ (centre(two) - centre(item))[:2] < 0.0:
+                why = f"{one.id} and {two.id} are in the way and are put aside first"
+                yield Alternative(why=why, cleared=(one.id, two.id), call=call)
+
+    def _in_the_way(self) -> list[tuple[DetectedObject, DetectedObject]]:
+        """Return what may be in the way, each with what it is in the way of: what was met first, then the nearest."""
+        met, hand = self._failure.met, self._failure.error.code in _OF_THE_HAND
+        found = dict[str, tuple[DetectedObject, DetectedObject]]()
+        for item in sorted(self._about, key=lambda one: one.shape.stays_put):
+            on_it = {one.id for one in standing_on(self._view, item.id)}
+            for other in self._view.others(*self._failure.contract.objects):
+                near = hand and not item.shape.stays_put and gap(item, other) < _NEIGHBOUR
+                if other.id in met or other.id in on_it or near:
+                    found.setdefault(other.id, (other, item))
+        movable = [pair for pair in found.values() if pair[0].shape.opens or not pair[0].shape.stays_put]
+        return sorted(movable, key=lambda pair: (pair[0].id not in met, gap(pair[1], pair[0])))
+
+    def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> Fact | None:
+        """Return that an object was pushed away from another far enough, where there is room; None where there is none."""
+        if item.shape.stays_put or item.id == self._failure.scene.held:
+            return None
+        for direction in _along((centre(item) - centre(other))[:2]):
+            axis = np.array([[*DIRECTION_AXES[direction], 0.0]])
+            reach, begin = float(support(other, axis)[0]), -float(support(item, -axis)[0])
+            distance = round(max(reach - begin + _APART, _NEIGHBOUR), 3)
+            if self._is_free(item, distance * axis[0], other.id):
+                return fact("displaced", item.id, direction, distance)
+        return None
+
+    def _is_free(self, item: DetectedObject, offset: Array, but: str) -> bool:
+        """Tell whether an object that is moved by an offset (3,) comes to lie in nothing else that stands as high."""
+        imagine = predicates()["at"].imagine
+        end = centre(item) + offset
+        moved = imagine and imagine(self._failure.scene, item.id, float(end[0]), float(end[1])).find(item.id)
+        others = (one for one in self._view.others(item.id, but) if not one.shape.is_granular)
+        return moved is not None and not any(gap(moved, one) < 0.0 and top(one) > bottom(item) for one in others)
 
 
-def _spot(call: SkillCall) -> tuple[float, float]:
-    return float(call.arguments["x"]), float(call.arguments["y"])
+# Errors that a hand ends in that finds no room beside what it is to handle.
+_OF_THE_HAND = frozenset({ErrorCode.COLLISION, ErrorCode.GRASP, ErrorCode.TRACKING, ErrorCode.TAP})
+
+
+def _along(wanted: Array) -> Iterable[str]:
+    """Return the directions that lead the way (2,), the best first; all where none is wanted more than another."""
+    length = float(np.hypot(*wanted))
+    if length < 1e-6:
+        return list(DIRECTION_AXES)
+    scores = {name: float(np.dot(axis, wanted)) / length for name, axis in DIRECTION_AXES.items()}
+    return sorted((name for name in scores if scores[name] > _LEADS), key=lambda name: -scores[name])

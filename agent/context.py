@@ -15,6 +15,7 @@ from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
+from robosandbox.world.alternatives import Failure
 
 _log = logging.getLogger(__name__)
 # Failures that a sidecar with a wrong joint list, home, tool centre point, gripper or base brings about.
@@ -108,14 +109,14 @@ class AgentContext(GoalContext):
         copy._cancelled = self._cancelled
         return copy
 
-    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on the twin; nothing with `what_if` off."""
         if not self.what_if:
             return ()
         # Repairs call skills, which are called with this context.
         from robosandbox.agent.repairs import find_repairs
 
-        return find_repairs(self, call, error)
+        return find_repairs(self, failure)
 
     def advice_for(self, error: SkillError) -> str:
         """Return what static checks find wrong with the robot's sidecar; nothing for other failures and bundled robots."""

@@ -7,26 +7,23 @@ from typing import TYPE_CHECKING
 
 from robosandbox.agent.candidates import Calls, Candidates
 from robosandbox.errors import CancelledError, ErrorCode, Repair, SkillError
-from robosandbox.types import SkillCall
+from robosandbox.types import ObservedScene
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.relations import moved
 
 if TYPE_CHECKING:
     from robosandbox.agent.context import AgentContext
 
 _log = logging.getLogger(__name__)
+# Repairs that are offered: the one that is taken, and another for where that fails as well.
 _ENOUGH = 2
-_CURABLE = frozenset(
-    {
-        ErrorCode.UNREACHABLE,
-        ErrorCode.COLLISION,
-        ErrorCode.TRACKING,
-        ErrorCode.GRASP,
-        ErrorCode.ALREADY_HOLDING,
-        ErrorCode.PLACEMENT,
-        ErrorCode.PUSH,
-        ErrorCode.TAP,
-        ErrorCode.DRAWER,
-        ErrorCode.POUR,
-    }
+# Candidates that are tried at most: each costs some tenths of a second of planning where it cannot work.
+_MOST_TRIED = 16
+# Less than this an object is not taken to have been moved, metres: what the benchmarks count as disturbed.
+_MOVED = 0.010
+# Ends of a call that say nothing of the world.
+_NO_FAILURE = frozenset(
+    {ErrorCode.CANCELLED, ErrorCode.GOAL_TIMEOUT, ErrorCode.INTERNAL, ErrorCode.BUSY, ErrorCode.CONNECTION_LOST}
 )
 
 
@@ -50,53 +47,59 @@ class _Budget:
         return _SpentError() if self._left < 0.0 else None
 
 
-def find_repairs(ctx: AgentContext, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
-    """Return skill calls that reach the failed call's post-condition on the twin.
+def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
+    """Return skill calls that bring about on the twin what the failed call promised.
 
-    What moves the fewest other things comes first, then what takes the least time.
-
-    Candidates are made from the evidence, the likeliest first, and rolled out one after another until some have succeeded
-    or the context's budget of simulated seconds is spent. The live world is not touched.
+    What moves the fewest other things there comes first, then what takes the least time. Candidates are tried one after
+    another, the cheapest first, until some have succeeded or the context's budget of simulated seconds is spent. The live
+    world is not touched.
 
     Args:
         ctx: Where it failed; the world as the failure left it.
-        call: What failed.
-        error: How.
+        failure: What failed, and how.
 
     Raises:
         CancelledError: Somebody cancelled meanwhile.
     """
-    if error.code not in _CURABLE:
+    if failure.error.code in _NO_FAILURE:
         return ()
-    skills = ctx.skills
     budget: _Budget | None = None
-    found: list[Repair] = []
-    tried: list[Calls] = []
-    for calls, why in Candidates(ctx.look(), call, error).all():
-        if calls in tried or any(item.skill not in skills for item in calls):
-            continue
-        tried.append(calls)
+    found: list[tuple[int, Repair]] = []
+    for number, (calls, why) in enumerate(Candidates(failure, ctx.skills).all()):
+        if len(found) >= _ENOUGH or number >= _MOST_TRIED:
+            break
         copy = ctx.twin()
         budget = budget or _Budget(ctx.what_if_seconds, copy.sim.control_timestep)
         copy.sim.guards.append(budget)
         begin = copy.sim.time
         try:
-            for item in calls:
-                skills[item.skill](copy, item.arguments)
+            after = _rolled_out(copy, calls)
         except CancelledError:
             raise
         except _SpentError:
             break
-        except SkillError as failure:
-            _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), failure)
-        else:
+        except SkillError as error:
+            _log.debug("%s would fail too: %s", ", ".join(map(str, calls)), error)
+            continue
+        if failure.is_mended(after):
             cost, believed = round(copy.sim.time - begin, 3), not ctx.sim.capabilities.truth
-            found.append(Repair(calls=calls, why=why, cost=cost, believed=believed))
-        if len(found) >= _ENOUGH:
-            break
-    return tuple(sorted(found, key=lambda repair: (len(_handled(repair.calls) - _handled((call,))), repair.cost)))
+            others = _moved(failure, after)
+            found.append((others, Repair(calls=calls, why=why, cost=cost, believed=believed)))
+    return tuple(repair for _, repair in sorted(found, key=lambda pair: (pair[0], pair[1].cost)))
 
 
-def _handled(calls: Calls) -> set[object]:
-    """Return what these calls pick up or push."""
-    return {item.arguments["object"] for item in calls if "object" in item.arguments}
+def _rolled_out(copy: AgentContext, calls: Calls) -> ObservedScene:
+    """Carry out calls in a copy of the world; return what is seen there then.
+
+    Raises:
+        SkillError: One of them failed.
+    """
+    for call in calls:
+        copy.skills[call.skill](copy, call.arguments)
+    return copy.look()
+
+
+def _moved(failure: Failure, after: ObservedScene) -> int:
+    """Return how many things have moved that the call is not about."""
+    pairs = ((item, after.find(item.id)) for item in failure.scene.objects if item.id not in failure.contract.objects)
+    return sum(now is None or moved(item, now) > _MOVED for item, now in pairs)

@@ -29,7 +29,7 @@ from typing import Any
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import SkillStarted
 from robosandbox.agent.repairs import find_repairs
-from robosandbox.errors import Repair, SkillError
+from robosandbox.errors import Repair
 from robosandbox.protocols import Simulated
 from robosandbox.sim.intervention import Intervention
 from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -39,7 +39,7 @@ from robosandbox.testing.causes import out_of_reach
 from robosandbox.testing.faults import ContactMeter
 from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
 from robosandbox.testing.sampling import Perturbation
-from robosandbox.types import SkillCall
+from robosandbox.world.alternatives import Failure
 
 # Cases of an object that ground truth is made to see elsewhere or in another size.
 MISTAKEN = ("mislocated", "missized")
@@ -106,14 +106,15 @@ class Comparison(AgentContext):
         if not self.exact:
             return super().twin()
         assert isinstance(self.sim, Simulated)
-        parts = {"perception": self.perception, "grasp": self.grasp, "motion": self.motion, "limits": self.limits}
-        return AgentContext(sim=self.sim.fork(), what_if=False, advise=False, **parts)
+        copy = super().twin()
+        copy.sim = self.sim.fork()
+        return copy
 
-    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
         """Return what the twin says, and keep what the copy says."""
-        used = super().repairs_for(call, error)
+        used = super().repairs_for(failure)
         self.exact = True
-        other = find_repairs(self, call, error)
+        other = find_repairs(self, failure)
         self.exact = False
         self.found.append((_calls(used), _calls(other)))
         return used

@@ -15,6 +15,7 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.abilities import GripperAbilities
 from robosandbox.skills.words import Words
 from robosandbox.types import ObservedScene, SkillCall, SkillResult
+from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import Contract, contract_of, error_for, first_refuted, lost
 from robosandbox.world.predicate import View
 from robosandbox.world.side_effects import disturbed
@@ -29,7 +30,9 @@ class Skill:
     docstring describes the skill and its `Args:` section the arguments; with the annotations they make the JSON schema.
 
     It says what it does in `contract(self, *, argument: type, ...) -> Contract`, with the arguments of `run`: what is needed
-    is refused before anything moves, what is promised is looked at afterwards, and plans are checked by it.
+    is refused before anything moves, what is promised is looked at afterwards, and plans are checked by it. Where a call of
+    it may be mended in ways that the contract does not tell, it says which in
+    `alternatives(self, failure, *, argument: type, ...) -> Iterable[Alternative]`.
 
     Attributes:
         name: As calls name it.
@@ -39,6 +42,7 @@ class Skill:
     name: ClassVar[str]
     run: Any
     contract: Any = None
+    alternatives: Any = None
     words: ClassVar[Words | None] = None
 
     @cached_property
@@ -60,29 +64,32 @@ class Skill:
         checked = self.check(arguments)
         call = SkillCall(skill=self.name, arguments=checked)
         ctx.permit(call)
+        before = ctx.look()
+        contract = (contract_of(self, checked) or Contract()).resolved(before)
         try:
-            return self._kept(ctx, checked)
+            return self._kept(ctx, checked, contract, before)
         except SkillError as error:
-            if not error.repairs:
-                error.repairs = ctx.repairs_for(call, error)
+            if not error.repairs and ctx.what_if:
+                error.repairs = ctx.repairs_for(
+                    Failure(call=call, error=error, contract=contract, before=before, scene=ctx.look())
+                )
             error.append(ctx.advice_for(error))
             raise
 
-    def _kept(self, ctx: SkillContext, arguments: dict[str, Any]) -> SkillResult:
+    def _kept(
+        self, ctx: SkillContext, arguments: dict[str, Any], contract: Contract, before: ObservedScene
+    ) -> SkillResult:
         """Run with checked arguments, and hold the skill to its contract.
 
         Raises:
             SkillError: What it needs does not hold, it failed, or what it promises is not seen.
         """
-        contract = contract_of(self, arguments)
-        if contract is None:
-            result: SkillResult = self.run(ctx, **arguments)
-            return result
-        before = ctx.look()
+        if not contract.gives:
+            unsaid: SkillResult = self.run(ctx, **arguments)
+            return unsaid
         robot = GripperAbilities(ctx)
-        contract = contract.resolved(before)
         _require(contract, View.of(before, robot))
-        result = self.run(ctx, **arguments)
+        result: SkillResult = self.run(ctx, **arguments)
         after = ctx.look()
         seen = View(scene=after, before=before, robot=robot)
         broken = first_refuted(contract.gives, seen)

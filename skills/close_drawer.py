@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robosandbox.errors import CollisionError, Phase, SkillError, UnreachableError
@@ -33,6 +35,7 @@ from robosandbox.skills.primitives.manipulator import (
 )
 from robosandbox.skills.push import flange_depth
 from robosandbox.types import Array, DetectedObject, Pose, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import CLOSED_WITHIN
@@ -60,6 +63,12 @@ class CloseDrawer(Skill):
             ),
             gives=(fact("closed", drawer),),
         )
+
+    def alternatives(self, failure: Failure, *, drawer: str) -> Iterator[Alternative]:
+        """Yield sliding it out first: what it presses on is free then."""
+        if failure.had_begun and failure.met:
+            why = f"{', '.join(failure.met)} jams {drawer} and is put aside first"
+            yield Alternative(why=why, first=(fact("open", drawer),), cleared=failure.met, call=failure.call)
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Push a drawer shut.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosandbox.errors import CollisionError, DrawerError, GraspError, SkillError, UnreachableError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.protocols import SkillContext
@@ -18,6 +20,7 @@ from robosandbox.skills.primitives.drawers import (
 )
 from robosandbox.skills.primitives.manipulator import Manipulator, most_telling
 from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 
@@ -44,6 +47,12 @@ class OpenDrawer(Skill):
             ),
             gives=(fact("open", drawer),),
         )
+
+    def alternatives(self, failure: Failure, *, drawer: str) -> Iterator[Alternative]:
+        """Yield sliding it back first: what it presses on is free then."""
+        if failure.had_begun and failure.met:
+            why = f"{', '.join(failure.met)} jams {drawer} and is put aside first"
+            yield Alternative(why=why, first=(fact("closed", drawer),), cleared=failure.met, call=failure.call)
 
     def run(self, ctx: SkillContext, *, drawer: str) -> SkillResult:
         """Pull a drawer open by its grip.

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place
+from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, TABLE, fact
 from robosandbox.world.relations import Relation, centre, on_table
@@ -32,6 +35,11 @@ class PlaceAt(Skill):
             ),
             gives=(fact("at", HELD, x, y), fact("on", HELD, TABLE), fact("hand_empty")),
         )
+
+    def alternatives(self, failure: Failure, *, x: float, y: float) -> Iterator[Alternative]:
+        """Yield another grip on what is held."""
+        del x, y
+        yield from taken_anew(failure)
 
     def run(self, ctx: SkillContext, *, x: float, y: float) -> SkillResult:
         """Put the held object down at a point of the table.

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place
+from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.types import Side, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import beside
@@ -30,6 +33,11 @@ class PlaceBeside(Skill):
             ),
             gives=(fact("beside", HELD, target, side), fact("hand_empty")),
         )
+
+    def alternatives(self, failure: Failure, *, target: str, side: Side) -> Iterator[Alternative]:
+        """Yield another grip on what is held."""
+        del target, side
+        yield from taken_anew(failure)
 
     def run(self, ctx: SkillContext, *, target: str, side: Side) -> SkillResult:
         """Put the held object down next to another.

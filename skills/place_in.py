@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import occupied, place
+from robosandbox.skills.primitives.placing import occupied, place, taken_anew
 from robosandbox.types import DetectedObject, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
 from robosandbox.world.relations import Relation, contents, inside
@@ -33,6 +36,11 @@ class PlaceIn(Skill):
             ),
             gives=(fact("inside", HELD, container), fact("hand_empty")),
         )
+
+    def alternatives(self, failure: Failure, *, container: str) -> Iterator[Alternative]:
+        """Yield another grip on what is held."""
+        del container
+        yield from taken_anew(failure)
 
     def run(self, ctx: SkillContext, *, container: str) -> SkillResult:
         """Put the held object into what holds things: a bin, bowl, cup, plate, tray or open drawer.

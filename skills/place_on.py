@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import Manipulator
-from robosandbox.skills.primitives.placing import place
+from robosandbox.skills.primitives.placing import place, taken_anew
 from robosandbox.types import SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, Fact, fact
 from robosandbox.world.relations import centre, on_top, rest_height
@@ -24,6 +27,11 @@ class PlaceOn(Skill):
             needs=(fact("has_gripper"), fact("holding", HELD), *needs_of_standing(HELD, target)),
             gives=(fact("on", HELD, target), fact("hand_empty")),
         )
+
+    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+        """Yield another grip on what is held."""
+        del target
+        yield from taken_anew(failure)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Put the held object on top of another.

@@ -12,6 +12,7 @@ from robosandbox.evidence import PourEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.placing import taken_anew
 from robosandbox.types import (
     Array,
     DetectedObject,
@@ -20,6 +21,7 @@ from robosandbox.types import (
     Trajectory,
     matrix_about_axis,
 )
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import LEAST_FRACTION, MOST_SPILLED
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import HELD, fact
@@ -69,6 +71,18 @@ class Pour(Skill):
             ),
             gives=(fact("poured", HELD, target),),
         )
+
+    def alternatives(self, failure: Failure, *, target: str) -> Iterator[Alternative]:
+        """Yield pouring what is left, and another grip on what is poured from."""
+        del target
+        evidence = failure.error.evidence
+        if (
+            failure.had_begun
+            and isinstance(evidence, PourEvidence)
+            and evidence.poured + evidence.spilled < evidence.count
+        ):
+            yield Alternative(why="what is left is poured", call=failure.call)
+        yield from taken_anew(failure)
 
     def run(self, ctx: SkillContext, *, target: str) -> SkillResult:
         """Carry the held container level to another one and tip out into it what it holds.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import Annotated
 
 import numpy as np
@@ -20,7 +21,17 @@ from robosandbox.skills.primitives.manipulator import (
     most_telling,
     raised,
 )
-from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, Direction, ObservedScene, Pose, SkillResult
+from robosandbox.types import (
+    DIRECTION_AXES,
+    Array,
+    DetectedObject,
+    Direction,
+    ObservedScene,
+    Pose,
+    SkillCall,
+    SkillResult,
+)
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -52,6 +63,21 @@ class Push(Skill):
             ),
             gives=(fact("displaced", object, direction, distance),),
         )
+
+    def alternatives(
+        self, failure: Failure, *, object: str, direction: Direction, distance: float
+    ) -> Iterator[Alternative]:
+        """Yield the rest of the way, and carrying it there in place of pushing."""
+        before, now = failure.before.find(object), failure.scene.find(object)
+        if before is None or now is None:
+            return
+        left = round(distance - displacement(before, now, direction).detail["along_mm"] / 1000.0, 4)
+        if failure.had_begun and left > _PROGRESS:
+            rest = SkillCall(skill=self.name, arguments={"object": object, "direction": direction, "distance": left})
+            yield Alternative(why="what is left of the way", call=rest)
+        x, y = centre(now)[:2] + left * np.array(DIRECTION_AXES[direction])
+        there = fact("at", object, round(float(x), 4), round(float(y), 4))
+        yield Alternative(why="carried there in place of pushed", first=(there,))
 
     def run(
         self,

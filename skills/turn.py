@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from typing import Annotated
 
 from pydantic import Field
@@ -14,7 +15,8 @@ from robosandbox.skills.pick import Pick
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.skills.primitives.placing import place
 from robosandbox.skills.words import Slot, Words
-from robosandbox.types import DetectedObject, ObservedScene, SkillResult
+from robosandbox.types import DetectedObject, ObservedScene, SkillCall, SkillResult
+from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import TURN_TOLERANCE, turn_between
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -76,6 +78,17 @@ class Turn(Skill):
             needs=(*other, fact("has_heading", object), fact("hand_empty"), *Pick().contract(object=object).needs),
             gives=(goal, fact("hand_empty")),
         )
+
+    def alternatives(
+        self, failure: Failure, *, object: str, angle: float | None, align_with: str | None
+    ) -> Iterator[Alternative]:
+        """Yield what is left of a turn by an angle."""
+        before, now = failure.before.find(object), failure.scene.find(object)
+        if angle is None or align_with is not None or before is None or now is None or not failure.had_begun:
+            return
+        left = math.remainder(angle - turn_between(before, now), math.tau)
+        rest = SkillCall(skill=self.name, arguments={"object": object, "angle": left})
+        yield Alternative(why="what is left of the turn", call=rest)
 
     def run(
         self,

@@ -20,6 +20,8 @@ from robosandbox.skills.pick import Pick
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.testing.hardware import Hardware
 from robosandbox.types import SkillCall
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.contracts import contract_of
 
 RED, BLUE = (0.85, 0.2, 0.2, 1.0), (0.2, 0.2, 0.85, 1.0)
 CUP = SceneObject(id="cup", kind="cup", size=(0.03, 0.09), pose=Pose(xyz=(0.12, -0.12, 0.04)))
@@ -91,14 +93,9 @@ def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
 
     class Exact(AgentContext):
         def twin(self) -> AgentContext:
-            return AgentContext(
-                sim=session.sim.fork(),
-                perception=self.perception,
-                grasp=self.grasp,
-                motion=self.motion,
-                what_if=False,
-                advise=False,
-            )
+            copy = super().twin()
+            copy.sim = session.sim.fork()
+            return copy
 
     return Exact
 
@@ -106,11 +103,17 @@ def on_exact_copy(session: EmbeddedWorkcell) -> type[AgentContext]:
 def found_both_ways(session: EmbeddedWorkcell, call: SkillCall, kind: type[SkillError]) -> list[tuple[Repair, ...]]:
     skill = next(skill for skill in session.skills if skill.name == call.skill)
     session.ctx.what_if = False
+    before = session.observe()
     with pytest.raises(kind) as failed:
         skill(session.ctx, call.arguments)
-    twin = find_repairs(session.ctx, call, failed.value)
+    contract = contract_of(skill, call.arguments)
+    assert contract is not None
+    failure = Failure(
+        call=call, error=failed.value, contract=contract.resolved(before), before=before, scene=session.observe()
+    )
+    twin = find_repairs(session.ctx, failure)
     session.ctx.__class__ = on_exact_copy(session)
-    return [twin, find_repairs(session.ctx, call, failed.value)]
+    return [twin, find_repairs(session.ctx, failure)]
 
 
 TALL = SceneObject(id="block", kind="box", size=(0.015, 0.015, 0.045), pose=Pose(xyz=(0.15, 0.05, 0.115)), rgba=BLUE)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -19,6 +19,8 @@ from robosandbox.skills.primitives.manipulator import (
     raised,
 )
 from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
+from robosandbox.world.alternatives import Alternative, Failure
+from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.relations import Relation
 from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
 
@@ -96,6 +98,14 @@ def place(
         skill=skill,
         detail={"object": held.id, "target": target, **relation.detail},
     )
+
+
+def taken_anew(failure: Failure) -> Iterator[Alternative]:
+    """Yield putting down what is held and taking it anew, where the hand as it holds it found no way: another grip may."""
+    held = failure.scene.held
+    if held is not None and isinstance(failure.error, UnreachableError | CollisionError):
+        first = (fact("on", held, TABLE),)
+        yield Alternative(why=f"{held} is put down and taken anew", first=first, call=failure.call)
 
 
 def _leave(arm: Manipulator, held: str) -> None:

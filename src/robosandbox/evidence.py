@@ -12,6 +12,15 @@ from robosandbox.types import Pose, StrictModel
 class Evidence(StrictModel):
     """What was measured when a skill failed; each error has its own kind."""
 
+    def met(self) -> tuple[str, ...]:
+        """Return the names of what touched or stood in the way."""
+        return ()
+
+    @property
+    def is_final(self) -> bool:
+        """Whether it lies in the thing or the gripper itself, so that nothing that the robot does first can help."""
+        return False
+
 
 class UnreachableEvidence(Evidence):
     """How close the best configuration comes to the target.
@@ -64,6 +73,10 @@ class CollisionEvidence(Evidence):
     waypoint: int
     waypoints: int
 
+    def met(self) -> tuple[str, ...]:
+        """Return what would be touched, and what would touch it."""
+        return (self.other, self.body)
+
 
 class GraspEvidence(Evidence):
     """What the fingers found.
@@ -91,6 +104,11 @@ class GraspEvidence(Evidence):
     pull: float | None = None
     moved: float | None = None
     tried: dict[str, int] = Field(default_factory=dict)
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the object does not come, or the fingers do not go."""
+        return self.reason in ("immovable", "too_heavy", "gripper_stuck")
 
 
 class ObjectNotFoundEvidence(Evidence):
@@ -148,6 +166,10 @@ class PlacementEvidence(Evidence):
     actual: Pose | None = None
     blocking: tuple[str, ...] = ()
 
+    def met(self) -> tuple[str, ...]:
+        """Return what occupies the place."""
+        return self.blocking
+
 
 class PushEvidence(Evidence):
     """How far the object went.
@@ -183,6 +205,15 @@ class DrawerEvidence(Evidence):
     opening: float
     force: float
     blocking: tuple[str, ...] = ()
+
+    def met(self) -> tuple[str, ...]:
+        """Return what touches the sliding box."""
+        return self.blocking
+
+    @property
+    def is_final(self) -> bool:
+        """Whether it does not give way at all."""
+        return self.reason == "locked"
 
 
 class PourEvidence(Evidence):
@@ -235,6 +266,10 @@ class TrackingEvidence(Evidence):
     servo_force: float | None = None
     servo_limit: float | None = None
     contact_force: float | None = None
+
+    def met(self) -> tuple[str, ...]:
+        """Return what the arm touches; each contact is written as "body on other"."""
+        return tuple(pair.partition(" on ")[2] for pair in self.contacts)
 
 
 class TimeoutEvidence(Evidence):

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         Trajectory,
         Truth,
     )
+    from robosandbox.world.alternatives import Failure
 
 
 # Asked in a driver's control loop, after each tick: why the motion has to end with the arm holding, or None to go on. It moves
@@ -305,7 +306,7 @@ class SkillContext(Protocol):
         """Return what to plan among where things are believed to be as `seen`."""
         ...
 
-    def repairs_for(self, call: SkillCall, error: SkillError) -> tuple[Repair, ...]:
+    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
         """Return what would do in place of a failed call, tried on a simulation of what is believed."""
         ...
 

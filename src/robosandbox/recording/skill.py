@@ -25,6 +25,8 @@ class RecordedSkill:
         self.name: str = skill.name
         self.description: str = skill.description
         self.schema = skill.schema
+        self.contract: Any = getattr(skill, "contract", None)
+        self.alternatives: Any = getattr(skill, "alternatives", None)
         self._skill = skill
         self._recorder = recorder
 

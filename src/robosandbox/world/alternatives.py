@@ -1,0 +1,90 @@
+"""What a failed call tells of itself, and other ways to what it was to bring about: what a skill declares beside its contract."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+from robosandbox.errors import Phase, SkillError
+from robosandbox.types import ObservedScene, SkillCall
+from robosandbox.world.contracts import Contract, first_refuted, lookup
+from robosandbox.world.facts import Fact
+from robosandbox.world.predicate import View
+
+# What a skill does before anything moves.
+_BEFORE_MOVING = (Phase.CHECK, Phase.PERCEIVE, Phase.PLAN)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Failure:
+    """A call that did not bring about what it promises.
+
+    Attributes:
+        call: Which one.
+        error: How it failed.
+        contract: What it needed and promised, of the things themselves.
+        before: What was seen when it began.
+        scene: What is seen now.
+    """
+
+    call: SkillCall
+    error: SkillError
+    contract: Contract
+    before: ObservedScene
+    scene: ObservedScene
+
+    @cached_property
+    def met(self) -> tuple[str, ...]:
+        """Ids of what touched or stood in the way, as the evidence says, but for what the call is about."""
+        evidence = self.error.evidence
+        names = () if evidence is None else evidence.met()
+        # A part of a thing is named behind its id: "drawer/box".
+        whole = dict.fromkeys(name.partition("/")[0] for name in names)
+        return tuple(name for name in whole if self.scene.find(name) and name not in self.contract.objects)
+
+    @property
+    def is_hopeless(self) -> bool:
+        """Whether what was measured lies in the thing or the gripper itself, so that nothing done first can help."""
+        return self.error.evidence is not None and self.error.evidence.is_final
+
+    @property
+    def had_begun(self) -> bool:
+        """Whether the robot had moved for it, so that another try begins from somewhere else."""
+        return self.error.phase not in _BEFORE_MOVING
+
+    @property
+    def promises_a_change(self) -> bool:
+        """Whether it promises a change from how things were, which the same call would bring about once more."""
+        known = [lookup(gift) for gift in self.contract.gives]
+        return any(one.imagine is not None and not one.lasts for one in known)
+
+    def is_mended(self, scene: ObservedScene) -> bool:
+        """Tell whether what the call promised holds in a scene, seen from when it began."""
+        return (
+            first_refuted(self.contract.gives, View(scene=scene, before=self.before, robot=View.of(scene).robot))
+            is None
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Alternative:
+    """Another way to what a failed call was to bring about.
+
+    Attributes:
+        why: In a clause, for the person.
+        first: What is brought about first, one after the other, by whichever skills promise it.
+        cleared: Ids of what is put aside then.
+        call: What is called at last; None where the rest has brought it about already.
+    """
+
+    why: str
+    first: tuple[Fact, ...] = ()
+    cleared: tuple[str, ...] = ()
+    call: SkillCall | None = None
+
+
+def alternatives_of(skill: object, failure: Failure) -> Iterable[Alternative]:
+    """Return the other ways that a skill itself declares for a failed call of it; none for one that declares none."""
+    declared = getattr(skill, "alternatives", None)
+    return () if declared is None else declared(failure, **failure.call.arguments)

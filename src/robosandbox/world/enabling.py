@@ -1,0 +1,150 @@
+"""Making a call possible: what is asked for first, what it lacks, and then the call itself, by the contracts of skills."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
+from robosandbox.world.achieve import Plannable, achieve
+from robosandbox.world.contracts import contract_of, find, first_refuted, lookup
+from robosandbox.world.facts import Fact, fact
+from robosandbox.world.predicate import View, predicates
+from robosandbox.world.relations import centre, gap
+from robosandbox.world.verifier import verify
+
+# Needs of a call that are looked after one by one; a call that lacks more is not worth enabling.
+_MOST_LACKING = 8
+# Space that is left between what is put aside and what is to be handled then, or the arm that reaches there, metres: half
+# of what a Panda's hand is wide.
+_HAND_ROOM = 0.10
+_OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
+
+
+class NoWayError(Exception):
+    """No calls were found that bring something about."""
+
+
+class Enabling:
+    """Calls in the making, and the scene as they would leave it.
+
+    Args:
+        scene: What is seen now.
+        skills: What may be called, by name.
+        about: Ids of what the call in question is about: what is put aside leaves room for a hand beside it.
+        held: What the gripper holds, or held when the call in question began.
+
+    Attributes:
+        calls: Those found so far.
+        scene: As they would leave it.
+    """
+
+    def __init__(
+        self,
+        scene: ObservedScene,
+        skills: Mapping[str, Plannable],
+        *,
+        about: Iterable[str] = (),
+        held: str | None = None,
+    ) -> None:
+        self.calls: list[SkillCall] = []
+        self.scene = scene
+        self._skills = skills
+        self._about = tuple(about)
+        self._held = held if scene.held is None else scene.held
+
+    def bring_about(self, goal: Fact) -> None:
+        """Add the calls after which a fact holds.
+
+        Raises:
+            NoWayError: There are none.
+        """
+        answer = achieve((goal,), self.scene, tuple(self._skills.values()))
+        steps = answer.steps if isinstance(answer, Plan) else None
+        if steps is None:
+            raise NoWayError(str(goal))
+        self._add(steps or self._by_itself(goal))
+
+    def put_aside(self, name: str) -> None:
+        """Add the calls that put an object down near by where it leaves room for a hand, or the most that there is.
+
+        Raises:
+            NoWayError: It does not move, or there is no such place.
+        """
+        view = View.of(self.scene)
+        item, choices = self.scene.find(name), predicates()["room_at"].choices
+        if item is None or item.shape.stays_put or item.shape.is_granular or choices is None:
+            raise NoWayError(f"{name} stays where it is")
+        around = [other for other in view.others(name) if other.id in self._about]
+        best, most = None, 0.0
+        for x, y in choices(view, name):
+            there = _at(self.scene, name, x, y).find(name) or item
+            room = min((_room(there, other, self.scene.base_xy) for other in around), default=_HAND_ROOM)
+            if room > most:
+                best, most = fact("at", name, x, y), room
+            if room >= _HAND_ROOM:
+                break
+        if best is None:
+            raise NoWayError(f"there is no place for {name}")
+        self.bring_about(best)
+
+    def call(self, call: SkillCall) -> None:
+        """Add a call, and before it what brings about what it needs and does not have.
+
+        Raises:
+            NoWayError: That cannot be brought about.
+        """
+        skill = self._skills.get(call.skill)
+        if skill is None:
+            raise NoWayError(f"there is no skill {call.skill}")
+        contract = contract_of(skill, skill.check(call.arguments))
+        for _ in range(_MOST_LACKING):
+            if contract is None:
+                break
+            needs = contract.resolved(replace(self.scene, held=self._held)).needs
+            lacking = first_refuted(sorted(needs, key=_is_of_the_hand), View.of(self.scene))
+            if lacking is None:
+                break
+            need, finding = lacking
+            remedies = [one for one in finding.remedies if not find(one, View.of(self.scene)).holds]
+            if lookup(need).is_fixed or not (remedies or finding.blocking):
+                raise NoWayError(finding.cause)
+            if remedies:
+                self.bring_about(remedies[0])
+            else:
+                self.put_aside(finding.blocking[0])
+        else:
+            raise NoWayError(f"what {call} needs cannot be had at once")
+        self._add((call,))
+
+    def _by_itself(self, goal: Fact) -> tuple[SkillCall, ...]:
+        """Return the call that brings about what nobody can see, as that the arm is at home; none for what holds anyway."""
+        if find(goal, View.of(self.scene)).is_sure:
+            return ()
+        for name, skill in self._skills.items():
+            contract = None if skill.schema.get("properties") else contract_of(skill, {})
+            if contract is not None and goal in contract.gives:
+                return (SkillCall(skill=name),)
+        raise NoWayError(str(goal))
+
+    def _add(self, calls: tuple[SkillCall, ...]) -> None:
+        self.calls += calls
+        self.scene = verify(Plan(steps=calls), self.scene, tuple(self._skills.values())).end
+
+
+def _at(scene: ObservedScene, name: str, x: float, y: float) -> ObservedScene:
+    imagine = predicates()["at"].imagine
+    return scene if imagine is None else imagine(scene, name, x, y)
+
+
+def _room(item: DetectedObject, other: DetectedObject, base: tuple[float, float]) -> float:
+    """Return how far an object stands from another and from the arm that reaches there from its base, metres."""
+    begin, end, point = np.array(base), centre(other)[:2], centre(item)[:2]
+    share = float(np.clip((point - begin) @ (end - begin) / max(float((end - begin) @ (end - begin)), 1e-9), 0.0, 1.0))
+    return min(gap(item, other), float(np.linalg.norm(begin + share * (end - begin) - point)))
+
+
+def _is_of_the_hand(need: Fact) -> bool:
+    return need.relation in _OF_THE_HAND
