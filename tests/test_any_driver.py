@@ -5,16 +5,26 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+pytest.importorskip("viser", reason="the extra `viewer` is not installed")
+
 from robosandbox.errors import UnsupportedError
 from robosandbox.service.client import connect
 from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.tasks.session import open_session
 from robosandbox.testing.processes import SimProcess
+from robosandbox.types import Pose
+from robosandbox.viewer.app import Viewer
+from robosandbox.viewer.connected import ConnectedSource
+from robosandbox.viewer.embedded import EmbeddedSource
+from robosandbox.viewer.operator import Complaint, Finished, News
+from robosandbox.viewer.source import Frame
 
 _TASK = "pick_cube_franka"
 _HARDWARE = ("--task", _TASK, "--driver", "hardware:seed=3", "--perception", "rgbd")
@@ -63,7 +73,7 @@ def test_pictures_of_hardware_are_what_its_cameras_deliver(sim: SimProcess) -> N
     [
         ("truth", "truth: the driver of panda does not know the true state of its world"),
         ("reset", "reset: the driver of panda cannot start its world over"),
-        ("load", "reset: the driver of panda cannot start its world over, and load starts another task"),
+        ("load", "reset: the driver of panda cannot start its world over, and loading another task does that"),
         ("checkpoint", "fork: the driver of panda cannot copy its world"),
     ],
 )
@@ -84,3 +94,83 @@ def test_a_state_file_of_hardware_is_refused_before_it_is_served(tmp_path: Path)
     assert done.returncode == 2
     assert done.stderr.count("\n") == 1
     assert "truth: the driver of panda does not know the true state of its world, and --state-file" in done.stderr
+
+
+# Watching.
+
+
+@pytest.fixture(scope="module")
+def watched() -> Iterator[tuple[Viewer, list[Frame], list[News]]]:
+    session = open_session(_TASK, driver="hardware", driver_options={"seed": 3}, perception="rgbd")
+    viewer = Viewer(EmbeddedSource(session, lambda task, robot: session), 0)
+    frames: list[Frame] = []
+    news: list[News] = []
+    viewer.control.listeners.append(news.append)
+    viewer.stream.start()
+    viewer.source.start(frames.append, lambda loaded: None)
+    yield viewer, frames, news
+    viewer.stop()
+
+
+def finish(viewer: Viewer) -> None:
+    """Wait until nothing is under way."""
+    idle = threading.Event()
+    viewer.source.order(idle.set)
+    assert idle.wait(60.0)
+
+
+@pytest.mark.gl
+def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, list[Frame], list[News]]) -> None:
+    viewer, frames, news = watched
+    viewer.control.run("pick up the red cube")
+    finish(viewer)
+    (finished,) = [item for item in news if isinstance(item, Finished)]
+    assert finished.episode.success
+    last = frames[-1]
+    assert viewer.source.blueprint.model is last.model
+    assert last.held == "red_cube" and last.state is None
+    # The cube rides along between looks, where the hand has it.
+    viewer.control.by_hand("jog", lambda: viewer.source.teleop.jog(Pose(xyz=(0.0, 0.0, 0.03))))
+    finish(viewer)
+    before, after = (drawn_cube(frame) for frame in (last, frames[-1]))
+    assert after[2] - before[2] == pytest.approx(0.03, abs=0.004)
+    assert np.abs(after - frames[-1].seen.tcp_pose.position).max() < 0.02
+
+
+def drawn_cube(frame: Frame) -> np.ndarray:
+    address = frame.model.joint("object/red_cube").qposadr[0]
+    return frame.qpos[address : address + 3]
+
+
+@pytest.mark.gl
+def test_the_viewer_says_what_dragging_and_resetting_need(watched: tuple[Viewer, list[Frame], list[News]]) -> None:
+    viewer, _, news = watched
+    news.clear()
+    viewer.control.by_hand("move", lambda: viewer.source.teleop.place("red_cube", Pose(xyz=(0.0, 0.0, 0.1))))
+    finish(viewer)
+    viewer.control.reset(1)
+    finish(viewer)
+    said = [item.message for item in news if isinstance(item, Complaint)]
+    assert said[0].startswith("model: the driver of panda has no simulated model, and things are put elsewhere")
+    assert said[1].startswith("truth: the driver of panda does not know the true state of its world, and a layout")
+    assert len(said) == 2
+
+
+@pytest.mark.gl
+def test_a_viewer_of_a_sim_process_draws_what_is_believed_of_hardware(sim: SimProcess) -> None:
+    with connect(sim.endpoint) as client:
+        source = ConnectedSource(RemoteWorkcell(client.robot()))
+        came = threading.Event()
+        frames: list[Frame] = []
+
+        def take(frame: Frame) -> None:
+            frames.append(frame)
+            came.set()
+
+        source.start(take, lambda loaded: None)
+        try:
+            assert came.wait(20.0)
+            assert "red_cube" in source.blueprint.object_bodies
+            assert frames[0].model is source.blueprint.model
+        finally:
+            source.close()

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import mujoco
 import numpy as np
 
 from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.opening import simulate
 from robosandbox.sim.world import World
-from robosandbox.types import GripperState, Observation, ObservedScene, Pose
+from robosandbox.types import Array, DetectedObject, GripperState, ObjectTruth, Observation, ObservedScene, Pose
 
 # Seconds that a twin is given before anything is tried: ten time constants of MuJoCo's default contact (0.02 s), in which
 # things that are believed to overlap by a little have been pushed apart.
@@ -25,24 +27,40 @@ def make_twin(world: World, seen: ObservedScene, state: Observation) -> Modelled
     """
     data = mujoco.MjData(world.model)
     data.time = state.time
-    _put_robot(world, data, state)
-    for item in seen.objects:
-        if item.id not in world.parts:
-            continue
-        bodies = world.parts[item.id]
-        if item.grains:
-            for body, place in zip(bodies, item.grains, strict=True):
-                _put(world.model, data, int(body), Pose(xyz=place))
-            continue
-        _put(world.model, data, int(bodies[0]), item.pose)
-        if item.opening is not None:
-            joint = int(world.model.body_jntadr[bodies[1]])
-            data.qpos[world.model.jnt_qposadr[joint]] = np.clip(item.opening, *world.model.jnt_range[joint])
+    data.qpos[:] = standing(world, seen.objects, state)
+    _command(world, data, state)
     vector = np.empty(mujoco.mj_stateSize(world.model, mujoco.mjtState.mjSTATE_INTEGRATION))
     mujoco.mj_getState(world.model, data, vector, mujoco.mjtState.mjSTATE_INTEGRATION)
     twin = simulate(world, vector)
     twin.wait(_SETTLE_SECONDS)
     return twin
+
+
+def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], state: Observation) -> Array:
+    """Return a model's positions, shape (nq,), with robot and objects where they are said to be.
+
+    Args:
+        world: The compiled model.
+        objects: Those that the model does not have are left out.
+        state: How the robot stands.
+    """
+    model, robot = world.model, world.robot
+    qpos: Array = model.qpos0.copy()
+    qpos[robot.qpos_indices] = state.q
+    if robot.gripper is not None and state.gripper is not None:
+        qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(state.gripper.joint)
+    for item in objects:
+        if item.id not in world.parts:
+            continue
+        joints = model.body_jntadr[world.parts[item.id]]
+        places = [Pose(xyz=grain) for grain in item.grains] if item.grains else [item.pose]
+        for joint, pose in zip(joints, places, strict=False):
+            x, y, z, w = pose.quat_xyzw
+            address = int(model.jnt_qposadr[joint])
+            qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
+        if item.opening is not None:
+            qpos[model.jnt_qposadr[joints[1]]] = np.clip(item.opening, *model.jnt_range[joints[1]])
+    return qpos
 
 
 def closing_stiffness(world: World, closed: float) -> float:
@@ -60,13 +78,11 @@ def closing_stiffness(world: World, closed: float) -> float:
     return float((np.abs(model.actuator_gainprm[ids, 0]) * travel).sum())
 
 
-def _put_robot(world: World, data: mujoco.MjData, state: Observation) -> None:
-    """Put the robot where its encoders say that it stands, its servos told to stay there and to grip as they do."""
+def _command(world: World, data: mujoco.MjData, state: Observation) -> None:
+    """Have the servos stay where the encoders say that the robot stands, and grip as they do."""
     robot = world.robot
-    data.qpos[robot.qpos_indices] = state.q
     data.ctrl[robot.actuator_ids] = robot.control(np.clip(state.q, robot.lower, robot.upper))
     if robot.gripper is not None and state.gripper is not None:
-        data.qpos[robot.gripper.joint_indices] = robot.gripper.joints_at(state.gripper.joint)
         data.ctrl[robot.gripper.actuator_ids] = robot.gripper.geometry.control(_commanded(world, state.gripper))
 
 
@@ -79,10 +95,3 @@ def _commanded(world: World, gripper: GripperState) -> float:
     elif gripper.force is not None and stiffness > 0.0:
         closed += gripper.force / stiffness
     return float(np.clip(closed, 0.0, 1.0))
-
-
-def _put(model: mujoco.MjModel, data: mujoco.MjData, body: int, pose: Pose) -> None:
-    """Put a free body at a pose."""
-    address = int(model.jnt_qposadr[model.body_jntadr[body]])
-    x, y, z, w = pose.quat_xyzw
-    data.qpos[address : address + 7] = [*pose.xyz, w, x, y, z]

@@ -82,6 +82,7 @@ class Viewer:
         self._replay: ReplayPanel | None = None
         self._lay_out(playback)
         self._adopt(source.blueprint)
+        self._aim()
         self.control.listeners += [self._hear, *(panel.hear for panel in self._hearing)]
         self.server.on_client_connect(self._welcome)
 
@@ -134,9 +135,8 @@ class Viewer:
         with self._lock:
             found = self.source.blueprint
             if isinstance(news, operator.Loaded | operator.Went) and not found.looks_like(self._blueprint):
-                with self.server.atomic():
-                    self._body_scene.remove()
-                    self._adopt(found)
+                self._replace(found)
+                self._aim()
             for layer in self._layers:
                 layer.hear(news)
 
@@ -154,7 +154,11 @@ class Viewer:
         self._dragging.adopt(blueprint, self._body_scene)
         self._sidecar.adopt(blueprint, self._body_scene)
         self._strip.adopt(blueprint)
-        self._aim()
+
+    def _replace(self, blueprint: Blueprint) -> None:
+        with self.server.atomic():
+            self._body_scene.remove()
+            self._adopt(blueprint)
 
     def _aim(self) -> None:
         """Have browsers begin, and those that are there go on, with the first view of the world."""
@@ -180,6 +184,10 @@ class Viewer:
 
     def _draw(self, frame: Frame) -> None:
         with self._lock:
+            found = self.source.blueprint
+            if frame.model is not self._blueprint.model and frame.model is found.model:
+                # Other things are believed now than before.
+                self._replace(found)
             if frame.model is self._blueprint.model:
                 self._show(frame)
 

@@ -1,26 +1,26 @@
-"""The world of a sim process, followed over Zenoh and drawn from a model that is built here from the sim's task."""
+"""The world of a sim process, followed over Zenoh and drawn from a model that is built here."""
 
 from __future__ import annotations
 
 import logging
 import threading
 import time
-from collections.abc import Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 
-import mujoco
 import zenoh
 
-from robosandbox.errors import ForbiddenError, InputError, RoboSandboxError, SkillError
+from robosandbox.errors import InputError, RoboSandboxError
+from robosandbox.motion.twin import standing
 from robosandbox.robots.loader import load_robot
 from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.service.messages import State, decode
-from robosandbox.sim.world import build_world
+from robosandbox.sim.world import World, build_world
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, DetectedObject, ObjectTruth, Observation, Scene, frozen_array
+from robosandbox.types import Array, Scene, frozen_array
+from robosandbox.viewer.believed import BelievedWorld
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
 
@@ -63,8 +63,7 @@ class ConnectedSource:
         self._working = threading.Event()
         # Cleared while the sim has something else than what is built here.
         self._drawable = True
-        # The model and the bodies of each object in it: one value, since jobs and the follower are threads of their own.
-        self._drawn = self._build()
+        self._drawn = _drawn(session)
         self._follower = threading.Thread(target=self._follow, name="follower", daemon=True)
         self._news: zenoh.Subscriber[None] | None = None
 
@@ -76,7 +75,7 @@ class ConnectedSource:
     @property
     def blueprint(self) -> Blueprint:
         """What is to be drawn."""
-        return self._drawn[0]
+        return Blueprint.of(self._drawn.world)
 
     @property
     def title(self) -> str:
@@ -153,10 +152,9 @@ class ConnectedSource:
     def relook(self) -> None:
         """Build the model anew where the sim's objects have changed; from any thread."""
         with self._building:
-            scene = self._scene()
-            if scene != self.blueprint.scene:
+            if self._session.judgeable is not self._drawn.told or self._drawn.scene != _scene(self._session):
                 self._drawable = False
-                self._drawn = self._build()
+                self._drawn = _drawn(self._session)
                 self._sent = None
             self._drawable = True
 
@@ -174,40 +172,6 @@ class ConnectedSource:
         if self._news is not None:
             self._news.undeclare()
             self._follower.join()
-
-    # The model.
-
-    def _scene(self) -> Scene:
-        """Return the task's scene with sizes and colours as the sim has drawn them for its seed."""
-        scene = self._session.task.scene
-        try:
-            there = self._robot.truth().objects
-        except ForbiddenError:
-            return scene
-        objects = tuple(
-            item.model_copy(
-                update={"rgba": there[item.id].rgba, "size": item.size if item.mesh else there[item.id].size}
-            )
-            if item.id in there
-            else item
-            for item in scene.objects
-        )
-        return scene.model_copy(update={"objects": objects})
-
-    def _build(self) -> tuple[Blueprint, Mapping[str, Sequence[int]]]:
-        scene = self._scene()
-        try:
-            world = build_world(scene, load_robot(scene.robot_urdf, scene.robot_config))
-        except InputError as error:
-            raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
-        blueprint = Blueprint(
-            model=world.model,
-            robot=world.robot,
-            names=world.names,
-            object_bodies=world.object_bodies,
-            scene=world.scene,
-        )
-        return blueprint, {name: tuple(bodies.tolist()) for name, bodies in world.parts.items()}
 
     # Frames.
 
@@ -261,43 +225,78 @@ class ConnectedSource:
         return True
 
     def _send(self) -> None:
-        (blueprint, parts), state = self._drawn, self._state or self._robot.state()
-        seen, objects, held = self._where(state)
-        qpos = blueprint.model.qpos0.copy()
-        if not self._drawable or len(seen.q) != len(blueprint.robot.qpos_indices):
+        drawn, state = self._drawn, self._state or self._robot.state()
+        if not self._drawable or len(state.robot.q) != drawn.world.robot.spec.n:
             return
-        qpos[blueprint.robot.qpos_indices] = seen.q
-        gripper = blueprint.robot.gripper
-        if gripper is not None and seen.gripper is not None:
-            qpos[gripper.joint_indices] = gripper.joints_at(seen.gripper.joint)
-        for item in objects:
-            _put(item, qpos, blueprint.model, parts.get(item.id, ()))
-        if self._sent is not None and len(self._sent) == len(qpos) and abs(self._sent - qpos).max() < _STILL:
+        frame = drawn.frame(state)
+        if (
+            self._sent is not None
+            and len(self._sent) == len(frame.qpos)
+            and abs(self._sent - frame.qpos).max() < _STILL
+        ):
             return
-        self._sent = qpos
-        self._on_frame(Frame(model=blueprint.model, seen=seen, held=held, qpos=frozen_array(qpos)))
-
-    def _where(self, state: State) -> tuple[Observation, Iterable[ObjectTruth | DetectedObject], str | None]:
-        """Return robot and objects of one moment where the sim tells the truth, else the robot and what is perceived."""
-        try:
-            truth = self._robot.truth()
-        except ForbiddenError:
-            scene = self._robot.observe()
-            return state.robot, scene.objects, scene.held
-        except SkillError as error:
-            raise InputError(error.message) from None
-        return replace(state.robot, q=truth.q), truth.objects.values(), truth.held
+        self._sent = frame.qpos
+        self._on_frame(frame)
 
 
-def _put(item: ObjectTruth | DetectedObject, qpos: Array, model: mujoco.MjModel, bodies: Sequence[int]) -> None:
-    """Write where an object is into a model's positions."""
-    addresses = [int(model.jnt_qposadr[model.body_jntadr[body]]) for body in bodies]
-    if item.grains:
-        for address, xyz in zip(addresses, item.grains, strict=False):
-            qpos[address : address + 3] = xyz
-        return
-    if addresses:
-        x, y, z, w = item.pose.quat_xyzw
-        qpos[addresses[0] : addresses[0] + 7] = [*item.pose.xyz, w, x, y, z]
-    if item.opening is not None and len(addresses) > 1:
-        qpos[addresses[1]] = item.opening
+class _Told:
+    """Draws the sim's task as the sim says that it truly is."""
+
+    told = True
+
+    def __init__(self, session: RemoteWorkcell) -> None:
+        self._robot = session.robot
+        self.scene = _scene(session)
+        self.world: World = build_world(self.scene, load_robot(self.scene.robot_urdf, self.scene.robot_config))
+
+    def frame(self, state: State) -> Frame:
+        truth = self._robot.truth()
+        # Robot and objects of one moment.
+        seen = replace(state.robot, q=truth.q)
+        qpos = frozen_array(standing(self.world, truth.objects.values(), seen))
+        return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
+
+
+class _Believed:
+    """Draws what the sim's perception sees, where nobody knows or tells the truth."""
+
+    told = False
+
+    def __init__(self, session: RemoteWorkcell) -> None:
+        self._robot = session.robot
+        self.scene = session.task.scene
+        self._believed = BelievedWorld(self.scene, session.observe())
+
+    @property
+    def world(self) -> World:
+        return self._believed.world
+
+    def frame(self, state: State) -> Frame:
+        return self._believed.frame(self._robot.observe(), state.robot)
+
+
+def _drawn(session: RemoteWorkcell) -> _Told | _Believed:
+    """Return what draws a sim's world.
+
+    Raises:
+        InputError: The sim's robot is in files that this machine does not have.
+    """
+    try:
+        return _Told(session) if session.judgeable else _Believed(session)
+    except InputError as error:
+        raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
+
+
+def _scene(session: RemoteWorkcell) -> Scene:
+    """Return the task's scene, with sizes and colours as the sim has drawn them for its seed where it tells."""
+    scene = session.task.scene
+    if not session.judgeable:
+        return scene
+    there = session.robot.truth().objects
+    objects = tuple(
+        item.model_copy(update={"rgba": there[item.id].rgba, "size": item.size if item.mesh else there[item.id].size})
+        if item.id in there
+        else item
+        for item in scene.objects
+    )
+    return scene.model_copy(update={"objects": objects})

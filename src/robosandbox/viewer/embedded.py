@@ -8,16 +8,18 @@ import time
 from collections.abc import Callable
 
 from robosandbox.agent.pace import Pace
-from robosandbox.drivers import come_to_rest
+from robosandbox.drivers import come_to_rest, require
 from robosandbox.errors import RoboSandboxError, SkillError
 from robosandbox.service.server.studio import Studio, View
 from robosandbox.service.server.worker import Worker
-from robosandbox.sim.modelled import Modelled, modelled
+from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.world import World
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.task import Task
+from robosandbox.viewer.believed import BelievedWorld
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
-from robosandbox.viewer.teleop import SimTeleop
+from robosandbox.viewer.teleop import EmbeddedTeleop
 
 _log = logging.getLogger(__name__)
 # Seconds to wait for what runs to stop. Chosen: a motion stops within 0.15 s (docs/measured.md), a plan may take longer.
@@ -39,9 +41,8 @@ class EmbeddedSource:
     def __init__(self, session: EmbeddedWorkcell, reopen: Open) -> None:
         self._session = session
         self._open = reopen
-        self._sim = _drawn(session)
-        self._worker = Worker(self._sim, "fast")
-        self._studio = Studio(self._sim, self._worker.read, "viewer")
+        self._worker = Worker(session.sim, "fast")
+        self._studio = Studio(session.sim, self._worker.read, "viewer")
         self._on_frame: OnFrame = lambda frame: None
         self._due = 0.0
         self._adopt(session)
@@ -54,14 +55,7 @@ class EmbeddedSource:
     @property
     def blueprint(self) -> Blueprint:
         """What is to be drawn."""
-        sim = self._sim
-        return Blueprint(
-            model=sim.model,
-            robot=sim.robot,
-            names=sim.body_names,
-            object_bodies=sim.object_bodies,
-            scene=sim.scene,
-        )
+        return Blueprint.of(self._drawn.world)
 
     @property
     def title(self) -> str:
@@ -74,9 +68,9 @@ class EmbeddedSource:
         return self._studio.frames
 
     @property
-    def teleop(self) -> SimTeleop:
+    def teleop(self) -> EmbeddedTeleop:
         """Moves things by hand."""
-        return SimTeleop(self._session, self._send)
+        return EmbeddedTeleop(self._session, self._send)
 
     def start(self, on_frame: OnFrame, on_elsewhere: OnElsewhere) -> None:
         """Begin; nobody else changes a world of this process."""
@@ -117,12 +111,13 @@ class EmbeddedSource:
 
     def load(self, task: Task | str, robot: str | None) -> None:
         """Load another task; for jobs."""
+        require(self._session.sim, "reset", "loading another task does that")
         session = self._open(task, robot)
         before = self._session
         with self._studio.lock:
             self._adopt(session)
-            self._worker.exchange(self._sim)
-            self._studio.exchange(self._sim)
+            self._worker.exchange(session.sim)
+            self._studio.exchange(session.sim)
         before.close()
 
     def adopt(self) -> None:
@@ -155,9 +150,10 @@ class EmbeddedSource:
 
     def _adopt(self, session: EmbeddedWorkcell) -> None:
         self._session = session
-        self._sim = _drawn(session)
-        self._sim.subscribe(Pace(self._sim))
-        self._sim.subscribe(self._between_ticks)
+        sim = session.sim
+        self._drawn: _Simulated | _Believed = _Simulated(sim) if isinstance(sim, Modelled) else _Believed(session)
+        sim.subscribe(Pace(sim))
+        sim.subscribe(self._between_ticks)
 
     def _between_ticks(self) -> None:
         now = time.monotonic()
@@ -167,12 +163,38 @@ class EmbeddedSource:
             self._send()
 
     def _send(self) -> None:
+        self._on_frame(self._drawn.frame())
+
+
+class _Simulated:
+    """Draws a world that is simulated with a model, as it truly is."""
+
+    def __init__(self, sim: Modelled) -> None:
+        self._sim = sim
+
+    @property
+    def world(self) -> World:
+        return self._sim.world
+
+    def frame(self) -> Frame:
         sim = self._sim
         state = sim.snapshot()
         # A state begins with the time, and positions come next.
         qpos = state[1 : 1 + sim.model.nq]
-        self._on_frame(Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state))
+        return Frame(model=sim.model, seen=sim.state(), held=sim.held(), qpos=qpos, state=state)
 
 
-def _drawn(session: EmbeddedWorkcell) -> Modelled:
-    return modelled(session.sim, "the viewer draws it")
+class _Believed:
+    """Draws what perception saw last, in a world of which nothing else is known."""
+
+    def __init__(self, session: EmbeddedWorkcell) -> None:
+        self._session = session
+        self._believed = BelievedWorld(session.task.scene, session.observe())
+
+    @property
+    def world(self) -> World:
+        return self._believed.world
+
+    def frame(self) -> Frame:
+        seen = self._session.ctx.seen
+        return self._believed.frame(seen or self._session.observe(), self._session.sim.state())

@@ -135,9 +135,9 @@ class Operator:
         """Start over with a seed's layout."""
 
         def job() -> None:
-            way = self._work.checkpoint()
+            way = self._way_back()
             self._work.reset(seed)
-            self._ways.append((f"reset to seed {seed}", way))
+            self._remember(f"reset to seed {seed}", way)
             self.source.relook()
             self.tell(Went(f"seed {seed}"))
 
@@ -178,8 +178,7 @@ class Operator:
         """Move something by hand; return whether it was begun, which it is not while something else is under way."""
 
         def moved() -> None:
-            way = self._work.checkpoint()
-            self._ways.append((what, way))
+            self._remember(what, self._way_back())
             job()
 
         return self._begin(Doing.MOVING, what, moved, quiet=True)
@@ -209,7 +208,7 @@ class Operator:
 
     def _episode(self, what: str, order: Any, carry_out: Callable[[Any], Episode]) -> None:
         work = self._work
-        self._ways.append((what, work.checkpoint()))
+        self._remember(what, self._way_back())
         with work.ctx.goal():
             if self._stop.is_set():
                 # A goal forgets what was cancelled before it began.
@@ -218,6 +217,17 @@ class Operator:
         if not episode.success:
             self.source.settle()
         self.tell(Finished(episode, self._verdict(episode)))
+
+    def _way_back(self) -> Any | None:
+        """Return the way back to now; None where the world cannot be copied."""
+        try:
+            return self._work.checkpoint()
+        except UnsupportedError:
+            return None
+
+    def _remember(self, what: str, way: Any | None) -> None:
+        if way is not None:
+            self._ways.append((what, way))
 
     def _verdict(self, episode: Episode) -> Verdict | None:
         """Judge the task by its own prompt's outcome; None where that is not known, or was not waited for."""

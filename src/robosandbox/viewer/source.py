@@ -11,6 +11,7 @@ import numpy as np
 
 from robosandbox.robots.robot import Robot
 from robosandbox.service.messages import Picture
+from robosandbox.sim.world import World
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell
 from robosandbox.types import Array, Observation, ObservedScene, Pose, Scene
@@ -52,6 +53,17 @@ class Blueprint:
     names: Sequence[str]
     object_bodies: Mapping[str, int]
     scene: Scene
+
+    @classmethod
+    def of(cls, world: World) -> Blueprint:
+        """Return what of a compiled world is drawn."""
+        return cls(
+            model=world.model,
+            robot=world.robot,
+            names=world.names,
+            object_bodies=world.object_bodies,
+            scene=world.scene,
+        )
 
     def turns(self, index: int) -> bool:
         """Tell whether an arm joint, by its place in `robot.joints`, turns; else it slides."""
@@ -99,7 +111,7 @@ class WorldSource(Protocol):
 
     @property
     def blueprint(self) -> Blueprint:
-        """What is to be drawn; another one after `load`."""
+        """What is to be drawn; another one after `load`, or when something else is believed: frames tell of which model they are."""
         ...
 
     @property

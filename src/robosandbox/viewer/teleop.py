@@ -1,4 +1,4 @@
-"""Teleoperation of a world in this process: objects are placed elsewhere, the TCP is jogged."""
+"""Teleoperation of a workcell in this process: the TCP is jogged, and objects are placed elsewhere where they are simulated."""
 
 from __future__ import annotations
 
@@ -8,7 +8,8 @@ import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
-from robosandbox.sim.modelled import modelled
+from robosandbox.protocols import Simulated
+from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.types import Pose
 
@@ -22,8 +23,8 @@ _STILL = 0.005  # Speed, m/s, of a thing that lies still. Chosen.
 _INSIDE = 0.001  # Metres of overlap that are no touch. Chosen.
 
 
-class SimTeleop:
-    """Moves things in a session's world; for the world's thread.
+class EmbeddedTeleop:
+    """Moves a session's arm, and the things of a simulated world; for the world's thread.
 
     Args:
         session: The loaded task.
@@ -32,7 +33,7 @@ class SimTeleop:
 
     def __init__(self, session: EmbeddedWorkcell, shown: Callable[[], None]) -> None:
         self._session = session
-        self._sim = modelled(session.sim, "things are put elsewhere in it by hand")
+        self._sim = session.sim
         self._shown = shown
 
     def place(self, object_id: str, pose: Pose) -> None:
@@ -40,8 +41,10 @@ class SimTeleop:
 
         Raises:
             InputError: It would be inside something; it then stays where it was.
+            UnsupportedError: The world is none that can be changed by hand.
         """
-        sim, model = self._sim, self._sim.model
+        sim = self._simulation
+        model = sim.model
         body = sim.object_bodies[object_id]
         state = sim.snapshot()
         # A state is the time, all positions, all velocities, and more; an object's are those of its free joint.
@@ -62,7 +65,7 @@ class SimTeleop:
 
     def let_go(self) -> None:
         """Let time pass until all objects lie still, for a few seconds at most."""
-        sim = self._sim
+        sim = self._simulation
         give_up = sim.time + _FALL_SECONDS
         with self._session.ctx.goal():
             while sim.time < give_up:
@@ -80,11 +83,7 @@ class SimTeleop:
         ctx, sim = self._session.ctx, self._sim
         scene = ctx.look()
         ctx.motion.use(ctx.planning(scene), sim.state(), held=scene.held)
-        # What is touched already must not keep the arm from moving on, or away.
-        touched = {other for _, other in sim.arm_contacts()}
-        if scene.held:
-            touched |= {scene.held, *sim.truth().objects[scene.held].contacts}
-        ctx.motion.allow(*touched)
+        ctx.motion.allow(*self._touched(scene.held))
         seen = sim.state()
         goal = Pose.from_matrix(seen.tcp_pose.position + change.position, seen.tcp_pose.rotation @ change.rotation)
         with ctx.goal():
@@ -103,3 +102,17 @@ class SimTeleop:
         sim.set_gripper(1.0 if closed else 0.0)
         with self._session.ctx.goal():
             sim.wait(_GRIP_SECONDS)
+
+    @property
+    def _simulation(self) -> Modelled:
+        return modelled(self._sim, "things are put elsewhere in it by hand")
+
+    def _touched(self, held: str | None) -> set[str]:
+        """Return what is known to be touched already, which must not keep the arm from moving on, or away."""
+        sim = self._sim
+        touched = {held} if held is not None else set()
+        if sim.capabilities.contact == "named":
+            touched |= {other for _, other in sim.arm_contacts()}
+        if held is not None and isinstance(sim, Simulated):
+            touched |= set(sim.truth().objects[held].contacts)
+        return touched

@@ -262,7 +262,7 @@ class SimServer:
         message = request.message(Load)
         if (message.task is None) == (message.document is None):
             raise _wrong("task", "give a task's name or a document, one of the two")
-        require(self._served.sim, "reset", "load starts another task in it; start the sim with that task")
+        require(self._served.sim, "reset", "loading another task does that")
 
         def load() -> TrueState:
             self._changes.check()

@@ -141,7 +141,8 @@ def strip(recording: Recording, lanes: tuple[Lane, ...]) -> str:
     for index, lane in enumerate(lanes):
         values = recording.values[:, index]
         top = _nice(max(lane.most, float(values.max(initial=0.0))))
-        now = f"{number(float(values[-1]), 1)} {lane.unit}" if len(values) else "–"
+        known = len(values) and np.isfinite(values[-1])
+        now = f"{number(float(values[-1]), 1)} {lane.unit}" if known else "–"
         curve = _curve(recording.seconds - begin, values, span, top, COLOURS[lane.colour], bands)
         rows.append(_row(lane.name, now, curve, f"{top:g} {lane.unit}"))
     rows.append(_row("Simulated time", f"{number(end, 2)} s", f'<div class="axis">{_ticks(span)}</div>', ""))

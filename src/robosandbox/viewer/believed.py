@@ -1,0 +1,49 @@
+"""A world that nobody simulates, drawn as it is believed to be: the planning model, its robot where the encoders say it is."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from robosandbox.motion.planning_scene import PlanningScenes
+from robosandbox.motion.twin import standing
+from robosandbox.sim.world import World
+from robosandbox.types import DetectedObject, Observation, ObservedScene, Pose, Scene, frozen_array
+from robosandbox.viewer.source import Frame
+
+
+class BelievedWorld:
+    """Makes frames of what perception believes; the model is another one where other objects or sizes are believed.
+
+    Args:
+        scene: Names robot and table, and says of objects what no camera shows.
+        seen: What perception saw first.
+
+    Attributes:
+        world: The model of the last frame.
+    """
+
+    def __init__(self, scene: Scene, seen: ObservedScene) -> None:
+        self._scenes = PlanningScenes.exact(scene)
+        self._seen = seen
+        self._tcp_when_seen: Pose | None = None
+        self.world: World = self._scenes.world_of(seen)
+
+    def frame(self, seen: ObservedScene, state: Observation) -> Frame:
+        """Return what is believed as a frame of `world`.
+
+        Args:
+            seen: What perception saw last.
+            state: How the robot stands now; what it held then has moved with the hand.
+        """
+        if seen.time != self._seen.time or self._tcp_when_seen is None:
+            self._tcp_when_seen = state.tcp_pose
+        self._seen = seen
+        self.world = self._scenes.world_of(seen)
+        moved = state.tcp_pose @ self._tcp_when_seen.inverse()
+        objects = [_carried(item, moved) if item.id == seen.held else item for item in seen.objects]
+        qpos = frozen_array(standing(self.world, objects, state))
+        return Frame(model=self.world.model, seen=state, held=seen.held, qpos=qpos)
+
+
+def _carried(item: DetectedObject, moved: Pose) -> DetectedObject:
+    return replace(item, pose=moved @ item.pose)
