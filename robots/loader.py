@@ -51,6 +51,7 @@ class RobotModel:
         workspace: What it reaches over a table.
         tool_bounds: (x_min, x_max, y_min, y_max) of its last link about the TCP; of use to an arm without a gripper.
         notes: What the import repaired, added or left out, in sentences.
+        options: The solver that its file asks for, as a spec that holds nothing else; None for the one that grasping needs.
         files: Its model and sidecar, if it has a sidecar of its own; None for a bundled or an inferred one.
     """
 
@@ -66,6 +67,7 @@ class RobotModel:
     workspace: Workspace
     tool_bounds: tuple[float, float, float, float]
     notes: tuple[str, ...] = ()
+    options: mujoco.MjSpec | None = None
     files: RobotFiles | None = None
 
     @property
@@ -163,7 +165,7 @@ def _load(
 ) -> RobotModel:
     del model_stamp, config_stamp  # part of the cache key: an edited file is read again
     given = load_yaml_model(config, Sidecar) if config else None
-    imported = import_model(path, package_paths)
+    imported = import_model(path, package_paths, as_in_file=given is not None and given.physics == "as_in_file")
     if given is None and (known := known_sidecar(imported)) is not None:
         shipped = _on_table(known[1], table_height)
         try:
@@ -216,13 +218,19 @@ def load_with(
         sidecar = apply_roles(given, imported)
         model = compile_spec(imported.spec, imported.path.name)
         keep_arm(imported, model, sidecar.arm.joints)
-        if sidecar.gripper:
-            refine_fingers(imported, sidecar.gripper.joints)
-        else:
-            ensure_solid_tool(imported, sidecar.arm.joints[-1])
+        if imported.options is None:
+            _fit_tool(imported, sidecar)
     except InputError as error:
         raise InputError(f"{config.name}: {error}") from None
     return measure(imported, sidecar, config.name, table_height=table_height)
+
+
+def _fit_tool(imported: ImportedModel, sidecar: Sidecar) -> None:
+    """Make what touches things fit to hold or push them."""
+    if sidecar.gripper:
+        refine_fingers(imported, sidecar.gripper.joints)
+    else:
+        ensure_solid_tool(imported, sidecar.arm.joints[-1])
 
 
 def measure(
@@ -248,7 +256,7 @@ def measure(
     spec, path = imported.spec, imported.path
     try:
         tcp_site = _place_tcp(spec, sidecar)
-        if sidecar.gripper:
+        if sidecar.gripper and imported.options is None:
             fit_grip(imported, sidecar.gripper, tcp_site)
         model = compile_spec(spec, path.name)
         check_home(sidecar, model)
@@ -271,6 +279,7 @@ def measure(
         workspace=found.workspace,
         tool_bounds=found.tool_bounds,
         notes=tuple(imported.notes),
+        options=imported.options,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -161,10 +161,16 @@ class BasePose(StrictModel):
 
 
 class Sidecar(StrictModel):
-    """Roles of a robot's elements: arm, gripper, TCP, base; and what this robot may never do."""
+    """Roles of a robot's elements: arm, gripper, TCP, base; what this robot may never do; and whose its physics are.
+
+    Attributes:
+        physics: "fitted" lets loading make servos, hold the arm's own weight and fit fingers and solver to grasping;
+            "as_in_file" keeps every value of the model's file but the time step.
+    """
 
     arm: ArmRoles
     gripper: GripperRoles | None = None
     ee_site: EeSite
     base_pose: BasePose = BasePose()
     limits: Limits | None = None
+    physics: Literal["fitted", "as_in_file"] = "fitted"

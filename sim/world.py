@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
-from robosandbox.robots.importers.imported import copy_options
+from robosandbox.robots.importers.imported import copy_options, copy_physics
 from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
@@ -78,6 +78,9 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
     spec = mujoco.MjSpec()
     spec.modelname = "robosandbox"
     _set_options(spec)
+    if robot_model.options is not None:
+        copy_physics(spec, robot_model.options)
+        spec.option.timestep = PHYSICS_TIMESTEP
     _add_room(spec, scene.table_height)
     if board is not None:
         board.lay(spec, scene.table_height)

@@ -11,8 +11,9 @@ from written_arms import written
 
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
+from robosandbox.errors import InputError
 from robosandbox.robots.check.changes import changes, compile_file, table
-from robosandbox.robots.loader import RobotModel, load_robot
+from robosandbox.robots.loader import TCP_SITE, RobotModel, load_robot
 from robosandbox.sim.world import ROBOT_PREFIX, build_world
 from robosandbox.types import Scene
 
@@ -80,3 +81,25 @@ def test_command_prints_a_table_or_a_document(tmp_path, capsys):
     )
     rows = json.loads(capsys.readouterr().out)["changes"]
     assert {"element", "name", "field", "file", "loaded", "derived"} == set(rows[0])
+
+
+def as_in_file(name, tmp_path):
+    model, sidecar = written(name, tmp_path)
+    sidecar.write_text(sidecar.read_text(encoding="utf-8") + "\nphysics: as_in_file\n", encoding="utf-8")
+    return model, sidecar
+
+
+def test_physics_as_in_the_file_are_kept(tmp_path):
+    model, sidecar = as_in_file("ur5e", tmp_path)
+    world = build_world(Scene(robot_urdf=model, robot_config=sidecar), load_robot(model, sidecar)).model
+    found = [item for item in changes(compile_file(model), world, prefix=ROBOT_PREFIX) if not item.is_derived]
+    # What the file has differs in where the base stands; what is added is the hand and the point that is moved.
+    assert {item.field for item in found if item.file or item.field != "present"} == {"body_pos"}
+    added = [item.name for item in found if not item.file and item.field == "present"]
+    assert all("gripper/" in name or name == TCP_SITE for name in added)
+
+
+def test_physics_of_a_file_that_drives_nothing_cannot_be_kept(tmp_path):
+    model, sidecar = as_in_file("toy", tmp_path)
+    with pytest.raises(InputError, match=r"physics: as_in_file keeps .* has no actuator; leave the field out"):
+        load_robot(model, sidecar)

@@ -44,6 +44,8 @@ class ImportedModel:
         made_actuators: Actuators that the file does not have.
         disabled_pairs: Pairs of links that the SRDF lets touch.
         choices: Names of the trees that were there to choose from, the chosen one first.
+        options: What the file says of the solver, as a spec that holds nothing else, where loading is to change no physics;
+            None where loading fits the model.
     """
 
     name: str
@@ -55,6 +57,7 @@ class ImportedModel:
     made_actuators: set[str] = field(default_factory=set)
     disabled_pairs: list[tuple[str, str]] = field(default_factory=list)
     choices: tuple[str, ...] = ()
+    options: mujoco.MjSpec | None = None
 
 
 def compile_spec(spec: mujoco.MjSpec, source: str) -> mujoco.MjModel:
@@ -106,11 +109,20 @@ def _check_most(model: mujoco.MjModel, source: str, kind: str, name: str, most: 
 
 def copy_options(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
     """Give a spec another's physics options and camera depths; MuJoCo warns of differences when it attaches one to the other."""
-    for mine, theirs in ((spec.option, source.option), (spec.visual.map, source.visual.map)):
-        for name in dir(theirs):
-            if not name.startswith("_") and not callable(getattr(theirs, name)):
-                setattr(mine, name, getattr(theirs, name))
+    copy_physics(spec, source)
+    _copy_fields(spec.visual.map, source.visual.map)
     spec.njmax, spec.nconmax = source.njmax, source.nconmax
+
+
+def copy_physics(spec: mujoco.MjSpec, source: mujoco.MjSpec) -> None:
+    """Give a spec another's physics options."""
+    _copy_fields(spec.option, source.option)
+
+
+def _copy_fields(mine: object, theirs: object) -> None:
+    for name in dir(theirs):
+        if not name.startswith("_") and not callable(getattr(theirs, name)):
+            setattr(mine, name, getattr(theirs, name))
 
 
 def put_scalar(element: Any, field: str, value: float) -> None:

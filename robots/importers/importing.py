@@ -25,20 +25,29 @@ _OFTEN = 0.5
 _FREE = 0.25  # Share of them that must be free of contact, so that the arm can work. Chosen.
 
 
-def import_model(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel:
+def import_model(path: Path, package_paths: Iterable[Path] = (), *, as_in_file: bool = False) -> ImportedModel:
     """Read a URDF or MJCF into a robot that moves.
 
     Args:
         path: The file; its root element says which of the two it is.
         package_paths: Where package:// names are looked up, before ROS_PACKAGE_PATH.
+        as_in_file: Whether its physics stay what the file says: its servos, contacts, gravity and solver.
 
     Raises:
-        InputError: The file is wrong or names one that is not there; the message says which element.
+        InputError: The file is wrong or names one that is not there; the message says which element. Or its physics are to
+            stay as they are, and nothing in it drives a joint.
     """
     is_urdf = _is_urdf(read_xml(path))
-    imported = import_urdf(path, package_paths) if is_urdf else import_mjcf(path, package_paths)
+    imported = import_urdf(path, package_paths) if is_urdf else import_mjcf(path, package_paths, as_in_file=as_in_file)
     if not len(imported.spec.joints):
         raise InputError(f"{path.name}: has no joint that moves; a robot needs one")
+    if as_in_file:
+        if not len(imported.spec.actuators):
+            raise InputError(
+                f"physics: as_in_file keeps {path.name} as it is, and it has no actuator; leave the field out, and loading "
+                "makes servos"
+            )
+        return imported
     ensure_solid(imported)
     ensure_servos(imported)
     compensate_gravity(imported.spec)

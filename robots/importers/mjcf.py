@@ -15,7 +15,7 @@ import numpy as np
 from robosandbox.errors import InputError
 from robosandbox.robots.importers import inertia
 from robosandbox.robots.importers.files import ModelFiles, is_file, read_xml
-from robosandbox.robots.importers.imported import ImportedModel, compile_spec, copy_options, one_line
+from robosandbox.robots.importers.imported import ImportedModel, compile_spec, copy_options, copy_physics, one_line
 
 _MAX_FILES = 100  # Number of files that a model includes. Chosen.
 _MAX_REPLICAS = 1000  # Number of copies that <replicate> makes. Chosen.
@@ -31,12 +31,13 @@ _ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
-def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel:
+def import_mjcf(path: Path, package_paths: Iterable[Path] = (), *, as_in_file: bool = False) -> ImportedModel:
     """Read an MJCF's robot.
 
     Args:
         path: The file.
         package_paths: Folders outside the model's own that it may read from.
+        as_in_file: Whether what it says of the solver is kept.
 
     Raises:
         InputError: The file is wrong, names a file that is not there, or holds no robot.
@@ -64,6 +65,9 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = ()) -> ImportedModel
     _read_keyframes(model, compiled)
     _bake_inertias(model, compiled)
     _drop_scene(model)
+    if as_in_file:
+        model.options = mujoco.MjSpec()
+        copy_physics(model.options, spec)
     _isolate(spec)
     return model
 

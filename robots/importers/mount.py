@@ -28,7 +28,7 @@ def mount(
     Raises:
         InputError: A file is wrong, or the body or site is not there.
     """
-    gripper = import_model(model, package_paths)
+    gripper = import_model(model, package_paths, as_in_file=arm.options is not None)
     spec = arm.spec
     copy_options(gripper.spec, spec)
     x, y, z, w = attachment.quat_xyzw
@@ -58,7 +58,8 @@ def mount(
         spec.attach(gripper.spec, prefix=GRIPPER_PREFIX, frame=frame)
     arm.made_actuators |= {GRIPPER_PREFIX + name for name in gripper.made_actuators}
     arm.notes += [f"gripper: {note}" for note in gripper.notes]
-    let_mounted_touch(arm, GRIPPER_PREFIX)
+    if arm.options is None:
+        let_mounted_touch(arm, GRIPPER_PREFIX)
     return arm
 
 
