@@ -13,12 +13,16 @@ BOUNDS = {"minimum": ">=", "exclusiveMinimum": ">", "maximum": "<=", "exclusiveM
 
 def signature(skill: Skill[Any]) -> str:
     """Return a skill's name and arguments, as in `push(object, direction: forward|back|left|right, distance > 0 = 0.1)`."""
-    schema = skill.schema
+    return form(skill.name, skill.schema)
+
+
+def form(name: str, schema: Mapping[str, Any]) -> str:
+    """Return the same of anything that has a name and a JSON schema."""
     required = set(schema.get("required", ()))
     arguments = [
-        _argument(name, field, optional=name not in required) for name, field in schema.get("properties", {}).items()
+        _argument(field, given, optional=field not in required) for field, given in schema.get("properties", {}).items()
     ]
-    return f"{skill.name}({', '.join(arguments)})"
+    return f"{name}({', '.join(arguments)})"
 
 
 def bounds(field: Mapping[str, Any]) -> list[str]:

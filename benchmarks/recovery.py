@@ -137,7 +137,7 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
         meter = ContactMeter(session.sim)
         ends = [session.sim.subscribe(meter)]
         session.agent.listeners.append(lambda event: _expect(meter, event))
-        ends += _arm(session, perturbation)
+        ends += arm(session, perturbation)
         begin = time.process_time()
         episode = session.run()
         cpu, secs = time.process_time() - begin, session.sim.time
@@ -173,7 +173,7 @@ def _expect(meter: ContactMeter, event: object) -> None:
         meter.intended = {value for value in event.call.arguments.values() if isinstance(value, str)}
 
 
-def _arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[[], None]]:
+def arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[[], None]]:
     """Let the fault begin at its moment."""
     if perturbation.fault is None:
         return []

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Annotated, Any
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import Field, ValidationError
 
 from robosandbox.agent.llm.correction import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, as_call
+from robosandbox.agent.tools import RefuseArguments
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
@@ -17,23 +17,6 @@ from robosandbox.world.verifier import MAX_STEPS, verify
 
 PLAN = "plan"
 REFUSE = "refuse"
-_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
-
-
-class RefusalAnswer(StrictModel):
-    """What `refuse` takes."""
-
-    code: RefusalCode
-    message: Annotated[str, Field(min_length=1, max_length=600)]
-    candidates: Annotated[tuple[str, ...], Field(max_length=50)] = ()
-
-    @field_validator("message")
-    @classmethod
-    def _message_is_printable(cls, value: str) -> str:
-        text = _UNPRINTABLE.sub(" ", value).strip()
-        if not text:
-            raise ValueError("says nothing")
-        return text
 
 
 class StepAnswer(StrictModel):
@@ -69,7 +52,7 @@ def answer_tools(
             "additionalProperties": False,
         }
         for skill in skills
-        if (arguments := _arguments(skill, scene)) is not None
+        if (arguments := skill_arguments(skill, scene)) is not None
     ]
     if not variants and scene is not None:
         return answer_tools(skills, max_steps=max_steps)
@@ -141,7 +124,7 @@ def _with_plain_steps(data: Any) -> Any:
 
 def _refusal(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Refusal:
     try:
-        answer = RefusalAnswer.model_validate(data)
+        answer = RefuseArguments.model_validate(data)
     except ValidationError as error:
         raise MisuseError(correction(f"`{REFUSE}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     known = {*(item.id for item in scene.objects), *(skill.name for skill in skills)}
@@ -159,7 +142,7 @@ def _told(error: ValidationError) -> str:
     return "; ".join(lines[:5])[:1000]
 
 
-def _arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
+def skill_arguments(skill: Skill[Any], scene: ObservedScene | None) -> dict[str, Any] | None:
     """Return a skill's schema with the ids that fit each argument; None where no object fits one."""
     schema = dict(skill.schema)
     fields: dict[str, Any] = {name: dict(field) for name, field in schema.get("properties", {}).items()}

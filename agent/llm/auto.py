@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from robosandbox.agent.course import Course, Desk, Finished, PlannedCourse, Report, begin
 from robosandbox.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
 
@@ -32,3 +33,37 @@ class AutoPlanner:
             return answer
         self._handed_over = prompt
         return self._second.plan(prompt, scene, history)
+
+
+class AutoDirector(AutoPlanner):
+    """The same with a second planner that acts call by call.
+
+    Args:
+        first: Quick and certain.
+        second: Slower, understands more, and can begin a course.
+    """
+
+    def begin(self, prompt: str, desk: Desk) -> Course:
+        """Return the course for a prompt."""
+        return _AutoCourse(self._first, lambda: begin(self._second, prompt, desk), prompt)
+
+
+class _AutoCourse:
+    """The first planner's course, or the second's where the first refuses and is not sure."""
+
+    def __init__(self, first: Planner, second: Callable[[], Course], prompt: str) -> None:
+        self._course: Course = PlannedCourse(first, prompt)
+        self._second = second
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether it is asked again after a plan that succeeded."""
+        return self._course.goes_on
+
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+        """Return what to carry out now."""
+        answer = self._course.next(scene, report)
+        if report is not None or not isinstance(answer, Refusal) or answer.sure:
+            return answer
+        self._course = self._second()
+        return self._course.next(scene, None)

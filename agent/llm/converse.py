@@ -10,14 +10,13 @@ from pydantic_ai.messages import (
     ModelMessage,
     ModelRequest,
     ModelRequestPart,
-    ModelResponse,
-    ToolCallPart,
-    ToolReturnPart,
     UserContent,
     UserPromptPart,
 )
 
+from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
+from robosandbox.agent.llm.endpoint import correction
 from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool, find_answer
 from robosandbox.agent.llm.modes import KnownModes, Mode
 from robosandbox.agent.llm.service import ModeRefusedError, Service, run_apart
@@ -46,7 +45,14 @@ class Question(Generic[AnswerT]):
     read: Callable[[Call], AnswerT]
 
 
-def converse(settings: LLMSettings, player: Player | None, modes: KnownModes, question: Question[AnswerT]) -> AnswerT:
+def converse(
+    settings: LLMSettings,
+    player: Player | None,
+    modes: KnownModes,
+    question: Question[AnswerT],
+    *,
+    budgets: Sequence[Budget],
+) -> AnswerT:
     """Return the first answer of a model that can be used, in at most `settings.max_turns` turns.
 
     Args:
@@ -54,20 +60,25 @@ def converse(settings: LLMSettings, player: Player | None, modes: KnownModes, qu
         player: A cassette to answer from in place of the endpoint.
         modes: What is known of endpoints; what is learnt is added.
         question: What to ask.
+        budgets: What may be spent, and what has been.
 
     Raises:
         PlannerUnavailableError: The service does not answer.
         PlannerAnswerError: It answers with nothing usable.
         InputError: The service does not know the model or the key.
     """
-    return run_apart(_turns(settings, player, modes, question))
+    return run_apart(_turns(settings, player, modes, question, budgets))
 
 
 async def _turns(
-    settings: LLMSettings, player: Player | None, modes: KnownModes, question: Question[AnswerT]
+    settings: LLMSettings,
+    player: Player | None,
+    modes: KnownModes,
+    question: Question[AnswerT],
+    budgets: Sequence[Budget],
 ) -> AnswerT:
     reason = ""
-    async with Service(settings, player) as service:
+    async with Service(settings, player, budgets) as service:
         mode = modes.best(settings, service.url)
         said: list[ModelMessage] = []
         turn = 0
@@ -94,7 +105,7 @@ async def _turns(
                     # A server that was to hold the model to a form, and did not, is asked in the next way.
                     mode, said = later, []
                     continue
-                said += [response, _request(_correction(response, reason), question, mode)]
+                said += [response, _request(correction(response, reason), question, mode)]
     raise PlannerAnswerError(
         f"{settings.model}: no usable answer in {settings.max_turns} turns; the last one: {reason[:600]}"
     )
@@ -102,11 +113,3 @@ async def _turns(
 
 def _request(parts: Sequence[ModelRequestPart], question: Question[AnswerT], mode: Mode) -> ModelRequest:
     return ModelRequest(parts=parts, instructions=question.instructions(mode))
-
-
-def _correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
-    """Return the reply to a misused answer: a result for each of its tool calls, as the protocol asks."""
-    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
-    if not calls:
-        return [UserPromptPart(content=reason)]
-    return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]

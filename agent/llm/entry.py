@@ -2,24 +2,39 @@
 
 from __future__ import annotations
 
+import inspect
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from robosandbox.agent.llm.settings import LLMSettings, Picture, Service
+from robosandbox.agent.course import Director
+from robosandbox.agent.llm.budget import OPTIONS, read_limits
+from robosandbox.agent.llm.settings import LLMSettings, Mode, Picture, Service
 from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
 from robosandbox.protocols import Planner, Skill
-from robosandbox.world.verifier import MAX_STEPS
 
 if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner
     from robosandbox.agent.llm.pointing import PointingPerception
 
 
+def _with_limits(factory: Callable[..., Made]) -> Callable[..., Made]:
+    """Give a function that takes `**limits` a signature in which each limit is named, for whoever checks options by it."""
+    kept = inspect.signature(factory)
+    named = [item for item in kept.parameters.values() if item.kind is not inspect.Parameter.VAR_KEYWORD]
+    limits = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation="float | None")
+        for name in OPTIONS
+    ]
+    factory.__signature__ = kept.replace(parameters=[*named, *limits])  # type: ignore[attr-defined]
+    return factory
+
+
+@_with_limits
 def with_model(
     service: Service,
     skills: Sequence[Skill[Any]],
@@ -28,9 +43,9 @@ def with_model(
     base_url: str | None = None,
     cassette: Path | None = None,
     picture: Picture | None = None,
-    time_limit: float = 60.0,
-    max_turns: int = 4,
-    max_steps: int = MAX_STEPS,
+    mode: Mode = "plan",
+    model_limits: Path | None = None,
+    **limits: float | None,
 ) -> LLMPlanner:
     """Return a planner that asks a model.
 
@@ -41,34 +56,49 @@ def with_model(
         base_url: The endpoint, for OpenAI's protocol up to and with `/v1`; the service's own when left out.
         cassette: A file to record exchanges to, or to replay when it exists.
         picture: Takes a camera picture for a model that sees.
-        time_limit: Seconds for a prompt, retries and new plans after failures included.
-        max_turns: Answers asked for per plan, the first included.
-        max_steps: Skill calls in a plan.
+        mode: `plan`: the model gives whole plans; `act`: it acts call by call and is told what came of each.
+        model_limits: A YAML file of limits; ROBOSANDBOX_MODEL_LIMITS when left out.
+        limits: For a prompt `max_turns` (for a plan where it plans), `max_tokens`, `max_cost` in US dollars, `time_limit` in
+            seconds and `max_steps`; for all prompts `session_turns`, `session_tokens`, `session_cost`, `session_seconds`,
+            `session_steps`. One that is not given is read from ROBOSANDBOX_MODEL_MAX_TURNS and so on, then from the file.
 
     Raises:
         InputError: An option is wrong, a key is missing, or the package is not installed.
     """
+    said = read_limits(limits, model_limits)
+    of_a_prompt = _USUAL.get(mode, {}) | {name: value for name, value in said.items() if OPTIONS[name][0] == "prompt"}
     settings = LLMSettings(
         service=service,
         model=model,
         base_url=base_url,
         cassette=cassette,
         picture=picture,
-        time_limit=time_limit,
-        max_turns=max_turns,
-        max_steps=max_steps,
+        mode=mode,
+        session={OPTIONS[name][1]: value for name, value in said.items() if OPTIONS[name][0] == "session"},
+        **of_a_prompt,
     )
     try:
+        if mode == "act":
+            from robosandbox.agent.llm.acting import ActingPlanner
+
+            return ActingPlanner(skills, settings)
         from robosandbox.agent.llm.planner import LLMPlanner
     except ModuleNotFoundError as error:
         raise missing_extra(error, "--planner", "llm") from None
     return LLMPlanner(skills, settings)
 
 
+Made = TypeVar("Made")
+
+# What a prompt may cost where nothing is said. Chosen: a call with its result takes some thousand tokens, as the whole
+# conversation is sent each time, and a task some ten calls.
+_USUAL: dict[Mode, dict[str, Any]] = {"act": {"max_turns": 40, "max_tokens": 400_000, "time_limit": 300.0}}
+
 openai = partial(with_model, "openai")
 anthropic = partial(with_model, "anthropic")
 
 
+@_with_limits
 def auto(
     skills: Sequence[Skill[Any]],
     *,
@@ -76,21 +106,32 @@ def auto(
     base_url: str | None = None,
     cassette: Path | None = None,
     picture: Picture | None = None,
-    time_limit: float = 60.0,
+    mode: Mode = "plan",
+    model_limits: Path | None = None,
     dialogue: bool = False,
+    **limits: float | None,
 ) -> Planner:
     """Return a planner that asks a model only about what the grammar is not sure of; arguments as for `with_model`.
 
     With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
     """
-    from robosandbox.agent.llm.auto import AutoPlanner
+    from robosandbox.agent.llm.auto import AutoDirector, AutoPlanner
     from robosandbox.agent.planner import StubPlanner
 
     service: Service = "anthropic" if model.startswith("claude") and base_url is None else "openai"
     thinker = with_model(
-        service, skills, model=model, base_url=base_url, cassette=cassette, picture=picture, time_limit=time_limit
+        service,
+        skills,
+        model=model,
+        base_url=base_url,
+        cassette=cassette,
+        picture=picture,
+        mode=mode,
+        model_limits=model_limits,
+        **limits,
     )
-    return AutoPlanner(StubPlanner(skills, dialogue=dialogue), thinker)
+    grammar = StubPlanner(skills, dialogue=dialogue)
+    return AutoDirector(grammar, thinker) if isinstance(thinker, Director) else AutoPlanner(grammar, thinker)
 
 
 def vlm(

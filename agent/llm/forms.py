@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,7 +23,18 @@ _THOUGHT_ENDS = re.compile(r"\A.*</(?:think|thinking|thought|reasoning)>", re.DO
 _THOUGHT_BEGINS = re.compile(r"<(?:think|thinking|thought|reasoning)>.*\Z", re.DOTALL | re.IGNORECASE)
 _OPENING = re.compile(r"[{\[]")
 
-_WRAPPERS = ("answer", "response", "output", "result", "function", "function_call", "tool_call", "tool_calls")
+_WRAPPERS = (
+    "answer",
+    "call",
+    "calls",
+    "response",
+    "output",
+    "result",
+    "function",
+    "function_call",
+    "tool_call",
+    "tool_calls",
+)
 _NAME_KEYS = ("name", "tool", "tool_name", "function", "skill", "action")
 _ARGUMENT_KEYS = ("arguments", "args", "parameters", "params", "input")
 # Keys that models write beside a call and that say nothing of what is to be done.
@@ -95,6 +106,58 @@ def find_answer(response: ModelResponse, tools: Sequence[Tool]) -> Call:
     if not values:
         raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; answer with {names} exactly once.")
     raise MisuseError(f"{_quoted(json.dumps(values[0]))} is neither {names}; answer with one of them exactly once.")
+
+
+def find_calls(response: ModelResponse, tools: Sequence[Tool]) -> list[Call]:
+    """Return the tools that a turn of a conversation calls, in order and in whatever form, with their arguments unchecked.
+
+    A call has to name its tool: arguments alone, which are an answer to `find_answer`, fit several.
+
+    Raises:
+        NoAnswerError: There is no JSON in it.
+        MisuseError: It was cut off, is no JSON after all, or calls something else.
+    """
+    if response.finish_reason == "length":
+        raise MisuseError("The answer was cut off; give a shorter one.")
+    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    known = {tool.name for tool in tools}
+    names = ", ".join(f"`{name}`" for name in known)
+    if called:
+        calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in called]
+        unknown = next((call.name for call in calls if call.name not in known), None)
+        if unknown is not None:
+            raise MisuseError(f"There is no tool {unknown[:60]!r}; there is {names}.")
+        return calls
+    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
+    values = json_values(text)
+    found = [calls for value in values if (calls := _named_calls(value, known))]
+    if any(calls != found[0] for calls in found):
+        raise MisuseError(f"There were {len(found)} different answers; give one, with its calls in one list.")
+    if found:
+        return found[0]
+    if not values:
+        raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; call one of {names}.")
+    raise MisuseError(f"{_quoted(json.dumps(values[0]))} calls nothing; call one of {names}.")
+
+
+def _named_calls(value: Any, known: Set[str], wrappers: int = 0) -> list[Call]:
+    """Return the calls that a JSON value writes down with their names; none where one of a list is no call."""
+    if wrappers > _MOST_WRAPPERS:
+        return []
+    if isinstance(value, list):
+        each = [_named_calls(item, known, wrappers + 1) for item in value]
+        return [call for calls in each for call in calls] if all(each) else []
+    if not isinstance(value, dict):
+        return []
+    said = {key: item for key, item in value.items() if key not in _REMARKS}
+    match list(said.items()):
+        case [(key, wrapped)] if key in _WRAPPERS and not isinstance(wrapped, str):
+            return _named_calls(wrapped, known, wrappers + 1)
+        case [(name, arguments)] if name in known:
+            return [Call(name, _unpacked(arguments))]
+        case _:
+            call = as_call(value)
+            return [call] if call is not None and call.name in known else []
 
 
 def as_call(value: Any) -> Call | None:

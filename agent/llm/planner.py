@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import Any
 
 from pydantic_ai.messages import BinaryContent, UserContent
 
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import answer_tools, read_answer
+from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
 from robosandbox.agent.llm.modes import known_modes
 from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette, png
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.errors import PlannerUnavailableError
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
@@ -41,7 +39,8 @@ class LLMPlanner:
         self._settings = settings
         self._player = open_cassette(settings)
         self._modes = known_modes(settings)
-        self._spent = 0.0
+        self._prompt = prompt_budget(settings)
+        self._session = Budget(Limits(**settings.session), of="session")  # type: ignore[arg-type]
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the model's plan, or its refusal.
@@ -59,29 +58,33 @@ class LLMPlanner:
         """
         check_prompt(prompt)
         most = self._settings.max_steps
-        begun = time.monotonic()
-        self._spent = self._spent if history else 0.0
-        left = self._settings.time_limit - self._spent
-        if left <= 0.0:
-            raise PlannerUnavailableError(
-                f"{self._settings.model}: the {self._settings.time_limit:g} s for this prompt are spent; "
-                "give a longer --time-limit, or use a faster model"
-            )
+        self._prompt = self._prompt if history else prompt_budget(self._settings)
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        try:
-            return converse(
-                replace(self._settings, time_limit=left),
-                self._player,
-                self._modes,
-                Question(
-                    instructions=lambda mode: instructions(self._skills, mode),
-                    content=content,
-                    tools=self._tools,
-                    exact_tools=answer_tools(self._skills, scene, max_steps=most),
-                    read=lambda call: read_answer(call, scene, self._skills, max_steps=most),
-                ),
-            )
-        finally:
-            self._spent += time.monotonic() - begun
+        return converse(
+            self._settings,
+            self._player,
+            self._modes,
+            Question(
+                instructions=lambda mode: instructions(self._skills, mode),
+                content=content,
+                tools=self._tools,
+                exact_tools=answer_tools(self._skills, scene, max_steps=most),
+                read=lambda call: read_answer(call, scene, self._skills, max_steps=most),
+            ),
+            budgets=(self._prompt, self._session),
+        )
+
+
+def prompt_budget(settings: LLMSettings) -> Budget:
+    """Return what a prompt may cost; the answers of a plan are counted by whoever asks for it."""
+    turns = settings.max_turns if settings.mode == "act" else None
+    limits = Limits(
+        turns=turns,
+        tokens=settings.max_tokens,
+        cost=settings.max_cost,
+        seconds=settings.time_limit,
+        steps=settings.max_steps,
+    )
+    return Budget(limits)

@@ -11,6 +11,7 @@ import numpy as np
 from pydantic import Field, ValidationError
 from pydantic_ai.messages import BinaryContent
 
+from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool
 from robosandbox.agent.llm.modes import Mode, known_modes
@@ -135,6 +136,7 @@ class PointingPerception(RgbdPerception):
                 tools=[_TOOL],
                 read=lambda call: _read(call, width, height),
             ),
+            budgets=(Budget(Limits(tokens=self._settings.max_tokens, seconds=self._settings.time_limit)),),
         )
 
 

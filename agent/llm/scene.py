@@ -16,6 +16,10 @@ _TIPPED = math.radians(30.0)
 _CLEAR = 0.9  # Confidence, a probability, below which a model is told how sure perception is. Chosen.
 _SHUT_WITHIN = 0.003  # Metres below which a drawer's opening is shut for the hand. Chosen: a finger does not get in.
 
+# Metres and radians by which a thing may seem to move while it lies. Chosen: above the rounding of what is described.
+_STAYS = 0.002
+_TURNS = 0.02
+
 
 def describe_scene(scene: ObservedScene) -> dict[str, Any]:
     """Return what perception sees as JSON data.
@@ -35,6 +39,26 @@ def describe_scene(scene: ObservedScene) -> dict[str, Any]:
     if scene.notes:
         data["notes"] = list(scene.notes)
     return data
+
+
+def changes(before: ObservedScene, after: ObservedScene) -> dict[str, Any]:
+    """Return what of `describe_scene` is otherwise now: things as they are now, and the ids of those that are not seen any more."""
+    was, now = describe_scene(before), describe_scene(after)
+    old = {thing["id"]: thing for thing in was["objects"]}
+    data: dict[str, Any] = {"held": now["held"]}
+    data["objects"] = [thing for thing in now["objects"] if _differs(old.get(thing["id"]), thing)]
+    gone = [name for name in old if after.find(name) is None]
+    return data | ({"gone": gone} if gone else {}) | ({"notes": now["notes"]} if now.get("notes") else {})
+
+
+def _differs(was: dict[str, Any] | None, now: dict[str, Any]) -> bool:
+    """Say whether a thing is described otherwise; one that lies where it lay to a rounding is not."""
+    if was is None or was.keys() != now.keys():
+        return True
+    near = (
+        math.dist(was["position"], now["position"]) <= _STAYS and abs(was.get("yaw", 0) - now.get("yaw", 0)) <= _TURNS
+    )
+    return not near or any(was[key] != now[key] for key in now if key not in ("position", "yaw"))
 
 
 def _thing(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:

@@ -22,6 +22,7 @@ from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.settings import ModelSettings
 from pydantic_ai.tools import ToolDefinition
 
+from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player, Recorder
 from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.modes import Mode
@@ -55,20 +56,25 @@ class Service:
     """One plan's conversation; an asynchronous context manager.
 
     Args:
-        settings: Model, endpoint and limits.
+        settings: Model and endpoint.
         player: A cassette to answer from in place of the endpoint.
+        budgets: What may be spent, and what has been.
 
     Raises:
         InputError: A key is missing.
+        PlannerUnavailableError: The time is spent already.
     """
 
-    def __init__(self, settings: LLMSettings, player: Player | None) -> None:
+    def __init__(self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget]) -> None:
         self._settings = settings
+        self._budgets = tuple(budgets)
         self._replayed = player is not None
         self._url = settings.base_url or os.environ.get("OPENAI_BASE_URL" if settings.service == "openai" else "") or ""
         self._key = find_key(settings, self._url, needed=not self._replayed)
-        self._tokens = 0
-        self._deadline = time.monotonic() + settings.time_limit
+        for budget in self._budgets:
+            budget.check(self._where)
+        self._begun = time.monotonic()
+        self._time = min(budget.left("seconds") for budget in self._budgets)
         transport: httpx2.AsyncBaseTransport
         if player is not None:
             transport = player
@@ -76,7 +82,7 @@ class Service:
             transport = live_transport(self._url or OFFICIAL[settings.service], settings.max_answer_bytes)
             if settings.cassette is not None:
                 transport = Recorder(transport, settings.cassette, [self._key] if self._key else [])
-        timeout = httpx2.Timeout(settings.time_limit, connect=min(_CONNECT_SECONDS, settings.time_limit))
+        timeout = httpx2.Timeout(self._time, connect=min(_CONNECT_SECONDS, self._time))
         self._client = httpx2.AsyncClient(transport=transport, timeout=timeout)
         self._model = _model(settings, self._url, self._key or "no-key", self._client)
 
@@ -86,8 +92,15 @@ class Service:
     async def __aexit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        for budget in self._budgets:
+            budget.add(seconds=time.monotonic() - self._begun)
         if not self._replayed:
             await self._client.aclose()
+
+    @property
+    def model(self) -> Model:
+        """The model as the library knows it."""
+        return self._model
 
     @property
     def url(self) -> str:
@@ -108,14 +121,13 @@ class Service:
             PlannerAnswerError: It is too large, or the tokens are spent.
             InputError: The service calls the request wrong: the model's name, the key.
         """
-        if self._tokens >= self._settings.max_tokens:
-            raise PlannerAnswerError(
-                f"{self._where}: {self._tokens:,} tokens spent without a usable answer; at most {self._settings.max_tokens:,}"
-            )
+        for budget in self._budgets:
+            budget.check(self._where)
         for attempt in range(1, self._settings.attempts + 1):
             answer = await self._attempt(messages, _parameters(tools, mode))
             if isinstance(answer, ModelResponse):
-                self._tokens += answer.usage.total_tokens
+                for budget in self._budgets:
+                    budget.take(answer)
                 return answer
             fault, asked = answer
             _log.info("attempt %d at %s: %s", attempt, self._where, self._said(fault))
@@ -155,14 +167,15 @@ class Service:
 
     @property
     def _left(self) -> float:
-        return self._deadline - time.monotonic()
+        return self._begun + self._time - time.monotonic()
 
     @property
     def _where(self) -> str:
         return f"{self._settings.model} at {self._url or OFFICIAL[self._settings.service]}"
 
     async def _request(self, messages: Sequence[ModelMessage], parameters: ModelRequestParameters) -> ModelResponse:
-        settings = ModelSettings(max_tokens=min(_ANSWER_TOKENS, self._settings.max_tokens - self._tokens))
+        left = min(budget.left("tokens") for budget in self._budgets)
+        settings = ModelSettings(max_tokens=int(min(_ANSWER_TOKENS, left)))
         if self._url:
             # Local servers sample unless told not to; the vendors' reasoning models refuse to be told.
             settings["temperature"] = 0.0
@@ -177,7 +190,7 @@ class Service:
             return response
         except TimeoutError:
             raise PlannerUnavailableError(
-                f"{self._where}: no complete answer within {self._settings.time_limit:g} s; "
+                f"{self._where}: no complete answer within {self._time:.3g} s; "
                 "try again, give a longer --time-limit, or use a faster model"
             ) from None
         finally:

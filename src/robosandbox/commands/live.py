@@ -88,6 +88,18 @@ class LiveView:
             self._status = None
 
 
+def ask_here(agent: Agent[Any]) -> None:
+    """Let planners ask the person at this terminal; where there is none, nobody is there to answer."""
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        return
+
+    def ask(question: str) -> str:
+        print(f"{question}\n> ", end="", file=sys.stderr, flush=True)
+        return sys.stdin.readline().strip()
+
+    agent.ask = ask
+
+
 def _in_a_line(event: events.Consulted) -> str:
     """Return what a tool was asked and what it said, cut to a line's length."""
     text = f"{json.dumps(dict(event.arguments))} -> {json.dumps(dict(event.answer))}"

@@ -161,9 +161,10 @@ def _check_said(prompt: str | None, task: object) -> None:
 
 
 def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | None = None) -> int:
-    from robosandbox.commands.live import LiveView, cancel_on_interrupt
+    from robosandbox.commands.live import LiveView, ask_here, cancel_on_interrupt
 
     session.agent.listeners.append(LiveView())
+    ask_here(session.agent)
     with cancel_on_interrupt(session.ctx, session.agent):
         episode = session.run(prompt)
     # Before the verdict, for which time may have to pass.

@@ -17,7 +17,9 @@ from robosandbox.commands.options import (
     DriverName,
     GraspName,
     MaxReplans,
+    Mode,
     Model,
+    ModelLimits,
     MotionName,
     NoCache,
     PerceptionName,
@@ -54,6 +56,8 @@ _OPTIONS: dict[str, Any] = {
     "planner": PlannerName,
     "base_url": BaseUrl,
     "model": Model,
+    "mode": Mode,
+    "model_limits": ModelLimits,
     "cassette": Cassette,
     "time_limit": TimeLimit,
     "camera": Camera,
@@ -66,7 +70,7 @@ _OPTIONS: dict[str, Any] = {
     "max_replans": MaxReplans,
     "what_if": WhatIf,
 }
-_OF_THE_PLANNER = ("base_url", "model", "cassette", "time_limit")
+_OF_THE_PLANNER = ("base_url", "model", "mode", "model_limits", "cassette", "time_limit")
 _DEFAULTS: dict[str, Any] = {"no_cache": False, **{field.name: field.default for field in fields(WorkcellOptions)}}
 
 

@@ -91,15 +91,17 @@ class ScriptedServer:
     """Answers chat completions from a script, one answer per request, on a free port of 127.0.0.1.
 
     Args:
-        script: Answers, or functions from a request's body to one; after the last the server says 500, to be tried again at once.
+        script: Answers, or functions from a request's body to one.
+        rest: Answers what is asked after the last of them; left out, the server says 500, to be tried again at once.
 
     Attributes:
         requests: The bodies received, in order.
         headers: The headers of each.
     """
 
-    def __init__(self, *script: Script) -> None:
+    def __init__(self, *script: Script, rest: Script | None = None) -> None:
         self._script = list(script)
+        self._rest = rest
         self._lock = threading.Lock()
         self._closing = threading.Event()
         self.requests: list[dict[str, Any]] = []
@@ -127,9 +129,9 @@ class ScriptedServer:
         with self._lock:
             self.requests.append(body)
             self.headers.append(headers)
-            if not self._script:
-                return fails(500, "the script has ended", retry_after="0")
-            item = self._script.pop(0)
+            item = self._script.pop(0) if self._script else self._rest
+        if item is None:
+            return fails(500, "the script has ended", retry_after="0")
         return item if isinstance(item, Answer) else item(body)
 
 

@@ -1,0 +1,272 @@
+"""A model that acts call by call: the agent carries out what it calls and tells it what came of that.
+
+The conversation is an agent's of pydantic-ai whose tools are all external: its run ends with calls, they are handled here one
+after another, and the next run begins with what came of them. So the robot moves in the agent's own loop and thread, where
+events, confirmation, limits and Ctrl-C act as for every plan.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from pydantic import ValidationError
+from pydantic_ai import Agent, DeferredToolRequests, DeferredToolResults
+from pydantic_ai.messages import BinaryContent, ModelMessage, ToolCallPart, UserContent
+from pydantic_ai.tools import ToolDefinition
+from pydantic_ai.toolsets import ExternalToolset
+from pydantic_ai.usage import UsageLimits
+
+from robosandbox.agent.agent import check_prompt
+from robosandbox.agent.course import Course, Desk, Finished, Report
+from robosandbox.agent.episode import Consulted
+from robosandbox.agent.llm.budget import Budget
+from robosandbox.agent.llm.cassette import Player
+from robosandbox.agent.llm.endpoint import Asked, Endpoint
+from robosandbox.agent.llm.modes import KnownModes
+from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
+from robosandbox.agent.llm.prompt import act_instructions, question
+from robosandbox.agent.llm.scene import describe_scene
+from robosandbox.agent.llm.service import Service, png, run_apart
+from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.agent.llm.toolbox import OWN, acting_tools
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    AskArguments,
+    CheckArguments,
+    FinishArguments,
+    RefuseArguments,
+    SimulateArguments,
+    checked,
+    error_data,
+    not_holding,
+    outcome,
+    relations,
+    rounded,
+    simulated,
+    wanted,
+    why_not,
+    wrong_arguments,
+)
+from robosandbox.errors import InputError
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
+from robosandbox.world.verifier import verify
+
+# How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.
+_REMEMBERED = 6
+
+
+class ActingPlanner(LLMPlanner):
+    """Asks a model what to do next after each call, and for a whole plan where only a plan is wanted."""
+
+    def __init__(self, skills: Sequence[Any], settings: LLMSettings) -> None:
+        super().__init__(skills, settings)
+        self._earlier: deque[dict[str, Any]] = deque(maxlen=_REMEMBERED)
+
+    def begin(self, prompt: str, desk: Desk) -> Course:
+        """Return the course for a prompt."""
+        check_prompt(prompt)
+        self._prompt = prompt_budget(self._settings)
+        earlier = tuple(self._earlier)
+        self._earlier.append({"request": prompt, "calls": []})
+        budgets = (self._prompt, self._session)
+        return ActingCourse(
+            prompt, desk, self._settings, self._player, self._modes, budgets, earlier=earlier, note=self._earlier[-1]
+        )
+
+
+class ActingCourse:
+    """One prompt's conversation.
+
+    Args:
+        prompt: What was said.
+        desk: World, skills, and who can be asked.
+        settings: Model, endpoint and limits.
+        player: A cassette to answer from in place of the endpoint.
+        modes: What is known of endpoints.
+        budgets: What may be spent, that of the prompt first.
+        earlier: Requests before this one and what was done for them.
+        note: What later prompts are told of this one; calls that succeed are added.
+    """
+
+    goes_on = True
+
+    def __init__(
+        self,
+        prompt: str,
+        desk: Desk,
+        settings: LLMSettings,
+        player: Player | None,
+        modes: KnownModes,
+        budgets: Sequence[Budget],
+        *,
+        earlier: Sequence[Mapping[str, Any]] = (),
+        note: dict[str, Any],
+    ) -> None:
+        self._prompt, self._desk, self._settings, self._player, self._modes = prompt, desk, settings, player, modes
+        self._budgets, self._earlier, self._note = tuple(budgets), earlier, note
+        self._tools = acting_tools(list(desk.skills.values()), can_ask=desk.ask is not None)
+        self._agent = Agent(output_type=[str, DeferredToolRequests], name="act")
+        self._said: list[ModelMessage] = []
+        self._calls: deque[ToolCallPart] = deque()
+        self._results: dict[str, Any] = {}
+        self._under_way: tuple[ToolCallPart, ObservedScene] | None = None
+        self._failed: str | None = None
+        self._succeeded = 0
+
+    def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
+        """Return what the model wants to be carried out, or that it ends.
+
+        Raises:
+            PlannerError: It does not answer, or not in the limits.
+            InputError: The service does not know the model or the key.
+        """
+        if report is None:
+            self._calls.extend(run_apart(self._run(scene, first=True)))
+        elif self._under_way is not None:
+            self._take(report, scene)
+        while True:
+            while self._calls:
+                answer = self._handled(self._calls.popleft(), scene)
+                if answer is not None:
+                    return answer
+            self._calls.extend(run_apart(self._run(scene, first=False)))
+            # A model may take a minute, and people do not stand still meanwhile.
+            scene = self._desk.ctx.look()
+
+    async def _run(self, scene: ObservedScene, *, first: bool) -> list[ToolCallPart]:
+        """Return what the model calls next, now that it is told of the world or of what came of its calls."""
+        exact = acting_tools(list(self._desk.skills.values()), scene, can_ask=self._desk.ask is not None)
+        asked = Asked(
+            instructions=lambda mode: act_instructions(self._tools, mode), tools=self._tools, exact_tools=exact
+        )
+        definitions = [
+            ToolDefinition(name=tool.name, description=tool.description, parameters_json_schema=dict(tool.schema))
+            for tool in self._tools
+        ]
+        content: list[UserContent] = []
+        if first:
+            content = [question(self._prompt, scene, (), self._earlier)]
+            if self._settings.picture is not None:
+                content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
+        async with Service(self._settings, self._player, self._budgets) as service:
+            result = await self._agent.run(
+                content if first else None,
+                message_history=self._said,
+                deferred_tool_results=None if first else DeferredToolResults(calls=self._results),
+                model=Endpoint(service, self._modes, self._settings, asked),
+                toolsets=[ExternalToolset(definitions)],
+                # `Budget` counts over all runs of a prompt.
+                usage_limits=UsageLimits(request_limit=None),
+                infer_name=False,
+            )
+        self._said, self._results = result.all_messages(), {}
+        # An `Endpoint` answers with calls only.
+        assert isinstance(result.output, DeferredToolRequests)
+        return result.output.calls
+
+    def _handled(self, call: ToolCallPart, scene: ObservedScene) -> Plan | Refusal | Finished | None:
+        """Return what a call asks the agent for; None where it has been answered here."""
+        arguments = call.args_as_dict()
+        try:
+            answer = self._answer(call.tool_name, arguments, scene)
+        except ValidationError as error:
+            takes = list(OWN[call.tool_name].model_fields)
+            answer = {"ok": False, "error": wrong_arguments(call.tool_name, error, takes)}
+        except InputError as error:
+            answer = {"ok": False, "error": str(error)}
+        if isinstance(answer, Plan):
+            answer = self._turned_down(answer, scene) or answer
+        if not isinstance(answer, dict):
+            self._under_way = (call, scene)
+            return answer
+        data = rounded(answer)
+        self._results[call.tool_call_id] = data
+        self._desk.emit(Consulted(tool=call.tool_name, arguments=arguments, answer=data))
+        if not data.get("ok", True):
+            self._leave_rest(f"{call.tool_name} before it did not work")
+        return None
+
+    def _answer(
+        self, name: str, arguments: Mapping[str, Any], scene: ObservedScene
+    ) -> Plan | Refusal | Finished | dict[str, Any]:
+        """Return what a tool comes to: something for the agent, or data for the model."""
+        model = OWN.get(name)
+        if model is None:
+            return Plan(steps=(SkillCall(skill=name, arguments=dict(arguments)),))
+        given = model.model_validate(arguments)
+        skills = list(self._desk.skills.values())
+        match given:
+            case CheckArguments():
+                return checked(Plan(steps=given.steps), scene, skills)
+            case SimulateArguments():
+                return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills)
+            case AchieveArguments():
+                found = wanted(given, scene, skills)
+                return found if isinstance(found, Plan) else {"ok": False, "error": found.message}
+            case AskArguments():
+                return self._asked(given)
+            case FinishArguments():
+                return self._finished(given, scene)
+            case RefuseArguments():
+                return self._refused(given, scene)
+            case _:
+                return {"scene": describe_scene(self._desk.ctx.look())}
+
+    def _turned_down(self, plan: Plan, scene: ObservedScene) -> dict[str, Any] | None:
+        """Return why a plan is not begun; None where nothing stands against it."""
+        if not plan.steps:
+            return {"ok": True, "done": [], "note": "it holds already"}
+        for one in self._budgets:
+            if len(plan.steps) > one.left("steps"):
+                return {"ok": False, "error": f"steps: at most {one.limits.steps} calls are carried out for a {one.of}"}
+        problems = verify(plan, scene, list(self._desk.skills.values())).problems
+        if problems:
+            call = problems[0].call
+            error = None if call is None else why_not(self._desk.ctx, self._desk.skills, call)
+            told = {"ok": False, "turned_down": [problem.record() for problem in problems]}
+            return told if error is None else {**told, "error": error_data(error)}
+        return None
+
+    def _asked(self, given: AskArguments) -> dict[str, Any]:
+        if self._desk.ask is None:
+            return {"ok": False, "error": "nobody is here to answer; refuse with `ambiguous` where it matters"}
+        return {"answer": self._desk.ask(given.message)}
+
+    def _finished(self, given: FinishArguments, scene: ObservedScene) -> Finished | dict[str, Any]:
+        """Return the end, unless what was measured speaks against it."""
+        if self._failed is not None:
+            return {"ok": False, "error": f"{self._failed} failed and nothing has succeeded since: mend it, or refuse"}
+        facts = relations(given.holds)
+        wrong = not_holding(facts, scene)
+        if wrong:
+            return {"ok": False, "error": "that does not hold", "not_holding": wrong}
+        if not self._succeeded and not facts:
+            return {"ok": False, "error": "holds: nothing was done; list the relations that hold already, or refuse"}
+        return Finished(summary=given.summary)
+
+    def _refused(self, given: RefuseArguments, scene: ObservedScene) -> Refusal:
+        known = {*(item.id for item in scene.objects), *self._desk.skills}
+        candidates = tuple(name for name in dict.fromkeys(given.candidates) if name in known)
+        return Refusal(code=given.code, message=given.message, candidates=candidates)
+
+    def _take(self, report: Report, scene: ObservedScene) -> None:
+        """Note what came of the call under way."""
+        assert self._under_way is not None
+        call, before = self._under_way
+        self._under_way = None
+        self._results[call.tool_call_id] = outcome(report.steps, report.failure, before, scene)
+        begun = len(report.steps) + (report.failure is not None)
+        for budget in self._budgets:
+            budget.add(steps=begun)
+        self._succeeded += len(report.steps)
+        self._note["calls"] += [str(step.call) for step in report.steps]
+        self._failed = None if report.failure is None else str(report.failure.failed)
+        if report.failure is not None:
+            self._leave_rest(f"{self._failed} failed")
+
+    def _leave_rest(self, why: str) -> None:
+        """Answer the calls of the same turn that are left: each was meant for a world in which those before had worked."""
+        while self._calls:
+            self._results[self._calls.popleft().tool_call_id] = {"ok": False, "not_begun": why}

@@ -1,0 +1,198 @@
+"""A model that always answers with tool calls, whatever its server can be held to: what an agent of pydantic-ai is run on.
+
+pydantic-ai carries the conversation, its history and the results of calls; each of its models speaks one vendor's protocol. What
+none of them does is done here: a server that refuses tools is asked for JSON by a schema or for text, what it writes is read in
+every usual form, and a form that cannot be read is corrected before the agent hears of it. `Service` keeps retries and the
+deadline, since the vendors' libraries each retry in their own way and without one.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from pydantic_ai.messages import (
+    ModelMessage,
+    ModelRequest,
+    ModelRequestPart,
+    ModelResponse,
+    TextPart,
+    ThinkingPart,
+    ToolCallPart,
+    ToolReturnPart,
+    UserPromptPart,
+)
+from pydantic_ai.models import ModelRequestParameters
+from pydantic_ai.models.wrapper import WrapperModel
+from pydantic_ai.settings import ModelSettings
+
+from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool, find_calls
+from robosandbox.agent.llm.modes import KnownModes, Mode
+from robosandbox.agent.llm.prompt import data_text
+from robosandbox.agent.llm.service import ModeRefusedError, Service
+from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.errors import PlannerAnswerError
+
+# How often a form that cannot be read is corrected within one turn. Chosen: what a model repeats twice, it repeats.
+_CORRECTIONS = 3
+_THOUGHT = (
+    240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
+)
+_CALL = "call"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """What a model is told besides the conversation.
+
+    Attributes:
+        instructions: Of its part, by the mode in which it is to answer.
+        tools: What it may call.
+        exact_tools: The same where a server writes by a schema: with the ids that fit each argument.
+    """
+
+    instructions: Callable[[Mode], str]
+    tools: Sequence[Tool]
+    exact_tools: Sequence[Tool]
+
+
+class Endpoint(WrapperModel):
+    """A model at a service, for one run of an agent.
+
+    Args:
+        service: Where it is.
+        modes: What is known of services; what is learnt is added.
+        settings: Model, endpoint and limits.
+        asked: What it is told and may call.
+    """
+
+    def __init__(self, service: Service, modes: KnownModes, settings: LLMSettings, asked: Asked) -> None:
+        super().__init__(service.model)
+        self._service = service
+        self._modes = modes
+        self._endpoint = settings
+        self._asked = asked
+
+    async def request(
+        self,
+        messages: list[ModelMessage],
+        model_settings: ModelSettings | None,
+        model_request_parameters: ModelRequestParameters,
+    ) -> ModelResponse:
+        """Return the model's next calls.
+
+        Raises:
+            PlannerError: The service does not answer, or with nothing that can be read.
+            InputError: The service does not know the model or the key.
+        """
+        del model_settings, model_request_parameters
+        mode = self._modes.best(self._endpoint, self._service.url)
+        said: list[ModelMessage] = []
+        reason = ""
+        corrections = 0
+        while corrections < _CORRECTIONS:
+            try:
+                response = await self._service.ask(self._spoken([*messages, *said], mode), self._tools(mode), mode)
+            except ModeRefusedError as refusal:
+                later = mode.next
+                if later is None:
+                    raise PlannerAnswerError(str(refusal)) from None
+                mode, said = later, []
+                continue
+            try:
+                calls = find_calls(response, self._asked.tools)
+            except MisuseError as misuse:
+                reason, later = str(misuse), mode.next
+                known = self._modes.works(self._endpoint, self._service.url, mode)
+                if isinstance(misuse, NoAnswerError) and later is not None and not known:
+                    # A server that was to hold the model to a form, and did not, is asked in the next way.
+                    mode, said = later, []
+                    continue
+                corrections += 1
+                said += [response, ModelRequest(parts=correction(response, reason))]
+                continue
+            self._modes.remember(self._endpoint, self._service.url, mode)
+            return _with_calls(response, calls, number=len(messages))
+        raise PlannerAnswerError(f"{self._endpoint.model}: no usable answer in {_CORRECTIONS} tries: {reason[:600]}")
+
+    def _tools(self, mode: Mode) -> Sequence[Tool]:
+        if mode is not Mode.SCHEMA:
+            return self._asked.tools
+        return [Tool(name=_CALL, description="What to do next.", schema=_call_schema(self._asked.exact_tools))]
+
+    def _spoken(self, messages: Sequence[ModelMessage], mode: Mode) -> list[ModelMessage]:
+        """Return a conversation as a server in this mode takes it, with the instructions that go with it."""
+        told = [message if mode is Mode.TOOLS else _in_text(message) for message in messages]
+        last = max(index for index, message in enumerate(told) if isinstance(message, ModelRequest))
+        newest = told[last]
+        assert isinstance(newest, ModelRequest)
+        told[last] = replace(newest, instructions=self._asked.instructions(mode))
+        return told
+
+
+def correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
+    """Return the reply to an answer that cannot be used: a result for each of its tool calls, as the protocol asks."""
+    calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if not calls:
+        return [UserPromptPart(content=reason)]
+    return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]
+
+
+def _call_schema(tools: Sequence[Tool]) -> dict[str, Any]:
+    """Return the schema of a thought and a call of one of the tools."""
+    calls = [
+        {
+            "type": "object",
+            "description": tool.description,
+            "properties": {"name": {"const": tool.name}, "arguments": dict(tool.schema)},
+            "required": ["name", "arguments"],
+            "additionalProperties": False,
+        }
+        for tool in tools
+    ]
+    return {
+        "type": "object",
+        "properties": {"thought": {"type": "string", "maxLength": _THOUGHT}, _CALL: {"anyOf": calls}},
+        "required": ["thought", _CALL],
+        "additionalProperties": False,
+    }
+
+
+def _with_calls(response: ModelResponse, calls: Sequence[Call], *, number: int) -> ModelResponse:
+    """Return a response whose calls are tool calls; those that were written as text get ids that are the same on a replay."""
+    native = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    parts = [
+        ToolCallPart(
+            tool_name=call.name,
+            args=_object(call),
+            tool_call_id=native[index].tool_call_id if native else f"call_{number}_{index}",
+        )
+        for index, call in enumerate(calls)
+    ]
+    return replace(response, parts=[*(part for part in response.parts if not isinstance(part, ToolCallPart)), *parts])
+
+
+def _object(call: Call) -> dict[str, Any]:
+    """Return a call's arguments as an object; what is none is kept, to be told that it is not taken."""
+    return call.arguments if isinstance(call.arguments, dict) else {"arguments": call.arguments}
+
+
+def _in_text(message: ModelMessage) -> ModelMessage:
+    """Return a message without tool calls: they, and their results, as text."""
+    if isinstance(message, ModelResponse):
+        texts = [part for part in message.parts if isinstance(part, TextPart | ThinkingPart)]
+        if any(isinstance(part, TextPart) for part in texts):
+            return replace(message, parts=texts)
+        calls = [
+            {"name": part.tool_name, "arguments": part.args} for part in message.parts if isinstance(part, ToolCallPart)
+        ]
+        return replace(message, parts=[TextPart(content=json.dumps({_CALL: calls[0]} if len(calls) == 1 else calls))])
+    parts: list[ModelRequestPart] = []
+    for part in message.parts:
+        if isinstance(part, ToolReturnPart):
+            parts.append(UserPromptPart(content=f"<result>\n{data_text({part.tool_name: part.content})}\n</result>"))
+        else:
+            parts.append(part)
+    return replace(message, parts=parts)

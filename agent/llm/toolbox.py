@@ -1,0 +1,67 @@
+"""The tools of a model that acts: the skills with what they need and bring about, and what moves nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from robosandbox.agent.llm.answer import skill_arguments
+from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    AskArguments,
+    CheckArguments,
+    FinishArguments,
+    RefuseArguments,
+    SimulateArguments,
+    description,
+    schema,
+)
+from robosandbox.errors import InputError
+from robosandbox.protocols import Skill
+from robosandbox.types import ObservedScene, StrictModel
+from robosandbox.world.arguments import terms
+
+LOOK, ASK = "look", "ask_person"
+
+
+class LookArguments(StrictModel):
+    """See the scene as it is now; nothing moves."""
+
+
+OWN: dict[str, type[StrictModel]] = {
+    LOOK: LookArguments,
+    "check": CheckArguments,
+    "simulate": SimulateArguments,
+    "achieve": AchieveArguments,
+    ASK: AskArguments,
+    "finish": FinishArguments,
+    "refuse": RefuseArguments,
+}
+
+
+def acting_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, can_ask: bool) -> list[Tool]:
+    """Return the tools.
+
+    Args:
+        skills: What moves.
+        scene: With it the schemas name the ids that each argument may have; skills for which there is no object are left out.
+        can_ask: Whether a person is there to answer.
+
+    Raises:
+        InputError: A skill has the name of a tool.
+    """
+    taken = next((skill.name for skill in skills if skill.name in OWN), None)
+    if taken is not None:
+        raise InputError(f"the skill {taken!r} has the name of a tool that models are offered; rename it")
+    moving = [
+        Tool(name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), schema=arguments)
+        for skill in skills
+        if (arguments := skill_arguments(skill, scene)) is not None
+    ]
+    still = [
+        Tool(name=name, description=description(model), schema=schema(model))
+        for name, model in OWN.items()
+        if can_ask or name != ASK
+    ]
+    return [*moving, *still]

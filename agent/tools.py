@@ -1,0 +1,241 @@
+"""What a model or an MCP client can call besides the skills: to look, check, try out, reach goals, ask and end.
+
+A tool's arguments are a model whose docstring is its description. What is answered is JSON data with rounded numbers.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Protocol, runtime_checkable
+
+from pydantic import Field, ValidationError, field_validator
+
+from robosandbox.agent.context import AgentContext
+from robosandbox.agent.episode import FailedAttempt, Step
+from robosandbox.agent.goal import GoalContext
+from robosandbox.agent.llm.scene import changes
+from robosandbox.agent.preview import preview
+from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
+from robosandbox.protocols import Skill
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
+from robosandbox.world.achieve import achieve
+from robosandbox.world.contracts import find, lookup
+from robosandbox.world.facts import Fact, parse_facts
+from robosandbox.world.predicate import View
+from robosandbox.world.verifier import MAX_STEPS, Checkable, verify
+
+# Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
+_DECIMALS = 4
+_MOST_GOALS = 20  # Number of relations in one list. Chosen far above what a sentence asks.
+_LONGEST = 600  # Characters of a sentence for the person. Chosen: three lines or so.
+_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
+
+Steps = Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS, description="The calls in order.")]
+Relations = Annotated[tuple[str, ...], Field(max_length=_MOST_GOALS)]
+_RELATIONS_HELP = (
+    'Relations, such as "on(red_cube, blue_block)", "inside(ball, bin)", "closed(drawer)", "holding(cup)".'
+)
+
+
+@runtime_checkable
+class HasNeeds(Protocol):
+    """A skill that can say what it lacks without moving."""
+
+    def require(self, ctx: Any, scene: ObservedScene, **arguments: Any) -> None:
+        """Check what it needs; raises a SkillError."""
+        ...
+
+
+class Spoken(StrictModel):
+    """What has a sentence for the person."""
+
+    message: Annotated[str, Field(min_length=1, max_length=_LONGEST, description="One sentence for the person.")]
+
+    @field_validator("message")
+    @classmethod
+    def _message_is_printable(cls, value: str) -> str:
+        text = _UNPRINTABLE.sub(" ", value).strip()
+        if not text:
+            raise ValueError("says nothing")
+        return text
+
+
+class CheckArguments(StrictModel):
+    """Check skill calls against skills, scene and order before you make them; nothing moves."""
+
+    steps: Steps
+
+
+class SimulateArguments(StrictModel):
+    """Carry out skill calls in a simulation of what is believed: what would happen and what would be touched; nothing moves."""
+
+    steps: Steps
+
+
+class AchieveArguments(StrictModel):
+    """Bring relations about: the calls for it are searched for, cheapest first, checked, and carried out."""
+
+    goals: Annotated[Relations, Field(min_length=1, description=_RELATIONS_HELP)]
+
+
+class RefuseArguments(Spoken):
+    """Say that a request will not be carried out, and why; nothing moves. A wrong motion is worse than none."""
+
+    code: RefusalCode
+    candidates: Annotated[tuple[str, ...], Field(max_length=50, description="Object ids that could be meant.")] = ()
+
+
+class AskArguments(Spoken):
+    """Ask the person one question and wait for the answer; only what neither the scene nor the request tells."""
+
+
+class FinishArguments(StrictModel):
+    """Say that all that was asked is done, after its last call has succeeded."""
+
+    summary: Annotated[str, Field(max_length=_LONGEST, description="One sentence for the person.")]
+    holds: Annotated[Relations, Field(description=f"What holds now, to be checked. {_RELATIONS_HELP}")] = ()
+
+
+def description(arguments: type[StrictModel]) -> str:
+    """Return what a tool with these arguments does."""
+    return " ".join((arguments.__doc__ or "").split())
+
+
+def schema(arguments: type[StrictModel]) -> dict[str, Any]:
+    """Return the JSON schema of a tool's arguments."""
+    return {key: value for key, value in arguments.model_json_schema().items() if key not in ("description", "title")}
+
+
+def wrong_arguments(tool: str, error: ValidationError, takes: Sequence[str]) -> str:
+    """Return what is wrong with arguments: the field, what is asked of it, its value, and what the tool takes."""
+    first = error.errors(include_url=False)[0]
+    where = ".".join(str(part) for part in first["loc"]) or "arguments"
+    value = "" if first["type"] == "missing" else f" (it is {first['input']!r:.80})"
+    return f"{tool}: {where}: {first['msg']}{value}; it takes {', '.join(takes) or 'nothing'}"
+
+
+def checked(plan: Plan, scene: ObservedScene, skills: Sequence[Checkable]) -> dict[str, Any]:
+    """Return what is wrong with a plan, and where nothing is, how it would leave the scene."""
+    verdict = verify(plan, scene, skills)
+    problems = [problem.record() for problem in verdict.problems]
+    return {"ok": not problems, "problems": problems}
+
+
+def simulated(ctx: GoalContext, plan: Plan, skills: Mapping[str, Skill[Any]]) -> dict[str, Any]:
+    """Return what came of a plan on the twin of a world."""
+    if not isinstance(ctx, AgentContext):
+        return {"ok": False, "error": "there is no twin of a world in another process; use `check`"}
+    verdict = checked(plan, ctx.look(), list(skills.values()))
+    if not verdict["ok"]:
+        return verdict
+    begin = ctx.twin().look()
+    tried = preview(ctx, plan, skills)
+    data: dict[str, Any] = {
+        "ok": tried.success,
+        "seconds": tried.seconds,
+        "would_work": [str(call) for call, _ in tried.steps],
+        "side_effects": [effect for _, result in tried.steps for effect in result.side_effects],
+        "would_touch": list(tried.touched),
+        "changes": changes(begin, tried.end),
+    }
+    if tried.failed is not None and tried.error is not None:
+        data |= {"would_fail": str(tried.failed), "error": error_data(tried.error)}
+    return rounded(data)
+
+
+def wanted(arguments: AchieveArguments, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
+    """Return the calls that bring relations about.
+
+    Raises:
+        InputError: One of them is no relation, or takes other arguments.
+    """
+    return achieve(relations(arguments.goals), scene, skills)
+
+
+def relations(texts: Sequence[str]) -> tuple[Fact, ...]:
+    """Return the relations that a model wrote.
+
+    Raises:
+        InputError: One of them is none, or takes other arguments.
+    """
+    try:
+        facts = tuple(fact for text in texts for fact in parse_facts(text))
+    except ValueError as error:
+        raise InputError(str(error)) from None
+    for fact in facts:
+        lookup(fact)
+    return facts
+
+
+def not_holding(facts: Sequence[Fact], scene: ObservedScene) -> list[str]:
+    """Return why of these relations some do not hold; nothing where all do."""
+    view = View.of(scene)
+    missing = [name for fact in facts for name in lookup(fact).objects(fact.arguments) if not _is_seen(name, scene)]
+    if missing:
+        return [f"there is no object {name!r}" for name in missing]
+    findings = [(fact, find(fact, view)) for fact in facts]
+    return [f"{fact}: {finding.cause}" for fact, finding in findings if not finding.holds]
+
+
+def _is_seen(name: str, scene: ObservedScene) -> bool:
+    return name == "table" or scene.find(name) is not None
+
+
+def why_not(ctx: GoalContext, skills: Mapping[str, Skill[Any]], call: SkillCall) -> ErrorRecord | None:
+    """Return the error with evidence and repairs that a call would end in before it moves anything.
+
+    None where it would begin to move, where its arguments say enough already, and where repairs cannot be tried out.
+    """
+    skill = skills.get(call.skill)
+    if not isinstance(ctx, AgentContext) or skill is None or not isinstance(skill, HasNeeds):
+        return None
+    try:
+        skill.require(ctx, ctx.look(), **skill.check(call.arguments))
+    except InvalidArgumentError:
+        return None
+    except SkillError as error:
+        error.repairs = error.repairs or ctx.repairs_for(call, error)
+        return error.record()
+    return None
+
+
+def outcome(
+    steps: Sequence[Step], failure: FailedAttempt | None, before: ObservedScene, after: ObservedScene
+) -> dict[str, Any]:
+    """Return what came of calls that were carried out: measurements, what else changed, and how it failed."""
+    data: dict[str, Any] = {
+        "ok": failure is None,
+        "done": [{"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in steps],
+        "changes": changes(before, after),
+    }
+    if failure is not None:
+        data |= {
+            "failed": str(failure.failed),
+            "error": error_data(failure.error.record()),
+            "not_begun": [str(call) for call in failure.remaining],
+        }
+    return rounded(data)
+
+
+def error_data(record: ErrorRecord) -> dict[str, Any]:
+    """Return a failure with its evidence, and repairs as calls that can be made as they are."""
+    return rounded(record.model_dump(mode="json"))
+
+
+def rounded(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Return JSON data with its numbers rounded."""
+    return {key: _rounded(value) for key, value in data.items()}
+
+
+def _rounded(value: Any) -> Any:
+    match value:
+        case float():
+            # Adding zero turns a rounded -0.0 into 0.0.
+            return round(value, _DECIMALS) + 0.0
+        case Mapping():
+            return rounded(value)
+        case list() | tuple():
+            return [_rounded(item) for item in value]
+        case _:
+            return value
