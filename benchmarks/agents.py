@@ -25,8 +25,8 @@ import recovery
 
 from robosandbox.agent.episode import Episode
 from robosandbox.errors import InputError
-from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.bundled import bundled_tasks
+from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.expert import Expert
 from robosandbox.testing.llama_server import llama_server, packaged_weights
