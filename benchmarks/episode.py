@@ -1,4 +1,4 @@
-"""What an episode costs beyond its physics: wall time over the same number of bare mj_step calls, in one run.
+"""What an episode costs beyond its physics: CPU time over the same number of bare mj_step calls, in one run.
 
     python benchmarks/episode.py [--task pick_cube_franka] [--episodes 20] [--json]
 
@@ -23,7 +23,7 @@ def measure(task: str, episodes: int) -> dict[str, object]:
     with open_session(task) as session:
         sim = session.sim
         compilations = sim.compilations
-        ratios, walls, bares, idles, steps = [], [], [], [], []
+        ratios, whole, bares, idles, steps = [], [], [], [], []
         for seed in range(episodes):
             session.reset(seed)
             start = sim.snapshot()
@@ -32,29 +32,29 @@ def measure(task: str, episodes: int) -> dict[str, object]:
             session.run()
             end()
             session.reset(seed)
-            begin = time.perf_counter()
+            begin = time.process_time()
             episode = session.run()
-            wall = time.perf_counter() - begin
+            cpu = time.process_time() - begin
             if not episode.success:
                 raise SystemExit(f"seed {seed} failed: {episode.final_detail}")
             count = sim.physics_steps
             substeps = count // len(controls)
             data = mujoco.MjData(sim.model)
             mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
-            begin = time.perf_counter()
+            begin = time.process_time()
             for control in controls:
                 data.ctrl[:] = control
                 mujoco.mj_step(sim.model, data, substeps)
-            bare = time.perf_counter() - begin
+            bare = time.process_time() - begin
             mujoco.mj_setState(sim.model, data, start, mujoco.mjtState.mjSTATE_INTEGRATION)
-            begin = time.perf_counter()
+            begin = time.process_time()
             for _ in range(count):
                 mujoco.mj_step(sim.model, data)
-            idle = time.perf_counter() - begin
-            ratios.append(wall / bare)
-            walls.append(wall)
+            idle = time.process_time() - begin
+            ratios.append(cpu / bare)
+            whole.append(cpu)
             bares.append(bare)
-            idles.append(wall / idle)
+            idles.append(cpu / idle)
             steps.append(count)
         return {
             "task": task,
@@ -62,7 +62,7 @@ def measure(task: str, episodes: int) -> dict[str, object]:
             "ratio_median": round(statistics.median(ratios), 3),
             "ratio_max": round(max(ratios), 3),
             "ratio_to_idle_steps_median": round(statistics.median(idles), 3),
-            "wall_s_median": round(statistics.median(walls), 4),
+            "cpu_s_median": round(statistics.median(whole), 4),
             "bare_s_median": round(statistics.median(bares), 4),
             "physics_steps_median": statistics.median(steps),
             "compilations": compilations,

@@ -60,7 +60,7 @@ class Contacts:
         world, data = self._world, self._data
         strongest = (0.0, "", "")
         # What presses on a link loads the joints before it; asked at every tick, and mostly nothing does.
-        if not data.qfrc_constraint[world.robot.dof_indices].any():
+        if not np.count_nonzero(data.qfrc_constraint[world.robot.dof_indices]):
             return strongest
         force = np.zeros(6)
         for index, inner, outer in self._with_robot():

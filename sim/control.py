@@ -52,9 +52,10 @@ class ControlledSimulation(Simulation):
         velocity = np.diff(q, axis=0, append=q[-1:]) / self.control_timestep
         commands = robot.control(q + self._servo_lag * velocity + self._trim)
         commands[-1] = robot.control(trajectory.q[-1] + self._trim)
+        control, actuators = data.ctrl, robot.actuator_ids
         try:
             for command in commands:
-                data.ctrl[robot.actuator_ids] = command
+                control[actuators] = command
                 self._tick(guards)
         except BaseException:
             self.stop()

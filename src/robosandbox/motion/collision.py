@@ -184,7 +184,10 @@ class CollisionChecker:
         assert self._held is not None
         body, offset, rotation = self._held
         position, tcp_rotation = self.robot.tcp(self.data)
-        self.place(body, Pose.from_matrix(position + tcp_rotation @ offset, tcp_rotation @ rotation))
+        address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
+        qpos = self.data.qpos
+        qpos[address : address + 3] = position + tcp_rotation @ offset
+        mujoco.mju_mat2Quat(qpos[address + 3 : address + 7], (tcp_rotation @ rotation).ravel())
         mujoco.mj_kinematics(self.model, self.data)
 
     def _apply_bits(self) -> None:
