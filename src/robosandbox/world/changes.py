@@ -139,7 +139,7 @@ def poured(view: View, a: str, c: str) -> Finding:
     )
 
 
-@predicate(lasts=False)
+@predicate(last=True)
 def at_home(view: View) -> Finding:
     """The arm is at its neutral configuration."""
     off = view.robot.off_home()

@@ -114,7 +114,7 @@ def empty(view: View, c: str) -> Finding:
         cause=f"{', '.join(names)} is in {c}",
         help="take it out first",
         blocking=names,
-        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
+        remedies=tuple(fact("on", name, TABLE) for name in names),
     )
 
 
@@ -165,15 +165,19 @@ def fits(view: View, a: str, c: str) -> Finding:
     """There is room for an object in a container, beside or on what lies there."""
     item, vessel = view.get(a), view.get(c)
     there = _solids_in(view.scene, vessel, a)
+    spot = first_spot_in(vessel, item, there)
+    # What comes to stand over the rim is not in it.
+    rim = vessel.pose.xyz[2] + mouth_of(vessel).rim
     names = tuple(other.id for other in there)
     why = f"with {', '.join(names)} there it is too full" if names else "it is too small"
     return Finding(
-        holds=first_spot_in(vessel, item, there) is not None,
+        holds=spot is not None and spot.height < rim,
+        margin=None if spot is None else rim - spot.height,
         is_sure=is_clearly_seen(item, vessel),
         cause=f"no room for {a} in {c}: {why}",
         help="clear it or choose another place",
         blocking=names,
-        remedies=tuple(fact("on", name, TABLE) for name in names[-1:]),
+        remedies=tuple(fact("on", name, TABLE) for name in reversed(names)),
     )
 
 

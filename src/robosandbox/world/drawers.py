@@ -53,7 +53,7 @@ def open_(view: View, d: str) -> Finding:
     )
 
 
-@predicate("object", imagine=_shut, lasts=True, lost=_slid_back)
+@predicate("object", imagine=_shut, lasts=True, last=True, lost=_slid_back)
 def closed(view: View, d: str) -> Finding:
     """A drawer is shut."""
     drawer = view.get(d)
@@ -115,5 +115,5 @@ def shuts(view: View, d: str) -> Finding:
         cause=f"{', '.join(item.id for item in high)} in it is higher than {d}, which does not close over it",
         help=f"clear {', '.join(item.id for item in high)} away first",
         blocking=tuple(item.id for item in high),
-        remedies=tuple(fact("on", item.id, TABLE) for item in high[:1]),
+        remedies=tuple(fact("on", item.id, TABLE) for item in high),
     )

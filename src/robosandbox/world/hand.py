@@ -84,7 +84,7 @@ def seen(view: View, a: str) -> Finding:
     return Finding(holds=True, is_sure=view.scene.find(a) is not None)
 
 
-@predicate("object", imagine=taken, lasts=True, blame=_not_holding, lost=_not_holding)
+@predicate("object", imagine=taken, lasts=True, last=True, blame=_not_holding, lost=_not_holding)
 def holding(view: View, a: str) -> Finding:
     """The gripper holds an object."""
     held = view.scene.held

@@ -64,7 +64,7 @@ class Finding:
         cause: Why it does not hold, in a clause.
         help: What would make it hold, in a clause.
         blocking: Ids of what stands against it.
-        remedies: What would have to be brought about first, the facts in their order.
+        remedies: Facts each of which would help, and after which it can be asked again.
     """
 
     holds: bool
@@ -99,6 +99,7 @@ class Predicate:
         imagine: Returns the scene in which it was brought about; None for what no skill brings about.
         is_fixed: Whether nothing that the robot does changes it, as what an object is made for.
         lasts: Whether it is a state that can be looked at later, not a change.
+        is_last: Whether it is brought about at last, since what other goals need would undo it.
         blame: Returns the error of a skill that needs it and does not have it.
         choices: Yields values for its last arguments with which it holds, the best first, where they are open.
         lost: Returns the error for it not being there, or no more, though it was brought about.
@@ -110,6 +111,7 @@ class Predicate:
     imagine: Imagine | None = None
     is_fixed: bool = False
     lasts: bool = False
+    is_last: bool = False
     blame: Blame | None = None
     lost: Blame | None = None
     choices: Choices | None = None
@@ -146,6 +148,7 @@ def predicate(
     imagine: Imagine | None = None,
     fixed: bool = False,
     lasts: bool = False,
+    last: bool = False,
     blame: Blame | None = None,
     lost: Blame | None = None,
     choices: Choices | None = None,
@@ -161,6 +164,7 @@ def predicate(
             imagine=imagine,
             is_fixed=fixed,
             lasts=lasts,
+            is_last=last,
             blame=blame,
             lost=lost,
             choices=choices,
@@ -174,7 +178,7 @@ def predicates() -> dict[str, Predicate]:
     """Return all relations by name."""
     if not _VOCABULARY.is_whole:
         # Each module registers what it tells; they need this one.
-        from robosandbox.world import changes, containers, drawers, hand, reach, standing  # noqa: F401
+        from robosandbox.world import changes, containers, drawers, hand, reach, standing, whereabouts  # noqa: F401
 
         _VOCABULARY.is_whole = True
     return _VOCABULARY.known

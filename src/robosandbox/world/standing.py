@@ -258,7 +258,7 @@ def clear(view: View, a: str) -> Finding:
         cause=f"{', '.join(names)} {verb} on {a} and would fall when that is moved",
         help=f"put {names[0]} aside first" if names else "",
         blocking=names,
-        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
+        remedies=tuple(fact("on", name, TABLE) for name in names),
     )
 
 
@@ -272,7 +272,7 @@ def room_on(view: View, a: str, b: str) -> Finding:
         cause=f"no room for {a} at {b}: occupied by {', '.join(names)}",
         help="clear it or choose another place",
         blocking=names,
-        remedies=tuple(fact("on", name, TABLE) for name in names[:1]),
+        remedies=tuple(fact("on", name, TABLE) for name in names),
     )
 
 
@@ -311,7 +311,7 @@ def _table_room(view: View, item: DetectedObject, points: Sequence[Array], where
         cause=f"no room for {item.id} at {where}: {why}",
         help="choose a place on the table" if off else "clear it or choose another place",
         blocking=blocking,
-        remedies=tuple(fact("on", name, TABLE) for name in blocking[:1]),
+        remedies=tuple(fact("on", name, TABLE) for name in blocking),
     )
 
 

@@ -44,6 +44,7 @@ class Constraints:
         exactly: How many things are to be moved; None is any number.
         order: Pairs of ids: the first is to be moved before the second.
         end: What has to hold in the end.
+        put_back: Whether whatever else is moved is to be back in its place in the end.
     """
 
     never: frozenset[str] = frozenset()
@@ -51,6 +52,7 @@ class Constraints:
     exactly: int | None = None
     order: tuple[tuple[str, str], ...] = ()
     end: tuple[Fact, ...] = ()
+    put_back: bool = False
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -181,7 +183,9 @@ class _Run:
         if asked.exactly is not None and len(self._moved) != asked.exactly:
             cause = f"the plan moves {len(self._moved)} things; {asked.exactly} were asked for"
             yield Problem(step=0, call=None, relation=fact("exactly", float(asked.exactly)), cause=cause)
-        for goal in asked.end:
+        spoken_of = {goal.arguments[0] for goal in asked.end if goal.arguments}
+        back = [fact("as_before", name) for name in self._moved if asked.put_back and name not in spoken_of]
+        for goal in (*asked.end, *back):
             finding = find(goal, view)
             if finding.is_refuted:
                 yield Problem(step=0, call=None, relation=goal, cause=f"in the end {finding.cause}", help=finding.help)

@@ -1,0 +1,244 @@
+"""Search for the calls after which goals hold: best first over the order of goals, means-ends analysis for each of them.
+
+A call whose promise is a goal is enabled by bringing about what it lacks first, call by call (Newell and Simon 1961). Over the
+order in which goals are reached the search is weighted A* (Pohl 1970), with what lies ahead as told by `outlook`; a state's
+successors are made one at a time (partial expansion: Yoshizumi, Miura and Ishida 2000), since the first mostly leads on.
+"""
+
+from __future__ import annotations
+
+import heapq
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+from robosandbox.types import DetectedObject, ObservedScene, SkillCall
+from robosandbox.world.abilities import Abilities
+from robosandbox.world.contracts import imagined, lookup
+from robosandbox.world.facts import Fact
+from robosandbox.world.outlook import State, outlook, preferred
+from robosandbox.world.predicate import View, predicates, sentence
+from robosandbox.world.relations import on_table
+from robosandbox.world.verifier import MAX_STEPS, Constraints
+from robosandbox.world.ways import Way, Ways, marks, subject_of
+
+# How deep what is needed may need something itself: a tower to be cleared, level by level.
+_DEEPEST = 24
+# Values that are tried for arguments that a goal leaves open, such as a free spot. Chosen.
+_MOST_CHOICES = 8
+# States that are tried at most, and for each goal beside; a goal that can be reached mostly takes one or two. Chosen.
+_MOST_STATES = 100
+_MOST_STATES_A_GOAL = 25
+# How much more what lies ahead counts than the calls so far: with 1 all that is as short would be looked through. Chosen.
+_WEIGHT = 1.5
+
+
+class NoWayError(Exception):
+    """There are no calls that bring something about.
+
+    Attributes:
+        depth: How far from the goals it was found: the nearest cause is told.
+    """
+
+    def __init__(self, cause: str, depth: int) -> None:
+        super().__init__(cause)
+        self.depth = depth
+
+
+@dataclass(order=True, slots=True)
+class _Node:
+    """A state in the queue: with its rank, and the goals that have not been tried from it."""
+
+    rank: float
+    ahead: int
+    number: int
+    state: State = field(compare=False)
+    todo: list[Fact] = field(compare=False)
+    is_new: bool = field(compare=False, default=True)
+
+
+class Search:
+    """Finds calls that bring facts about.
+
+    Args:
+        start: The scene as it is.
+        ways: What may be called.
+        asked: What was asked besides.
+        robot: What the robot can do.
+    """
+
+    def __init__(self, start: ObservedScene, ways: Ways, asked: Constraints, robot: Abilities) -> None:
+        self._start = start
+        self._ways = ways
+        self._asked = asked
+        self._robot = robot
+        self._kept_free: list[DetectedObject] = []
+
+    def first(self) -> State:
+        """Return the state before any call."""
+        return self._state((), self._start, {})
+
+    def reach(self, goals: Sequence[Fact]) -> State:
+        """Return the cheapest state found in which all goals hold.
+
+        Raises:
+            NoWayError: There is none.
+        """
+        start = self.first()
+        self._kept_free = list(self._claimed(goals))
+        count = itertools.count()
+        queue: list[_Node] = []
+        failure: NoWayError | None = None
+
+        def push(state: State) -> None:
+            told = outlook(state, goals, self._ways)
+            rank = len(state.calls) + _WEIGHT * told.calls
+            heapq.heappush(queue, _Node(rank, told.calls, next(count), state, list(told.lacking)))
+
+        push(start)
+        seen: set[tuple[object, ...]] = set()
+        for _ in range(_MOST_STATES + _MOST_STATES_A_GOAL * len(goals)):
+            if not queue:
+                break
+            node = heapq.heappop(queue)
+            if not node.todo:
+                return node.state
+            if node.is_new:
+                key = _key(node.state)
+                if key in seen:
+                    continue
+                seen.add(key)
+                node.is_new = False
+            goal = node.todo.pop(0)
+            try:
+                push(self._bring_about(goal, node.state, (), goals))
+            except NoWayError as error:
+                failure = failure if failure is not None and failure.depth <= error.depth else error
+            if node.todo:
+                node.number = next(count)
+                heapq.heappush(queue, node)
+        raise failure or NoWayError("the goals exclude one another, as far as was searched", 0)
+
+    def _state(self, calls: tuple[SkillCall, ...], scene: ObservedScene, moved: dict[str, Fact]) -> State:
+        return State(calls, View(scene=scene, before=self._start, robot=self._robot), moved, {})
+
+    def _bring_about(self, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return a state after calls that end in one which promises the goal, by the first way that works.
+
+        Raises:
+            NoWayError: There is none.
+        """
+        if goal in path or len(path) > _DEEPEST:
+            raise NoWayError(f"{goal} needs itself to hold first", len(path))
+        ways = self._ways.of(goal)
+        if not ways:
+            return self._mended(goal, state, path, goals)
+        failure: NoWayError | None = None
+        for way in ways:
+            try:
+                return self._enabled(way, goal, state, (*path, goal), goals)
+            except NoWayError as error:
+                failure = failure or error
+        raise failure or NoWayError(f"no skill brings about {goal}", len(path))
+
+    def _mended(self, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return a state in which a goal that no skill promises holds, as it says itself what would help.
+
+        Raises:
+            NoWayError: It does not say, or that cannot be done.
+        """
+        for _ in range(_DEEPEST):
+            finding = state.find(goal)
+            if finding.holds:
+                return state
+            if not finding.remedies:
+                raise NoWayError(f"no skill brings about {goal}", len(path))
+            state = self._helped(finding.remedies, state, (*path, goal), goals)
+        raise NoWayError(f"{goal} cannot be had at once", len(path))
+
+    def _helped(self, remedies: Sequence[Fact], state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return a state after one of some facts was brought about, best one of a thing that has to be moved anyway.
+
+        Raises:
+            NoWayError: None of them can be brought about.
+        """
+        lacking = {subject_of(goal) for goal in goals if not state.find(goal).holds}
+        settled = {subject_of(goal) for goal in goals} - lacking
+        failure: NoWayError | None = None
+        for remedy in sorted(preferred(remedies, lacking), key=lambda one: subject_of(one) in settled):
+            try:
+                return self._bring_about(remedy, state, path, goals)
+            except NoWayError as error:
+                failure = failure or error
+        raise failure or NoWayError("nothing would help", len(path))
+
+    def _enabled(self, way: Way, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return the state after a call, and before it what it lacks; what the goal leaves open is chosen at last.
+
+        Raises:
+            NoWayError: What it lacks cannot be brought about.
+        """
+        for _ in range(_DEEPEST):
+            finding = state.first_refuted(way.needs)
+            if finding is None:
+                return self._after(self._chosen(way, goal, state, len(path)), goal, state, len(path))
+            if not finding.remedies or len(state.calls) >= MAX_STEPS:
+                raise NoWayError(sentence(finding), len(path))
+            state = self._helped(finding.remedies, state, path, goals)
+        raise NoWayError(f"what {way.call} needs cannot be had at once", len(path))
+
+    def _chosen(self, way: Way, goal: Fact, state: State, depth: int) -> SkillCall:
+        """Return a way's call with values for what its goal leaves open, as the relations needed there choose them.
+
+        Raises:
+            NoWayError: None of the first few values will do.
+        """
+        if not way.choices:
+            return way.call
+        chooser = next((one for one in way.choices if predicates()[one.relation].choices is not None), None)
+        choices = None if chooser is None else predicates()[chooser.relation].choices
+        if chooser is None or choices is None:
+            raise NoWayError(f"{way.call} leaves open what {way.choices[0]} is", depth)
+        names = marks(chooser)
+        given = [value for value in chooser.arguments if value not in names]
+        claimed = tuple(item for item in self._kept_free if item.id != _claim(subject_of(goal)))
+        free = replace(state.view, scene=replace(state.scene, objects=(*state.scene.objects, *claimed)))
+        for values in itertools.islice(choices(free, *given), _MOST_CHOICES):
+            bound = dict(zip(names, values, strict=True))
+            filled = [Fact(one.relation, tuple(bound.get(str(v), v) for v in one.arguments)) for one in way.choices]
+            if state.first_refuted(filled) is None:
+                arguments = {key: bound.get(str(value), value) for key, value in way.call.arguments.items()}
+                return SkillCall(skill=way.call.skill, arguments=arguments)
+        raise NoWayError(f"there is no free place for {given[0]}", depth)
+
+    def _after(self, call: SkillCall, goal: Fact, state: State, depth: int) -> State:
+        contract = self._ways.contract(call).resolved(state.scene)
+        asked = self._asked
+        for name in contract.moves:
+            if name in asked.never or (asked.only is not None and name not in asked.only):
+                raise NoWayError(f"{call} would move {name}, which is not to be touched", depth)
+            missing = [first for first, second in asked.order if second == name and first not in state.moved]
+            if missing:
+                raise NoWayError(f"{missing[0]} is to be moved before {name}", depth)
+        moved = {**state.moved, **dict.fromkeys(contract.moves, goal)}
+        return self._state((*state.calls, call), imagined(contract, state.scene), moved)
+
+    def _claimed(self, goals: Sequence[Fact]) -> list[DetectedObject]:
+        """Return things as goals want them to stand on the table, where nothing else is put aside."""
+        found = []
+        for goal in goals:
+            move = lookup(goal).imagine
+            item = None if move is None else move(self._start, *goal.arguments).find(subject_of(goal))
+            if item is not None and item.id != self._start.held and on_table(item, self._start.table_height).holds:
+                found.append(replace(item, id=_claim(item.id)))
+        return found
+
+
+def _claim(name: str) -> str:
+    return f"{name}/claimed"
+
+
+def _key(state: State) -> tuple[object, ...]:
+    """Return what tells one state from another, wherever on the table things were put aside."""
+    openings = tuple(round(item.opening or 0.0, 3) for item in state.scene.objects)
+    return (state.scene.held, openings, frozenset(state.moved.items()))

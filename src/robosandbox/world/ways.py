@@ -1,0 +1,136 @@
+"""Which calls promise a goal, by the skills' contracts, and what each of them needs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from robosandbox.types import SkillCall
+from robosandbox.world.contracts import Contract, contract_of
+from robosandbox.world.facts import HELD, TABLE, Fact
+
+# Needs that take the hand are seen to last: it is free until then.
+OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
+
+
+class Plannable(Protocol):
+    """What is asked of a skill here."""
+
+    @property
+    def name(self) -> str:
+        """As calls name it."""
+        ...
+
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of its arguments."""
+        ...
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class Way:
+    """A call that promises a goal, for the object that the goal is about.
+
+    Attributes:
+        call: With a mark, its name behind a star, for each argument that the goal leaves open.
+        needs: What it needs, what takes the hand last.
+        choices: What it needs of the arguments left open.
+    """
+
+    call: SkillCall
+    needs: tuple[Fact, ...]
+    choices: tuple[Fact, ...]
+
+    @property
+    def picks(self) -> bool:
+        """Whether something has to be in the hand for it."""
+        return any(need.relation == "holding" for need in self.needs)
+
+
+class Ways:
+    """The skills that have contracts.
+
+    Args:
+        skills: What may be called; those without a contract are not.
+    """
+
+    def __init__(self, skills: Sequence[Plannable]) -> None:
+        self._skills = {skill.name: skill for skill in skills if getattr(skill, "contract", None) is not None}
+        self._patterns = {name: _pattern(skill) for name, skill in self._skills.items()}
+        self._known: dict[Fact, tuple[Way, ...]] = {}
+        self._contracts: dict[tuple[object, ...], Contract] = {}
+
+    def of(self, goal: Fact) -> tuple[Way, ...]:
+        """Return the calls that promise a goal, those that do it at one go first."""
+        if goal not in self._known:
+            self._known[goal] = tuple(sorted(self._found(goal), key=lambda way: way.picks))
+        return self._known[goal]
+
+    def contract(self, call: SkillCall) -> Contract:
+        """Return the contract of a call, whatever it leaves open."""
+        key = (call.skill, *call.arguments.items())
+        if key not in self._contracts:
+            skill = self._skills[call.skill]
+            is_open = any(is_mark(value) for value in call.arguments.values())
+            arguments = call.arguments if is_open else skill.check(call.arguments)
+            self._contracts[key] = contract_of(skill, arguments) or Contract()
+        return self._contracts[key]
+
+    def _found(self, goal: Fact) -> Iterator[Way]:
+        subject = {HELD: str(goal.arguments[0]) if goal.arguments else None}
+        for name, pattern in self._patterns.items():
+            bound = next((b for gift in pattern.gives if (b := _unified(gift, goal)) is not None), None)
+            if bound is None:
+                continue
+            fields = self._skills[name].schema
+            required = fields.get("required", ())
+            arguments = {key: bound.get(f"*{key}", f"*{key}") for key in fields.get("properties", {})}
+            kept = {key: value for key, value in arguments.items() if f"*{key}" in bound or key in required}
+            call = SkillCall(skill=name, arguments=kept)
+            needs = sorted((need.resolved(subject) for need in self.contract(call).needs), key=_takes_the_hand)
+            settled = tuple(need for need in needs if not marks(need))
+            yield Way(call, settled, tuple(need for need in needs if marks(need)))
+
+
+def is_mark(value: object) -> bool:
+    """Tell whether an argument is left open."""
+    return isinstance(value, str) and value.startswith("*") and value != HELD
+
+
+def marks(one: Fact) -> tuple[str, ...]:
+    """Return the marks among a fact's arguments."""
+    return tuple(str(value) for value in one.arguments if is_mark(value))
+
+
+def _takes_the_hand(need: Fact) -> bool:
+    return need.relation in OF_THE_HAND
+
+
+def _pattern(skill: Plannable) -> Contract:
+    """Return a skill's contract with a mark in place of each argument."""
+    names = skill.schema.get("properties", {})
+    return contract_of(skill, {name: f"*{name}" for name in names}) or Contract()
+
+
+def _unified(gift: Fact, goal: Fact) -> dict[str, Any] | None:
+    """Return the values of marks with which a promise is the goal; None where there are none."""
+    if gift.relation != goal.relation or len(gift.arguments) < len(goal.arguments):
+        return None
+    bound: dict[str, Any] = {}
+    for mark, value in zip(gift.arguments, goal.arguments, strict=False):
+        if isinstance(mark, str) and mark.startswith("*"):
+            if value == TABLE or bound.setdefault(mark, value) != value:
+                return None
+        elif mark != value:
+            return None
+    return bound
+
+
+def subject_of(goal: Fact) -> str:
+    """Return the id of what a fact is about; "" where it is about nothing."""
+    return str(goal.arguments[0]) if goal.arguments else ""

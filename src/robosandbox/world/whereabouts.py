@@ -1,0 +1,56 @@
+"""Where an object is: in the gripper, on another, in a container, or on the table; and whether it is where it was."""
+
+from __future__ import annotations
+
+import math
+
+from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.world.contracts import find
+from robosandbox.world.facts import TABLE, Fact, fact
+from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
+from robosandbox.world.relations import centre, lies_in, moved, on_table, stands_on
+from robosandbox.world.standing import AT_TOLERANCE
+
+
+def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
+    """Return what an object, no beads, is held up by; None where nothing is seen to.
+
+    What stands on a thing in a container stands on that thing.
+    """
+    if item.id == scene.held:
+        return fact("holding", item.id)
+    others = [other for other in scene.objects if other.id not in (item.id, scene.held) and not other.shape.is_granular]
+    solid = next((other for other in others if not other.shape.holds_things and stands_on(item, other)), None)
+    if solid is not None:
+        return fact("on", item.id, solid.id)
+    vessels = [other for other in others if other.shape.holds_things]
+    vessel = next((other for other in vessels if lies_in(item, other)), None)
+    if vessel is not None:
+        return fact("inside", item.id, vessel.id)
+    rim = next((other for other in vessels if stands_on(item, other)), None)
+    if rim is not None:
+        return fact("on", item.id, rim.id)
+    return fact("on", item.id, TABLE) if on_table(item, scene.table_height) else None
+
+
+@predicate("object")
+def as_before(view: View, a: str) -> Finding:
+    """An object is where it was: on or in what it was then, or, where that is gone, at that point of the table."""
+    item, then = view.get(a), view.before.find(a)
+    was = None if then is None else where(view.before, then)
+    if then is None or was is None:
+        return Finding(holds=False, is_sure=False, cause=f"it was not seen where {a} was before")
+    below = str(was.arguments[-1])
+    base, now = view.before.find(below), view.scene.find(below)
+    if was.relation != "holding" and (base is None or now is None or moved(base, now) > AT_TOLERANCE):
+        x, y, _ = (round(float(value), 3) for value in centre(then))
+        was = fact("at", a, x, y)
+    return Finding(
+        holds=find(was, view).holds,
+        margin=AT_TOLERANCE - math.dist(centre(item), centre(then)),
+        tolerance=AT_TOLERANCE,
+        is_sure=is_clearly_seen(item, then),
+        cause=f"{a} is not where it was",
+        help=f"put {a} back",
+        remedies=(was,),
+    )
