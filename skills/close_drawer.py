@@ -40,8 +40,11 @@ from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import CLOSED_WITHIN
 
+# Metres before the grip from which it is pushed; chosen as ten times perception's error.
 _STAND_OFF = 0.012
+# Metres beyond shut that the hand goes; chosen within CLOSED_WITHIN, and little enough for servos to give.
 _PRESS = 0.002
+# Pushes until it is given up; chosen as in `pick`.
 _STROKES = 3
 _PITCHES = tuple(np.radians([0.0, 25.0, 45.0]))
 

@@ -24,7 +24,8 @@ from robosandbox.world.relations import Relation, bottom, centre, inside, on_top
 from robosandbox.world.spots import Spot, yaw_to_align
 from robosandbox.world.standing import AT_TOLERANCE
 
-# Grips that a turn may take: an arm's last joint goes about half a turn at a time, and what is asked may be a whole one.
+# Number of grips that a turn may take; chosen because an arm's last joint goes about half a turn at a time, and what is
+# asked may be a whole one.
 _GRIPS = 4
 # Of what is left to turn, what is tried with one grip, the most first.
 _SHARES = (1.0, 0.75, 0.5, 0.25)

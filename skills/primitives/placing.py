@@ -24,14 +24,25 @@ from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.relations import Relation
 from robosandbox.world.spots import Spot, about_z, levelled, resting_pose
 
+# Metres above the support from which the last of the way is for it alone; chosen as twice the planner's clearance.
 _STAND_OFF = 0.004
+# How far each finger opens to let go, metres, in steps that no wall fits between; chosen as a size's error ten times
+# over where there is room (halved or doubled, 1 % of an episode's time).
 _OPENINGS = (0.0, 0.003, 0.006, 0.009, 0.012)
+# Metres that each finger has to open to let go; chosen above a pad's give.
 _LEAST_OPENING = 0.003
+# Seconds before the fingers open; chosen so that what was lowered has come to rest (halved or doubled, 1 % of an
+# episode's time).
 _RELEASE_SECONDS = 0.1
 _HIGHER_HOVERS = (HOVER_HEIGHT, 0.05)
+# Metres over the goal; chosen as the least from which a hand still comes down straight.
 _LOWEST_HOVER = 0.03
+# Sampled starts for a configuration; chosen as half of the planner's 60: another spot is worth more than a harder
+# search.
 _RESTARTS = 30
+# Spots out of reach after which it is given up; chosen as all headings of five spots.
 _MOST_UNREACHABLE = 40
+# Ways that may be blocked; chosen because each is searched for by sampling, which takes longest.
 _MOST_BLOCKED = 5
 
 

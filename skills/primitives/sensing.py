@@ -11,14 +11,24 @@ from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import DetectedObject, Grasp, ObservedScene
 from robosandbox.world.relations import bottom, moved
 
-# Fingers within this of where they were sent are there.
+# Metres between fingers and where they were sent within which they are there; chosen as what weak finger servos stop
+# short of.
 _FINGERS_ARRIVED = 0.004
+# Simulated seconds that sticking fingers are worked at; chosen so that most that come free do (benchmarks/recovery.py,
+# half_closed).
 _FREED_WITHIN = 8.0
+# Metres on each side of an object that open fingers need, and by which closing ones have moved; chosen as the error of
+# a size in pixels (0.8 mm, docs/measured.md) twice over.
 _NEEDED_CLEARANCE = 0.002
-# Less than this is the weight of half a kilogram, which any grip that slips under it may hold when it is a better one.
+# N; chosen as the weight of half a kilogram: any grip that slips under less may hold when it is a better one.
 _LOAD = 5.0
+# Metres; chosen above perception's error: a thing that a pull has moved by less is fixed.
 _UNMOVED = 0.003
+# Metres by which a thing has to have moved to be planned for anew; chosen above perception's 2.2 mm (p95,
+# docs/measured.md).
 _CHANGED = 0.003
+# Control ticks between two readings of the load; chosen because reading contacts costs as much as a tick, and a lift
+# lasts over a hundred.
 _EVERY = 20
 
 

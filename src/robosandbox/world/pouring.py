@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from robosandbox.types import DetectedObject
 from robosandbox.world.relations import Relation, inside, loose
 
+# Share that sums of whole things may be off by; chosen far above floating-point error and far below one thing in a
+# thousand.
 _ROUNDING = 1e-9
 
 

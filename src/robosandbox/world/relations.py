@@ -20,8 +20,12 @@ import numpy as np
 from robosandbox.shapes import Room, kinds_that_hold
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Direction, Pose, Side, Vec3
 
+# Metres between a thing and what it rests on; chosen as twice perception's 2.2 mm (p95, docs/measured.md).
 REST_TOLERANCE = 0.005
+# Metres; chosen as a hand's width: what stands farther away is not called beside (halved and doubled five placing tasks
+# end alike).
 BESIDE_GAP = 0.10
+# Metres within which a drawer is closed; chosen just above perception's error.
 CLOSED_WITHIN = 0.003
 
 # Objects, and pairs of them, whose geometry is kept: a search over plans asks again and again about what has not moved. Chosen:

@@ -14,22 +14,32 @@ from robosandbox.world.relations import BESIDE_GAP, bottom, bounds, centre, exte
 
 # Half of the table's edge, metres: design.md, section 3.
 TABLE_HALF_EXTENT = 0.5
-# How far over its support an object is let go, metres; the descent ends there.
+# How far over its support an object is let go, metres; chosen above a descent's error: the descent ends there (halved
+# and doubled five placing tasks end alike).
 _DROP = 0.0015
-# Free space that is kept around an object on the table, metres; opening fingers need part of it.
+# Free space that is kept around an object on the table, metres; chosen as part of what opening fingers need.
 _SPACING = 0.008
-# Distances beside a neighbour, as shares of BESIDE_GAP, and shifts along it, metres, the best first.
+# Distances beside a neighbour, as shares of BESIDE_GAP, the best first; chosen so that fingers fit in between and noise
+# leaves it beside.
 _GAP_SHARES = (0.4, 0.55, 0.3, 0.7, 0.2)
+# Shifts along the neighbour, metres, the best first; chosen as a finger's width and two.
 _SHIFTS = (0.0, 0.02, -0.02, 0.04, -0.04)
 _SHARES = (0.0, 0.5, -0.5, 1.0, -1.0)
 _CELLS = np.array([(u, v) for u in _SHARES for v in _SHARES])
+# Metres between a thing and a container's walls; chosen above perception's error and the descent's.
 _WALL_ROOM = 0.004
+# Metres between two things in a container, likewise; chosen as at its walls.
 _NEXT_ROOM = 0.004
+# Metres of free space beyond which more is no better; chosen as a small object's width.
 _ENOUGH_ROOM = 0.04
+# Metres above what lies there at which a thing is put on it; chosen below what a drop shows.
 _ABOVE = 0.001
-# How far over its support the object is let go where the hand does not get lower; at last from over the rim.
+# Metres over its support at which an object is let go where the hand does not get lower; chosen so that the last is
+# from over a usual bin's rim.
 _DROPS = (0.0, 0.007, 0.015, 0.03, 0.05)
+# Places tried at each of these heights; chosen so that all five take under a second.
 _MOST_PER_DROP = 16
+# Metres of height and of free space that make one place better than another; chosen as twice perception's error.
 _STEP = 0.005
 # Containers with what lies in them and what is to go in, for which the first place is kept. Chosen: a search's hundred states.
 _KEPT = 1024
