@@ -20,7 +20,8 @@ from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, Sk
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.achieve import achieve
-from robosandbox.world.contracts import find, lookup
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.contracts import Contract, contract_of, find, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.predicate import View
 from robosandbox.world.verifier import MAX_STEPS, Checkable, verify
@@ -41,6 +42,10 @@ _RELATIONS_HELP = (
 @runtime_checkable
 class HasNeeds(Protocol):
     """A skill that can say what it lacks without moving."""
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
 
     def require(self, ctx: Any, scene: ObservedScene, **arguments: Any) -> None:
         """Check what it needs; raises a SkillError."""
@@ -188,14 +193,18 @@ def why_not(ctx: GoalContext, skills: Mapping[str, Skill[Any]], call: SkillCall)
     None where it would begin to move, where its arguments say enough already, and where repairs cannot be tried out.
     """
     skill = skills.get(call.skill)
-    if not isinstance(ctx, AgentContext) or skill is None or not isinstance(skill, HasNeeds):
+    if not isinstance(ctx, AgentContext) or not isinstance(skill, HasNeeds):
         return None
+    scene = ctx.look()
     try:
-        skill.require(ctx, ctx.look(), **skill.check(call.arguments))
+        arguments = skill.check(call.arguments)
+        skill.require(ctx, scene, **arguments)
     except InvalidArgumentError:
         return None
     except SkillError as error:
-        error.repairs = error.repairs or ctx.repairs_for(call, error)
+        contract = (contract_of(skill, arguments) or Contract()).resolved(scene)
+        failure = Failure(call=call, error=error, contract=contract, before=scene, scene=scene)
+        error.repairs = error.repairs or ctx.repairs_for(failure)
         return error.record()
     return None
 

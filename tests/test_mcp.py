@@ -53,7 +53,7 @@ async def over_http(*arguments: str) -> AsyncIterator[Client]:
 
 
 def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> Robot:
-    return Robot(session, subscribe=session.sim.subscribe, timeout=timeout)
+    return Robot(session, timeout=timeout)
 
 
 @contextlib.asynccontextmanager
@@ -98,6 +98,9 @@ def test_a_client_lists_tools_picks_places_cancels_and_sees_typed_errors(way: st
             await _picks_and_places(client)
             await _sees_errors(client)
             await _plans_and_refuses(client)
+            await _simulates_runs_resets_and_judges(client)
+            await _moves_the_hand(client)
+            await _loads(client)
 
     asyncio.run(visit())
 
@@ -117,7 +120,9 @@ def test_a_client_cancels_a_running_goal_and_the_arm_stands_still(way: str) -> N
 async def _lists_tools(client: Client) -> None:
     listed = {tool.name: tool for tool in (await client.list_tools()).tools}
     skills = load_skills()
-    assert set(listed) == {*(skill.name for skill in skills), "look", "plan", "check_plan", "refuse"}
+    assert {*(skill.name for skill in skills), *tools.OWN} <= set(listed)
+    assert all(tool.output_schema and tool.annotations for tool in listed.values())
+    assert listed["look"].annotations.read_only_hint and listed["reset"].annotations.destructive_hint
     for skill in skills:
         assert listed[skill.name].input_schema == {"type": "object", **skill.schema}
         assert listed[skill.name].description.startswith(skill.description)
@@ -190,8 +195,8 @@ async def _plans_and_refuses(client: Client) -> None:
     refused = structured(await client.call_tool("plan", {"prompt": "pick up the elephant"}))
     assert refused["plan"] is None and refused["refusal"]["code"] == "object_not_found"
     steps = [{"skill": "place_in", "arguments": {"container": "grey_bin"}}]
-    checked = structured(await client.call_tool("check_plan", {"steps": steps}))
-    assert not checked["ok"] and "the gripper is empty" in checked["problems"][0]
+    checked = structured(await client.call_tool("check", {"steps": steps}))
+    assert not checked["ok"] and checked["problems"][0]["cause"] == "the gripper is empty"
     said = structured(await client.call_tool("refuse", {"code": "unsupported", "message": "I have no wings."}))
     assert said == {
         "plan": None,
@@ -200,6 +205,96 @@ async def _plans_and_refuses(client: Client) -> None:
     wrong = await client.call_tool("refuse", {"code": "because", "message": "no"})
     assert wrong.is_error and structured(wrong)["error"]["code"] == "invalid_argument"
     assert structured(await client.call_tool("look"))["state"]["q"] == before["q"]
+
+
+async def _simulates_runs_resets_and_judges(client: Client) -> None:
+    told: list[str] = []
+
+    async def hear(progress: float, total: float | None, message: str | None) -> None:
+        told.append(message or "")
+
+    assert structured(await client.call_tool("reset", {"seed": 0}))["seed"] == 0
+    assert not structured(await client.call_tool("judge"))["success"]
+    begin = (await scene(client))["objects"]
+    steps = [
+        {"skill": "pick", "arguments": {"object": "red_cube"}},
+        {"skill": "place_in", "arguments": {"container": "grey_bin"}},
+    ]
+    assert structured(await client.call_tool("check", {"steps": steps})) == {"ok": True, "problems": []}
+    tried = structured(await client.call_tool("simulate", {"steps": steps}))
+    assert tried["ok"] and len(tried["would_work"]) == 2 and (await scene(client))["objects"] == begin
+    ran = await client.call_tool("run", {"prompt": "put the red cube in the bin"}, progress_callback=hear)
+    assert not ran.is_error and [one["call"] for one in structured(ran)["done"]] == [
+        "pick(object=red_cube)",
+        "place_in(container=grey_bin)",
+    ]
+    assert told[0].startswith("plan: pick(object=red_cube)") and any(text.endswith(": lift") for text in told)
+    assert structured(await client.call_tool("judge"))["success"]
+    assert structured(await client.call_tool("reset"))["task"] == "put_in_bin"
+    assert (await scene(client))["objects"] == begin
+    reached = await client.call_tool("achieve", {"goals": ["inside(red_cube, grey_bin)"]})
+    assert not reached.is_error and structured(await client.call_tool("judge"))["success"]
+    wrong = await client.call_tool("achieve", {"goals": ["in(red_cube, grey_bin)"]})
+    assert wrong.is_error and structured(wrong)["error"]["code"] == "invalid_argument"
+    refused = await client.call_tool("run", {"prompt": "pick up the elephant"})
+    assert refused.is_error and structured(refused)["refusal"]["code"] == "object_not_found"
+
+
+async def _moves_the_hand(client: Client) -> None:
+    """The hand goes where it is sent, and nowhere else."""
+    there = structured(await client.call_tool("move_to", {"x": 0.2, "y": 0.1, "z": 0.3}))["detail"]
+    assert there["off_mm"] < 5.0
+    narrow = structured(await client.call_tool("close_gripper"))["detail"]["width_mm"]
+    assert structured(await client.call_tool("open_gripper"))["detail"]["width_mm"] > narrow + 50.0
+    before = structured(await client.call_tool("look"))["state"]["q"]
+    far = await client.call_tool("move_to", {"x": 2.0, "y": 0.0, "z": 0.3})
+    below = await client.call_tool("move_to", {"x": 0.2, "y": 0.1, "z": 0.02})
+    endless = await client.call_tool("move_to", {"x": 1e400, "y": 0.1, "z": 0.3})
+    codes = [structured(one)["error"]["code"] for one in (far, below, endless)]
+    assert codes == ["unreachable", "collision", "invalid_argument"]
+    assert structured(await client.call_tool("look"))["state"]["q"] == before
+    content = await resource(client, "robosandbox://last_failure")
+    assert isinstance(content, types.TextResourceContents)
+    assert json.loads(content.text)["error"]["code"] == "invalid_argument"
+
+
+async def _loads(client: Client) -> None:
+    loaded = structured(await client.call_tool("load", {"task": "pick_cube_franka"}))
+    assert loaded == {"task": "pick_cube_franka", "prompt": loaded["prompt"], "seed": 0}
+    assert structured(await client.call_tool("load", {"task": "no_such"}))["error"]["code"] == "invalid_argument"
+    assert not (await client.call_tool("run", {"prompt": loaded["prompt"]})).is_error
+    assert structured(await client.call_tool("judge"))["success"]
+    prompts = [prompt.name for prompt in (await client.list_prompts()).prompts]
+    assert prompts == ["do", "explain_failure"]
+    written = await client.get_prompt("do", {"request": "go home"})
+    assert "go home" in written.messages[0].content.text
+
+
+def test_a_client_that_dies_leaves_no_traceback() -> None:
+    server = subprocess.Popen(
+        [*PROGRAM, "--task", "put_in_bin", "--realtime"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert server.stdin and server.stdout
+
+    def say(**message: Any) -> None:
+        server.stdin.write(json.dumps({"jsonrpc": "2.0", **message}) + "\n")
+        server.stdin.flush()
+
+    about = {"protocolVersion": "2025-06-18", "capabilities": {}, "clientInfo": {"name": "t", "version": "1"}}
+    say(id=1, method="initialize", params=about)
+    server.stdout.readline()
+    say(method="notifications/initialized")
+    call = {"name": "pick", "arguments": {"object": "red_cube"}, "_meta": {"progressToken": 1}}
+    say(id=2, method="tools/call", params=call)
+    assert "progress" in server.stdout.readline()
+    server.stdout.close()
+    server.stdin.close()
+    assert server.wait(timeout=60) == 0
+    assert server.stderr is not None and "Traceback" not in server.stderr.read()
 
 
 @pytest.mark.slow

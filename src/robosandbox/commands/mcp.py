@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Annotated
 
@@ -17,7 +17,7 @@ from robosandbox.extras import missing_extra
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
-    pass
+    from robosandbox.tasks.embedded import EmbeddedWorkcell
 
 
 @takes_world(without=("camera", "sensor", "calibration", "max_replans"))
@@ -65,17 +65,25 @@ def mcp(
 
     @contextmanager
     def there() -> Iterator[Robot]:
+        from robosandbox.tasks.loader import find_task
+
         with connection.workcell(world) as session:
-            yield Robot(session, subscribe=None, timeout=timeout)
+            yield Robot(session, reopen=lambda task: session.load(find_task(task)), timeout=timeout)
 
     @contextmanager
     def here() -> Iterator[Robot]:
         from robosandbox.agent.pace import Pace
 
-        with open_here(world) as session:
-            if realtime:
-                session.sim.subscribe(Pace(session.sim))
-            yield Robot(session, subscribe=session.sim.subscribe, timeout=timeout)
+        with ExitStack() as opened:
+
+            def reopen(task: str | None = None) -> EmbeddedWorkcell:
+                session = open_here(world) if task is None else open_here(world, task=task)
+                opened.callback(session.close)
+                if realtime:
+                    session.sim.subscribe(Pace(session.sim))
+                return session
+
+            yield Robot(reopen(), reopen=reopen, timeout=timeout)
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE

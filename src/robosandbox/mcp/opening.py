@@ -55,7 +55,7 @@ class Opening:
         try:
             robot = self._open.enter_context(self._open_robot())
             # A skill that has the name of a tool of the server's own is told now, not when a client lists the tools.
-            tools.catalogue(robot.skills)
+            tools.catalogue(robot.calls)
         except RoboSandboxError as error:
             print(f"robo-sandbox: {error}", file=sys.stderr, flush=True)
             raise

@@ -5,12 +5,25 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mcp_types as types
 from pydantic import Field, TypeAdapter, ValidationError
 
+from robosandbox.agent.episode import Episode
 from robosandbox.agent.llm.scene import describe_scene
+from robosandbox.agent.tools import (
+    AchieveArguments,
+    CheckArguments,
+    RefuseArguments,
+    SimulateArguments,
+    description,
+    error_data,
+    rounded,
+    schema,
+    wrong_arguments,
+)
 from robosandbox.errors import InputError, SkillError
 from robosandbox.protocols import Skill
 from robosandbox.types import (
@@ -19,15 +32,10 @@ from robosandbox.types import (
     ObservedScene,
     Plan,
     Refusal,
-    RefusalCode,
-    SkillCall,
     SkillResult,
     StrictModel,
 )
 from robosandbox.world.arguments import terms
-from robosandbox.world.verifier import MAX_STEPS, verify
-
-LOOK, PLAN, CHECK, REFUSE = "look", "plan", "check_plan", "refuse"
 
 
 class LookArguments(StrictModel):
@@ -42,35 +50,83 @@ class PlanArguments(StrictModel):
     prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
 
 
-class CheckArguments(StrictModel):
-    """Check skill calls of your own against skills, scene and order before you make them; nothing moves."""
+class RunArguments(StrictModel):
+    """Carry out a sentence with the planner that the server was started with: plans, looks, plans anew after failures."""
 
-    steps: tuple[SkillCall, ...] = Field(description="The calls in order.", min_length=1, max_length=MAX_STEPS)
-
-
-class RefuseArguments(StrictModel):
-    """Say that a request will not be carried out, and why; nothing moves. A wrong motion is worse than none."""
-
-    code: RefusalCode
-    message: str = Field(description="A sentence for the person.", min_length=1, max_length=600)
-    candidates: tuple[str, ...] = Field(default=(), description="Object ids that could be meant.")
+    prompt: str = Field(description="What the person said.", min_length=1, max_length=MAX_PROMPT_LENGTH)
 
 
-_OWN: dict[str, type[StrictModel]] = {
-    LOOK: LookArguments,
-    PLAN: PlanArguments,
-    CHECK: CheckArguments,
-    REFUSE: RefuseArguments,
+class ResetArguments(StrictModel):
+    """Start the task over: objects and arm go to where a seed's layout has them; what was done is lost."""
+
+    seed: int = Field(default=0, ge=0, description="The layout; 0 is the task as written.")
+
+
+class LoadArguments(StrictModel):
+    """Put the robot at another bundled task; what was done is lost."""
+
+    task: str = Field(description="Its name, such as put_in_bin.", min_length=1, max_length=60)
+
+
+class JudgeArguments(StrictModel):
+    """Ask whether the task has succeeded since the last reset, by the simulated state; time may pass while it is watched."""
+
+
+def _object(**fields: str | list[str]) -> dict[str, Any]:
+    """Return the schema of an object that has these fields, of these types, and may have more."""
+    return {
+        "type": "object",
+        "properties": {name: {"type": kind} for name, kind in fields.items()},
+        "required": list(fields),
+    }
+
+
+@dataclass(frozen=True, slots=True)
+class Own:
+    """A tool of the server's own.
+
+    Attributes:
+        arguments: What it takes; the docstring is its description.
+        answers: Schema of what it answers.
+        moves: Whether the robot or the world may move.
+        undoes: Whether what was done may be lost.
+    """
+
+    arguments: type[StrictModel]
+    answers: dict[str, Any]
+    moves: bool = False
+    undoes: bool = False
+
+
+_PLANNED = _object(plan=["array", "null"], refusal=["object", "null"])
+_EPISODE = _object(success="boolean", reason="string", detail="string", done="array")
+_TASK = _object(task="string", prompt="string", seed="integer")
+OWN: dict[str, Own] = {
+    "look": Own(LookArguments, _object(scene="object", state="object", doing=["string", "null"], cameras="array")),
+    "plan": Own(PlanArguments, _PLANNED),
+    "check": Own(CheckArguments, _object(ok="boolean", problems="array")),
+    "simulate": Own(SimulateArguments, _object(ok="boolean")),
+    "run": Own(RunArguments, _EPISODE, moves=True),
+    "achieve": Own(AchieveArguments, _EPISODE, moves=True),
+    "judge": Own(JudgeArguments, _object(success="boolean", detail="object")),
+    "reset": Own(ResetArguments, _TASK, moves=True, undoes=True),
+    "load": Own(LoadArguments, _TASK, moves=True, undoes=True),
+    "refuse": Own(RefuseArguments, _PLANNED),
 }
+"""Tools of the server's own, by name."""
 
 
-def catalogue(skills: Sequence[Skill[Any]]) -> list[types.Tool]:
-    """Return the tools: the skills under their own names and schemas, and four that move nothing.
+def catalogue(skills: Sequence[Skill[Any]], *, loads: bool = True) -> list[types.Tool]:
+    """Return the tools: the skills under their own names and schemas, and the server's own.
+
+    Args:
+        skills: What moves the arm.
+        loads: Whether the robot can be put at another task.
 
     Raises:
-        InputError: A skill has the name of one of those four.
+        InputError: A skill has the name of a tool of the server's own.
     """
-    taken = [skill.name for skill in skills if skill.name in _OWN]
+    taken = [skill.name for skill in skills if skill.name in OWN]
     if taken:
         raise InputError(f"the skill {taken[0]!r} has the name of a tool that the server offers itself; rename it")
     moving = [
@@ -78,33 +134,36 @@ def catalogue(skills: Sequence[Skill[Any]]) -> list[types.Tool]:
             name=skill.name,
             description=f"{skill.description} {terms(skill)}".strip(),
             input_schema={"type": "object", **skill.schema},
+            output_schema=_object(skill="string", detail="object", side_effects="array"),
             annotations=types.ToolAnnotations(read_only_hint=False, destructive_hint=False, open_world_hint=False),
         )
         for skill in skills
     ]
-    still = [
+    own = [
         types.Tool(
             name=name,
-            description=" ".join((model.__doc__ or "").split()),
-            input_schema={key: value for key, value in model.model_json_schema().items() if key != "description"},
-            annotations=types.ToolAnnotations(read_only_hint=True, open_world_hint=False),
+            description=description(tool.arguments),
+            input_schema=schema(tool.arguments),
+            output_schema=tool.answers,
+            annotations=types.ToolAnnotations(
+                read_only_hint=not tool.moves, destructive_hint=tool.undoes, open_world_hint=False
+            ),
         )
-        for name, model in _OWN.items()
+        for name, tool in OWN.items()
+        if loads or name != "load"
     ]
-    return moving + still
+    return moving + own
 
 
 def own_arguments(name: str, arguments: dict[str, Any]) -> StrictModel | types.CallToolResult | None:
-    """Return the arguments of one of the four own tools, the mistake in them, or None for another tool."""
-    model = _OWN.get(name)
-    if model is None:
+    """Return the arguments of one of the own tools, the mistake in them, or None for another tool."""
+    tool = OWN.get(name)
+    if tool is None:
         return None
     try:
-        return model.model_validate(arguments)
+        return tool.arguments.model_validate(arguments)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        where = ".".join(str(part) for part in first["loc"]) or "arguments"
-        return failed("invalid_argument", f"{name}: {where}: {first['msg']}; it takes {', '.join(model.model_fields)}")
+        return failed("invalid_argument", wrong_arguments(name, error, list(tool.arguments.model_fields)))
 
 
 def done(result: SkillResult) -> types.CallToolResult:
@@ -114,7 +173,7 @@ def done(result: SkillResult) -> types.CallToolResult:
 
 def skill_failed(error: SkillError) -> types.CallToolResult:
     """Return a skill's failure with its evidence and repairs."""
-    return answer({"error": error.record().model_dump(mode="json")}, said=error.message, is_error=True)
+    return answer({"error": error_data(error.record())}, said=error.message, is_error=True)
 
 
 def failed(code: str, message: str) -> types.CallToolResult:
@@ -123,7 +182,8 @@ def failed(code: str, message: str) -> types.CallToolResult:
 
 
 def answer(data: dict[str, Any], *, said: str | None = None, is_error: bool = False) -> types.CallToolResult:
-    """Return data for programs, and the same as text for models."""
+    """Return data for programs, with numbers rounded, and the same as text for models."""
+    data = rounded(data)
     text = json.dumps(data) if said is None else f"{said}\n{json.dumps(data)}"
     return types.CallToolResult(
         content=[types.TextContent(type="text", text=text)], structured_content=data, is_error=is_error
@@ -138,10 +198,19 @@ def planned(planner_answer: Plan | Refusal) -> dict[str, Any]:
     return {"plan": dump["steps"], "refusal": None}
 
 
-def checked(arguments: CheckArguments, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> dict[str, Any]:
-    """Return what is wrong with a client's own plan."""
-    wrong = verify(Plan(steps=arguments.steps), scene, skills).problems
-    return {"ok": not wrong, "problems": [str(problem) for problem in wrong]}
+def ended(episode: Episode) -> types.CallToolResult:
+    """Return what came of a prompt or of goals: what was done, and why it ended; an error where it did not succeed."""
+    data = {
+        "success": episode.success,
+        "reason": episode.final_reason.value,
+        "detail": episode.final_detail,
+        "done": [
+            {"call": str(step.call), **step.result.model_dump(mode="json", exclude={"skill"})} for step in episode.steps
+        ],
+        "refusal": episode.refusal.model_dump(mode="json") if episode.refusal else None,
+        "error": error_data(episode.error) if episode.error else None,
+    }
+    return answer(data, is_error=not episode.success)
 
 
 def seen(scene: ObservedScene) -> dict[str, Any]:
