@@ -10,7 +10,7 @@ from html import escape
 
 from house_sources import Source
 
-# The single files and `types/`, which every room imports and which import no room but `shapes`.
+# The single files, `types/` and `protocols/`, which every room imports and which import no room but `shapes`.
 VALUES = "types, errors, protocols"
 # Where a single file is not one of these.
 ROOM_OF_FILE = {"cli": "commands"}
@@ -70,7 +70,7 @@ class House:
 
 def house(files: list[Source]) -> House:
     """Return the rooms of the package's files; imports for type checkers alone do not count."""
-    folders = {source.module.split(".")[1] for source in files if source.module.count(".") > 1} - {"types"}
+    folders = {source.module.split(".")[1] for source in files if source.module.count(".") > 1} - {"types", "protocols"}
     counts, lines, imports = Counter[str](), Counter[str](), Counter[tuple[str, str]]()
     for source in files:
         if source.module.count(".") == 0:

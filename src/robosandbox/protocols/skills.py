@@ -1,0 +1,114 @@
+"""What is called and who calls it: skills and their context, planners and what they are told of failures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+from typing_extensions import TypeVar
+
+if TYPE_CHECKING:
+    from robosandbox.errors import Repair, SkillError
+    from robosandbox.motion.planning_scene import PlanningScene
+    from robosandbox.protocols.drivers import Driver
+    from robosandbox.protocols.planning import GraspPlanner, MotionPlanner, Perception
+    from robosandbox.types import Intent, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+    from robosandbox.world.alternatives import Failure
+
+
+@runtime_checkable
+class SkillContext(Protocol):
+    """All that a skill may use."""
+
+    @property
+    def sim(self) -> Driver: ...
+    @property
+    def perception(self) -> Perception: ...
+    @property
+    def grasp(self) -> GraspPlanner: ...
+    @property
+    def motion(self) -> MotionPlanner: ...
+    @property
+    def what_if(self) -> bool: ...
+    @property
+    def listeners(self) -> list[Callable[[str], None]]:
+        """Called with each phase that begins."""
+        ...
+
+    def look(self) -> ObservedScene:
+        """Return what perception sees now."""
+        ...
+
+    def permit(self, call: SkillCall) -> None:
+        """Check a call against the limits before anything moves; raises LimitError."""
+        ...
+
+    def planning(self, seen: ObservedScene) -> PlanningScene:
+        """Return what to plan among where things are believed to be as `seen`."""
+        ...
+
+    def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
+        """Return what would do in place of a failed call, tried on a simulation of what is believed."""
+        ...
+
+    def advice_for(self, error: SkillError) -> str:
+        """Return what is wrong with the robot's own sidecar, to be put behind a failure's message; often nothing."""
+        ...
+
+    def enter(self, phase: str) -> None:
+        """Tell listeners which phase begins."""
+        ...
+
+    def announce(self, intent: Intent) -> None:
+        """Tell listeners what is about to be done; costs nothing when there are none."""
+        ...
+
+
+# Where a skill is called: in a world of this process, if nothing else is said.
+Ctx = TypeVar("Ctx", contravariant=True, default=SkillContext)
+
+
+@runtime_checkable
+class Skill(Protocol[Ctx]):
+    """One verb. `run` takes keyword arguments; its signature is its schema."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def description(self) -> str: ...
+    @property
+    def schema(self) -> Mapping[str, Any]:
+        """JSON schema of the arguments."""
+        ...
+
+    def check(self, arguments: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Return the arguments converted to their types; raises InvalidArgumentError."""
+        ...
+
+    def __call__(self, ctx: Ctx, arguments: Mapping[str, Any]) -> SkillResult:
+        """Check the arguments and run; raises SkillError."""
+        ...
+
+
+class Attempt(Protocol):
+    """A plan that ended early."""
+
+    @property
+    def completed(self) -> Sequence[SkillCall]: ...
+    @property
+    def failed(self) -> SkillCall: ...
+    @property
+    def remaining(self) -> Sequence[SkillCall]:
+        """The plan's calls after the failed one, which were not begun."""
+        ...
+
+    @property
+    def error(self) -> SkillError: ...
+
+
+@runtime_checkable
+class Planner(Protocol):
+    """From a sentence to skill calls; a PlannerError where there is no answer."""
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal: ...
