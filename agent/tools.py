@@ -24,7 +24,7 @@ from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import Contract, contract_of, find, lookup
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.predicate import View
-from robosandbox.world.verifier import MAX_STEPS, Checkable, verify
+from robosandbox.world.verifier import MAX_STEPS, Checkable, Constraints, verify
 
 # Decimals that are told of a number. Chosen: a tenth of a millimetre, of a milliradian.
 _DECIMALS = 4
@@ -120,18 +120,22 @@ def wrong_arguments(tool: str, error: ValidationError, takes: Sequence[str]) -> 
     return f"{tool}: {where}: {first['msg']}{value}; it takes {', '.join(takes) or 'nothing'}"
 
 
-def checked(plan: Plan, scene: ObservedScene, skills: Sequence[Checkable]) -> dict[str, Any]:
-    """Return what is wrong with a plan, and where nothing is, how it would leave the scene."""
-    verdict = verify(plan, scene, skills)
+def checked(
+    plan: Plan, scene: ObservedScene, skills: Sequence[Checkable], constraints: Constraints | None = None
+) -> dict[str, Any]:
+    """Return what is wrong with a plan; `constraints` is what the person asked besides."""
+    verdict = verify(plan, scene, skills, constraints=constraints)
     problems = [problem.record() for problem in verdict.problems]
     return {"ok": not problems, "problems": problems}
 
 
-def simulated(ctx: GoalContext, plan: Plan, skills: Mapping[str, Skill[Any]]) -> dict[str, Any]:
+def simulated(
+    ctx: GoalContext, plan: Plan, skills: Mapping[str, Skill[Any]], constraints: Constraints | None = None
+) -> dict[str, Any]:
     """Return what came of a plan on the twin of a world."""
     if not isinstance(ctx, AgentContext):
         return {"ok": False, "error": "there is no twin of a world in another process; use `check`"}
-    verdict = checked(plan, ctx.look(), list(skills.values()))
+    verdict = checked(plan, ctx.look(), list(skills.values()), constraints)
     if not verdict["ok"]:
         return verdict
     begin = ctx.twin().look()
@@ -149,13 +153,18 @@ def simulated(ctx: GoalContext, plan: Plan, skills: Mapping[str, Skill[Any]]) ->
     return rounded(data)
 
 
-def wanted(arguments: AchieveArguments, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | Refusal:
+def wanted(
+    arguments: AchieveArguments,
+    scene: ObservedScene,
+    skills: Sequence[Skill[Any]],
+    constraints: Constraints | None = None,
+) -> Plan | Refusal:
     """Return the calls that bring relations about.
 
     Raises:
         InputError: One of them is no relation, or takes other arguments.
     """
-    return achieve(relations(arguments.goals), scene, skills)
+    return achieve(relations(arguments.goals), scene, skills, constraints=constraints)
 
 
 def relations(texts: Sequence[str]) -> tuple[Fact, ...]:

@@ -25,10 +25,11 @@ from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint
 from robosandbox.agent.llm.modes import KnownModes
-from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
+from robosandbox.agent.llm.pictures import png
+from robosandbox.agent.llm.planner import LLMPlanner, constraints_of, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, question
 from robosandbox.agent.llm.scene import describe_scene
-from robosandbox.agent.llm.service import Service, png, run_apart
+from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.toolbox import OWN, acting_tools
 from robosandbox.agent.tools import (
@@ -51,7 +52,7 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import InputError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
-from robosandbox.world.verifier import verify
+from robosandbox.world.verifier import Constraints, verify
 
 # How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.
 _REMEMBERED = 6
@@ -112,6 +113,7 @@ class ActingCourse:
         self._calls: deque[ToolCallPart] = deque()
         self._results: dict[str, Any] = {}
         self._under_way: tuple[ToolCallPart, ObservedScene] | None = None
+        self._kept = Constraints()
         self._failed: str | None = None
         self._succeeded = 0
 
@@ -123,6 +125,7 @@ class ActingCourse:
             InputError: The service does not know the model or the key.
         """
         if report is None:
+            self._kept = constraints_of(self._prompt, scene, list(self._desk.skills.values()))
             self._calls.extend(run_apart(self._run(scene, first=True)))
         elif self._under_way is not None:
             self._take(report, scene)
@@ -199,11 +202,11 @@ class ActingCourse:
         skills = list(self._desk.skills.values())
         match given:
             case CheckArguments():
-                return checked(Plan(steps=given.steps), scene, skills)
+                return checked(Plan(steps=given.steps), scene, skills, self._kept)
             case SimulateArguments():
-                return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills)
+                return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills, self._kept)
             case AchieveArguments():
-                found = wanted(given, scene, skills)
+                found = wanted(given, scene, skills, self._kept)
                 return found if isinstance(found, Plan) else {"ok": False, "error": found.message}
             case AskArguments():
                 return self._asked(given)
@@ -221,7 +224,7 @@ class ActingCourse:
         for one in self._budgets:
             if len(plan.steps) > one.left("steps"):
                 return {"ok": False, "error": f"steps: at most {one.limits.steps} calls are carried out for a {one.of}"}
-        problems = verify(plan, scene, list(self._desk.skills.values())).problems
+        problems = verify(plan, scene, list(self._desk.skills.values()), constraints=self._kept).problems
         if problems:
             call = problems[0].call
             error = None if call is None else why_not(self._desk.ctx, self._desk.skills, call)

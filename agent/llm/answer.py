@@ -13,7 +13,7 @@ from robosandbox.agent.tools import RefuseArguments
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.arguments import fitting, object_arguments
-from robosandbox.world.verifier import MAX_STEPS, verify
+from robosandbox.world.verifier import MAX_STEPS, Constraints, verify
 
 PLAN = "plan"
 REFUSE = "refuse"
@@ -85,29 +85,45 @@ def answer_tools(
 
 
 def read_answer(
-    call: Call, scene: ObservedScene, skills: Sequence[Skill[Any]], *, max_steps: int = MAX_STEPS
+    call: Call,
+    scene: ObservedScene,
+    skills: Sequence[Skill[Any]],
+    *,
+    max_steps: int = MAX_STEPS,
+    constraints: Constraints | None = None,
 ) -> Plan | Refusal:
     """Return the plan or refusal that was called.
+
+    Args:
+        call: What a model answered.
+        scene: What it planned for.
+        skills: What it may call.
+        max_steps: How many calls a plan may have.
+        constraints: What the person asked besides.
 
     Raises:
         MisuseError: It is none that can be right; with what is wrong, what is valid, and a valid example.
     """
     if call.name == PLAN:
-        return _plan(call.arguments, scene, skills, max_steps)
+        return _plan(call.arguments, scene, skills, max_steps, constraints)
     return _refusal(call.arguments, scene, skills)
 
 
-def _plan(data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_steps: int) -> Plan:
+def _plan(
+    data: Any, scene: ObservedScene, skills: Sequence[Skill[Any]], max_steps: int, constraints: Constraints | None
+) -> Plan:
     try:
         answer = PlanAnswer.model_validate(_with_plain_steps(data))
     except ValidationError as error:
         raise MisuseError(correction(f"`{PLAN}` was answered wrongly: {_told(error)}", None, scene, skills)) from None
     plan = Plan(steps=tuple(SkillCall(skill=step.skill, arguments=step.arguments) for step in answer.steps))
-    wrong = tuple(map(str, verify(plan, scene, skills).problems))
+    wrong = tuple(map(str, verify(plan, scene, skills, constraints=constraints).problems))
     if len(plan.steps) > max_steps:
         wrong = (f"steps: there are {len(plan.steps)}; at most {max_steps} are carried out",)
     if wrong:
-        raise MisuseError(correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills))
+        raise MisuseError(
+            correction(f"The plan cannot be carried out: {'; '.join(wrong[:5])}", plan, scene, skills, constraints)
+        )
     return plan
 
 

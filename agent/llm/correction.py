@@ -14,12 +14,18 @@ from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, RefusalCode, SkillCall
 from robosandbox.validation import nearest
 from robosandbox.world.arguments import object_arguments
-from robosandbox.world.verifier import verify
+from robosandbox.world.verifier import Constraints, verify
 
 _FORM = 'The form is {"steps": [{"skill": NAME, "arguments": {...}}, ...]} or {"code": CODE, "message": SENTENCE}.'
 
 
-def correction(reason: str, plan: Plan | None, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> str:
+def correction(
+    reason: str,
+    plan: Plan | None,
+    scene: ObservedScene,
+    skills: Sequence[Skill[Any]],
+    constraints: Constraints | None = None,
+) -> str:
     """Return the reason with a valid example.
 
     Args:
@@ -27,15 +33,18 @@ def correction(reason: str, plan: Plan | None, scene: ObservedScene, skills: Seq
         plan: What the model planned; None where its answer is no plan.
         scene: What it planned for.
         skills: What it may call.
+        constraints: What the person asked besides.
     """
-    mended = None if plan is None else _mended(plan, scene, skills)
+    mended = None if plan is None else _mended(plan, scene, skills, constraints)
     if mended is not None:
         steps = [{"skill": call.skill, "arguments": dict(call.arguments)} for call in mended.steps]
         return f"{reason}. Valid, if it is what the person asks for: {json.dumps({'steps': steps})}"
     return f"{reason}. {_FORM} Valid, where nothing else is: {json.dumps(_refusal(plan, scene, skills))}"
 
 
-def _mended(plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Plan | None:
+def _mended(
+    plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]], constraints: Constraints | None
+) -> Plan | None:
     """Return a plan with its names spelt right and without arguments that its skills do not take; None if still wrong."""
     by_name = {skill.name: skill for skill in skills}
     ids = [item.id for item in scene.objects]
@@ -51,7 +60,7 @@ def _mended(plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> P
                 arguments[key] = _known(str(arguments[key]), ids)
         steps.append(SkillCall(skill=name, arguments=arguments))
     mended = Plan(steps=tuple(steps))
-    return None if verify(mended, scene, skills).problems else mended
+    return None if verify(mended, scene, skills, constraints=constraints).problems else mended
 
 
 def _known(name: str, names: Iterable[str]) -> str | None:

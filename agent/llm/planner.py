@@ -12,11 +12,13 @@ from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
 from robosandbox.agent.llm.modes import known_modes
+from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.prompt import instructions, question
-from robosandbox.agent.llm.service import open_cassette, png
+from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.world.verifier import Constraints
 
 
 class LLMPlanner:
@@ -59,6 +61,7 @@ class LLMPlanner:
         check_prompt(prompt)
         most = self._settings.max_steps
         self._prompt = self._prompt if history else prompt_budget(self._settings)
+        asked = constraints_of(prompt, scene, self._skills)
         content: list[UserContent] = [question(prompt, scene, history)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
@@ -71,10 +74,18 @@ class LLMPlanner:
                 content=content,
                 tools=self._tools,
                 exact_tools=answer_tools(self._skills, scene, max_steps=most),
-                read=lambda call: read_answer(call, scene, self._skills, max_steps=most),
+                read=lambda call: read_answer(call, scene, self._skills, max_steps=most, constraints=asked),
             ),
             budgets=(self._prompt, self._session),
         )
+
+
+def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Constraints:
+    """Return what a model is held to whatever it makes of the prompt: what the grammar is sure that it forbids."""
+    # Its tables take a second to load, which a model's first answer takes as well.
+    from robosandbox.agent.language.forbidden import forbidden
+
+    return Constraints(never=forbidden(prompt, scene, [skill.name for skill in skills]))
 
 
 def prompt_budget(settings: LLMSettings) -> Budget:

@@ -15,7 +15,8 @@ from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool
 from robosandbox.agent.llm.modes import Mode, known_modes
-from robosandbox.agent.llm.service import open_cassette, png
+from robosandbox.agent.llm.pictures import png
+from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerError
 from robosandbox.perception.factory import Setup

@@ -13,7 +13,6 @@ from types import TracebackType
 from typing import Any, Self, TypeVar
 
 import httpx2
-from numpy.typing import NDArray
 from pydantic_ai import exceptions as failures
 from pydantic_ai.direct import model_request
 from pydantic_ai.messages import ModelMessage, ModelResponse
@@ -235,15 +234,6 @@ class Service:
         else:
             text = f"an answer that cannot be read ({' '.join(str(error).split())[:200]})"
         return clean(text, self._key)
-
-
-def png(picture: NDArray[Any]) -> bytes:
-    """Return an RGB picture (height, width, 3) uint8 as a PNG file's bytes."""
-    import cv2
-
-    # OpenCV's order of channels is blue, green, red.
-    _, data = cv2.imencode(".png", picture[:, :, ::-1])
-    return data.tobytes()
 
 
 def run_apart(work: Coroutine[None, None, AnswerT]) -> AnswerT:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import signal
 import socket
 import sys
@@ -46,12 +47,20 @@ def serve(open_robot: OpenRobot, *, port: int | None, first: FirstLine | None = 
 
 
 async def serve_stdio(server: Server[Any], first: FirstLine | None = None) -> None:
-    """Serve one client until it closes stdin.
+    """Serve one client until it closes stdin or goes away; what is under way is stopped then.
 
     Args:
         server: The server.
         first: What the client has sent already.
     """
+    try:
+        await _serve_stdio(server, first)
+    except* (BrokenPipeError, anyio.BrokenResourceError, anyio.ClosedResourceError):
+        # Nobody reads any more; what Python still holds for stdout at its end would find that out once again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+async def _serve_stdio(server: Server[Any], first: FirstLine | None) -> None:
     options = server.create_initialization_options()
     async with stdio_server() as (read, write):
         if first is None:
