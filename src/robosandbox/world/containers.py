@@ -164,6 +164,8 @@ def opened(view: View, c: str) -> Finding:
 def fits(view: View, a: str, c: str) -> Finding:
     """There is room for an object in a container, beside or on what lies there."""
     item, vessel = view.get(a), view.get(c)
+    if not vessel.shape.holds_things:
+        return Finding(holds=False, cause=f"no room for {a} in {c}: it is {vessel.shape.name}")
     there = _solids_in(view.scene, vessel, a)
     spot = first_spot_in(vessel, item, there)
     # What comes to stand over the rim is not in it.
