@@ -29,7 +29,7 @@ class GoalPlanner:
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the cheapest calls found after which the goals hold.
 
-        After a failure its first repair, which was tried on a copy of the world, comes before what is planned for the scene
+        After a failure its first repair, which was tried on the twin, comes before what is planned for the scene
         that it would leave.
 
         Raises:

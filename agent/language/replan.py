@@ -150,7 +150,7 @@ class _Reaction:
         return None
 
     def _repair(self) -> Draft | None:
-        """The calls that reached the post-condition on a copy of the world; each is tried once."""
+        """The calls that reached the post-condition on the twin; each is tried once."""
         repairs = self.error.repairs
         tried = sum(a.failed == self.failed.call and bool(a.error.repairs) for a in self.history) - 1
         if not repairs or tried >= max(RETRIES, len(repairs)):

@@ -33,7 +33,7 @@ _LENGTHS = frozenset(
 
 
 class RepairsPanel:
-    """Shows the last failure's evidence, and a button for each repair that was tried on a copy of the world.
+    """Shows the last failure's evidence, and a button for each repair that was tried on the twin.
 
     Args:
         server: Where.
