@@ -62,7 +62,7 @@ class Pour(Skill):
                 fact("holding", HELD),
                 fact("distinct", HELD, target),
                 fact("pours", HELD),
-                fact("takes_pouring", target),
+                fact("holds_things", target),
                 fact("filled", HELD),
                 fact("upright", target),
                 fact("opened", target),
@@ -93,7 +93,8 @@ class Pour(Skill):
         Raises:
             NotHoldingError: The gripper is empty.
             ObjectNotFoundError: The target is not seen.
-            InvalidArgumentError: What is held, or the target, is no open container.
+            InvalidArgumentError: What is held pours nothing.
+            PlacementError: The target is no open container.
             UnreachableError: The arm cannot tip it there.
             CollisionError: Something is in the way.
             PourError: Nothing was in it, too little arrived, or too much was spilled.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from robosandbox.errors import InputError, InvalidArgumentError, PourError
+from robosandbox.errors import InputError, PlacementError, PourError
 from robosandbox.evidence import PourEvidence
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
 from robosandbox.skills.pick import Pick
@@ -77,7 +77,7 @@ def test_an_empty_cup_is_not_poured_and_no_pour_is_claimed() -> None:
     cube = SceneObject(id="cube", kind="box", size=(0.015,) * 3, pose=Pose(xyz=(0.1, 0.0, 0.055)))
     with open_session(Scene(objects=(CUP, BOWL, cube)), what_if=False) as session:
         Pick()(session.ctx, {"object": "cup"})
-        with pytest.raises(InvalidArgumentError, match="cube is a box"):
+        with pytest.raises(PlacementError, match="cube is a box"):
             Pour()(session.ctx, {"target": "cube"})
         with pytest.raises(PourError, match="nothing is seen in cup") as failure:
             Pour()(session.ctx, {"target": "bowl"})

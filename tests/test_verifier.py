@@ -71,7 +71,7 @@ IMPOSSIBLE = [
     ("pour_beads", "pour bowl", 1, "holding"),
     ("pour_beads", "pick bowl; pour cup", 2, "filled"),
     ("pour_beads", "pick cup; pour cup", 2, "distinct"),
-    ("pour_beads", "pick cup; pour beads", 2, "takes_pouring"),
+    ("pour_beads", "pick cup; pour beads", 2, "holds_things"),
     ("pour_beads", "pick cup; pour bowl; pour bowl", 3, "filled"),
     ("pour_beads", "pick cup; place_on bowl", 2, "has_top"),
     ("pour_beads", "pick bowl; place_in cup", 2, "fits"),

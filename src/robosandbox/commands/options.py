@@ -87,7 +87,9 @@ CalibrationFile = Annotated[
 ]
 Seed = Annotated[int, typer.Option("--seed", help="The layout; 0 is the task as written.", callback=_from_zero)]
 MaxReplans = Annotated[int, typer.Option("--max-replans", help="New plans after failures.", callback=_from_zero)]
-WhatIf = Annotated[bool, typer.Option("--what-if/--no-what-if", help="Try repairs in a simulation of what is believed.")]
+WhatIf = Annotated[
+    bool, typer.Option("--what-if/--no-what-if", help="Try repairs in a simulation of what is believed.")
+]
 
 
 def _uncached(value: bool) -> bool:

@@ -17,6 +17,7 @@ from robosandbox.world.imagine import put
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate, sentence
 from robosandbox.world.relations import CLOSED_WITHIN, bounds, contents, loose, mouth_of
 from robosandbox.world.spots import about_z, first_spot_in, levelled, resting_pose
+from robosandbox.world.standing import occupied, unsuitable
 
 # Share of many small things that has to be in a container for all of them to count as in it: what a pour brings over.
 _MOST = 0.9
@@ -25,25 +26,6 @@ _MOST = 0.9
 _ROOM = 0.004
 # Share of a container that randomly packed balls fill (Scott 1960 measured 0.60 for loose, 0.64 for dense packing).
 _PACKED = 0.6
-
-
-def _unsuitable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    return PlacementError(
-        sentence(finding),
-        phase=Phase.CHECK,
-        evidence=PlacementEvidence(object=view.scene.held or "", target=str(arguments[0]), reason="unsuitable"),
-    )
-
-
-def _no_room(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
-    del view
-    return PlacementError(
-        sentence(finding),
-        phase=Phase.PLAN,
-        evidence=PlacementEvidence(
-            object=str(arguments[0]), target=str(arguments[1]), reason="occupied", blocking=finding.blocking
-        ),
-    )
 
 
 def _shut(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
@@ -118,14 +100,14 @@ def empty(view: View, c: str) -> Finding:
     )
 
 
-@predicate("object", fixed=True, blame=_unsuitable)
+@predicate("object", fixed=True, blame=unsuitable)
 def holds_things(view: View, c: str) -> Finding:
-    """Things can be put into objects of this kind."""
+    """Things can be put and poured into objects of this kind."""
     item = view.get(c)
     return Finding(
         holds=item.shape.holds_things,
-        cause=f"{c} is {item.shape.name}, no open container, and holds nothing",
-        help="use place_on",
+        cause=f"{c} is {item.shape.name}, no open container: nothing goes into it",
+        help="choose a bin, bowl or cup, or use place_on",
     )
 
 
@@ -160,7 +142,7 @@ def opened(view: View, c: str) -> Finding:
     return drawers.open_(view, c) if vessel.shape.opens else Finding(holds=True)
 
 
-@predicate("object", "object", blame=_no_room)
+@predicate("object", "object", blame=occupied)
 def fits(view: View, a: str, c: str) -> Finding:
     """There is room for an object in a container, beside or on what lies there."""
     item, vessel = view.get(a), view.get(c)
@@ -191,17 +173,6 @@ def pours(view: View, a: str) -> Finding:
         holds=item.shape.pours,
         cause=f"{a} is {item.shape.name}: one pours from a bin, bowl or cup",
         help="pick a container that holds something",
-    )
-
-
-@predicate("object", fixed=True)
-def takes_pouring(view: View, c: str) -> Finding:
-    """Things can be poured into objects of this kind."""
-    item = view.get(c)
-    return Finding(
-        holds=item.shape.holds_things,
-        cause=f"{c} is {item.shape.name}: one pours into a bin, bowl or cup",
-        help="choose a container",
     )
 
 

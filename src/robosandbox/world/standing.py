@@ -60,7 +60,8 @@ def tilt(item: DetectedObject) -> float:
     return math.acos(min(1.0, upward if item.shape.holds_things else abs(upward)))
 
 
-def _occupied(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+def occupied(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    """Return the error of a place without room for an object, named first."""
     target = ", ".join(str(value) for value in arguments[1:])
     return PlacementError(
         sentence(finding),
@@ -71,7 +72,8 @@ def _occupied(view: View, arguments: Sequence[Any], finding: Finding) -> SkillEr
     )
 
 
-def _unsuitable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+def unsuitable(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
+    """Return the error of a thing that nothing can be put on or into, whoever asks."""
     return PlacementError(
         sentence(finding),
         phase=Phase.CHECK,
@@ -264,7 +266,7 @@ def clear(view: View, a: str) -> Finding:
     )
 
 
-@predicate("object", "object", blame=_occupied)
+@predicate("object", "object", blame=occupied)
 def room_on(view: View, a: str, b: str) -> Finding:
     """Nothing but an object itself stands on another that it is to stand on."""
     names = tuple(item.id for item in standing_on(view, b) if item.id != a)
@@ -278,7 +280,7 @@ def room_on(view: View, a: str, b: str) -> Finding:
     )
 
 
-@predicate("object", fixed=True, blame=_unsuitable)
+@predicate("object", fixed=True, blame=unsuitable)
 def has_top(view: View, b: str) -> Finding:
     """Things can be stood on objects of this kind."""
     base = view.get(b)
@@ -288,7 +290,7 @@ def has_top(view: View, b: str) -> Finding:
     )
 
 
-@predicate("object", blame=_unsuitable)
+@predicate("object", blame=unsuitable)
 def supports(view: View, b: str) -> Finding:
     """An object has a level face on top, as it lies or stands, wide enough for things to stay."""
     base = view.get(b)
@@ -337,13 +339,13 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
             yield round(spot.xy[0], 3) + 0.0, round(spot.xy[1], 3) + 0.0
 
 
-@predicate("object", "number", "number", blame=_occupied, choices=_free_spots)
+@predicate("object", "number", "number", blame=occupied, choices=_free_spots)
 def room_at(view: View, a: str, x: float, y: float) -> Finding:
     """An object has room to stand at a point of the table, metres."""
     return _table_room(view, view.get(a), [np.array([x, y])], f"({x:.3f}, {y:.3f})")
 
 
-@predicate("object", "object", "word", blame=_occupied)
+@predicate("object", "object", "word", blame=occupied)
 def room_beside(view: View, a: str, b: str, side: Side) -> Finding:
     """An object has room on one side of another."""
     item = view.get(a)
