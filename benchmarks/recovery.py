@@ -2,7 +2,7 @@
 
     python benchmarks/recovery.py [--seeds 20] [--no-what-if] [--compare] [--perception rgbd] [--cases nudged slipped ...] [--jobs 2] [--json]
 
-A fault strikes at a random moment of a bundled task: robosandbox.testing.perturbations draws it, the moment and the layout from
+A fault strikes at a random moment of a bundled task: robosandbox.testing.cases draws it, the moment and the layout from
 the seed. Where the task can still be done, the share of episodes that end with it done, judged on the simulated state, is
 the recovery rate. Where it cannot, a correct refusal ends the episode after the first failed skill call, with an error
 whose evidence names the cause. A false claim is an agent's "done" that the simulated state contradicts. The largest force
@@ -35,9 +35,9 @@ from robosandbox.sim.intervention import Intervention
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.interval import wilson_interval
 from robosandbox.tasks.session import open_session
+from robosandbox.testing.cases import CASES, draw_perturbation, lost
 from robosandbox.testing.causes import out_of_reach
 from robosandbox.testing.faults import ContactMeter
-from robosandbox.testing.perturbations import CASES, draw_perturbation, lost
 from robosandbox.testing.sampling import Perturbation
 from robosandbox.world.alternatives import Failure
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 from pydantic import field_validator
 
 from robosandbox.errors import InputError
+from robosandbox.tasks.attitude import Upright
 from robosandbox.tasks.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
 from robosandbox.types import Truth
 from robosandbox.world.contracts import lookup
@@ -23,6 +24,7 @@ _CHECKS: dict[str, Callable[..., Check]] = {
     "beside": lambda a, b, side: Beside(kind="beside", object=a, target=b, side=side),
     "open": lambda d: Opened(kind="opened", object=d, min_mm=_OPEN_MM),
     "closed": lambda d: Closed(kind="closed", object=d),
+    "upright": lambda a: Upright(kind="upright", object=a),
     "holding": lambda a: Lifted(kind="lifted", object=a),
     "at_home": lambda: AtHome(kind="at_home"),
 }

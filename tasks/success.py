@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from robosandbox.tasks.attitude import Upright
 from robosandbox.tasks.checks import (
     AtHome,
     Beside,
@@ -86,6 +87,7 @@ Criterion = Annotated[
     | MovedAbove
     | Opened
     | Closed
+    | Upright
     | Poured
     | Tapped
     | AtHome

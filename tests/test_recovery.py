@@ -9,7 +9,7 @@ from types import ModuleType
 
 import pytest
 
-from robosandbox.testing.perturbations import HOPELESS, RECOVERABLE, draw_perturbation
+from robosandbox.testing.cases import HOPELESS, RECOVERABLE, draw_perturbation
 
 # Enough of them to notice when one breaks; rates are the bench's.
 SEEDS = {"toppled": 1, "occupied": 1, "just_too_far": 1}

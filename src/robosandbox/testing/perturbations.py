@@ -1,23 +1,13 @@
-"""Perturbations: what happens to an episode, where and when, all sampled from a seed.
-
-A case is recoverable when the robot can still do the task, and hopeless when it cannot. Which it is follows from figures of
-the world alone (reach of the tool centre point, weight over friction of the pads, widths), never from what the skills do.
-"""
+"""Perturbations: what happens to an episode, where and when, all sampled from a seed."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
 
 import numpy as np
 
-from robosandbox.drivers import simulated
-from robosandbox.errors import ErrorRecord
 from robosandbox.shapes.hull import BoxHull
-from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.task import Task
-from robosandbox.testing import causes, faults
+from robosandbox.testing import faults
 from robosandbox.testing.faults import MistakenPerception
 from robosandbox.testing.sampling import DRAWS, EpisodeSampler, Perturbation, moved_by, standing_at
 from robosandbox.types import Pose, SceneObject
@@ -34,26 +24,6 @@ _ROLL_DECELERATION = 0.14
 _ON_THE_WAY = ("perceive", "plan", "approach")
 _BEFORE_CONTACT = ("approach", "descend")
 _CARRYING = ("lift", "transfer")
-
-Causes = Callable[[ErrorRecord], bool]
-
-
-@dataclass(frozen=True, slots=True)
-class Case:
-    """A kind of perturbation.
-
-    Attributes:
-        name: Its name.
-        tasks: Bundled tasks to which it happens.
-        draw: Returns the perturbation that a sampler draws for its episode.
-        named: Whether an error names the cause; for what is or may become hopeless.
-    """
-
-    name: str
-    tasks: tuple[str, ...]
-    draw: Callable[[EpisodeSampler], Perturbation] = field(repr=False)
-    named: Causes = field(repr=False)
-
 
 # What can be recovered from.
 
@@ -78,7 +48,7 @@ def slipped(sampler: EpisodeSampler) -> Perturbation:
 def blocked_on_top(sampler: EpisodeSampler) -> Perturbation:
     """Something is put on top of the object after the plan was made."""
     half = sampler.uniform(0.012, 0.02)
-    _park(sampler, "blocker", half)
+    park(sampler, "blocker", half)
     item = sampler.item(sampler.subject)
     room = min(0.008, 0.5 * item.size[0])
     offset = (sampler.uniform(-room, room), sampler.uniform(-room, room))
@@ -118,7 +88,7 @@ def crowded(sampler: EpisodeSampler) -> Perturbation:
 def occupied(sampler: EpisodeSampler) -> Perturbation:
     """Something is put where the object is to go, while it is being fetched."""
     half = sampler.uniform(0.015, 0.02)
-    _park(sampler, "blocker", half)
+    park(sampler, "blocker", half)
     assert sampler.target is not None
     target = sampler.item(sampler.target)
     if sampler.task.name == "place_beside":
@@ -291,59 +261,7 @@ def locked(sampler: EpisodeSampler) -> Perturbation:
     return Perturbation(scene=sampler.scene, fault=faults.lock(sampler.subject), hopeless=True)
 
 
-_LOST = causes.out_of_reach
-RECOVERABLE = (
-    Case("nudged", (*_HANDLED, "push_left"), nudged, _LOST),
-    Case("slipped", _HANDLED, slipped, _LOST),
-    Case("blocked_on_top", ("pick_cube_scrambled", "pick_can", "stack_two"), blocked_on_top, _LOST),
-    Case("crowded", ("pick_cube_scrambled", "pick_can", "stack_two", "put_in_bin"), crowded, _LOST),
-    Case("occupied", ("stack_two", "place_on_block", "place_beside"), occupied, _LOST),
-    Case("toppled", ("stack_three",), toppled, _LOST),
-    Case("rolled_away", ("pick_ball",), rolled_away, _LOST),
-    Case("just_too_far", ("pick_cube_scrambled", "pick_can", "put_in_bin"), just_too_far, _LOST),
-    Case("mislocated", (*_PICKS, "put_in_bin"), mislocated, _LOST),
-    Case("missized", _HANDLED, missized, _LOST),
-    Case("half_closed", (*_PICKS, "put_in_bin"), half_closed, _LOST),
-    Case("weakened", (*_HANDLED, "push_left"), weakened, _LOST),
-)
-HOPELESS = (
-    Case("bolted", _HANDLED, bolted, causes.immovable),
-    Case("too_wide", _HANDLED, too_wide, causes.too_wide),
-    Case("too_heavy", _HANDLED, too_heavy, causes.too_heavy),
-    Case("far_out", _HANDLED, far_out, causes.out_of_reach),
-    Case("locked", ("open_drawer", "put_in_drawer"), locked, causes.locked),
-    Case("jammed", (*_PICKS, "put_in_bin"), jammed, causes.stuck_fingers),
-)
-CASES = {case.name: case for case in (*RECOVERABLE, *HOPELESS)}
-
-
-def draw_perturbation(case: Case, seed: int) -> tuple[Task, Perturbation, str]:
-    """Return a seed's task, what is done to it, and the object that it is about."""
-    attempt = 0
-    while True:
-        sampler = EpisodeSampler(case.name, seed + 100_000 * attempt, case.tasks)
-        try:
-            perturbation = case.draw(sampler)
-        except ValueError:
-            # This layout has no room for the perturbation: draw another one.
-            attempt += 1
-            if attempt == 20:
-                raise
-            continue
-        return sampler.task, perturbation, sampler.subject
-
-
-def lost(session: EmbeddedWorkcell, subject: str) -> bool:
-    """Tell whether an object has come to rest where no part of the hand gets to it."""
-    item = simulated(session.sim, "it tells where a lost object lies").truth().objects[subject].detected()
-    towards = session.sim.spec.base_position - centre(item)
-    towards[2] = 0.0
-    distance = float(np.linalg.norm(towards))
-    nearest = distance - float(support(item, towards[None] / distance)[0] - towards @ centre(item) / distance)
-    return nearest > FARTHEST
-
-
-def _park(sampler: EpisodeSampler, name: str, half: float) -> None:
+def park(sampler: EpisodeSampler, name: str, half: float) -> None:
     """Add a block in a corner of the table, out of everybody's way."""
     pose = Pose(xyz=(-0.3, 0.42, sampler.scene.table_height + half + 0.001))
     sampler.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))

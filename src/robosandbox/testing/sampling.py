@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,6 +111,11 @@ class EpisodeSampler:
         """Take another scene."""
         self.task = self.task.model_copy(update={"scene": scene})
         self._moments = None
+
+    def ask(self, prompt: str, success: Mapping[str, object]) -> None:
+        """Ask for something else, judged by another criterion."""
+        fields = {**self.task.model_dump(), "prompt": prompt, "success": success}
+        self.task = Task.model_validate(fields)
 
     def replace(self, name: str, **fields: object) -> None:
         """Change fields of one object."""

@@ -1,0 +1,126 @@
+"""Perturbations by what stands where: a lid on the target, a full tray, a bowl's rim over it, a can before a drawer."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from robosandbox.testing import faults
+from robosandbox.testing.perturbations import park
+from robosandbox.testing.sampling import DRAWS, EpisodeSampler, Perturbation, standing_at
+from robosandbox.types import Pose, SceneObject, matrix_about_axis
+from robosandbox.world.relations import centre
+
+_ON_THE_WAY = ("perceive", "plan", "approach")
+_CUBE = 0.02  # Half edge of the cubes in the tray, metres: as those of the bundled tasks.
+# Space around each cube in a full tray, metres: what place_in asks for, walls included.
+_TRAY_ROOM = 0.006
+_TRAY_HEIGHT = 0.02  # Metres; half a cube, so that fingers get at what lies in it.
+_BOWL_HEIGHT, _BOWL_RADII, _BOWL_WALL = 0.05, (0.045, 0.065), 0.004  # Metres: of bowls on tables here.
+_CAN = (0.025, 0.045)  # Radius and half height of the can before the drawer, metres.
+_VIVID = {"red_cube": (0.85, 0.2, 0.2, 1.0), "blue_cube": (0.2, 0.35, 0.85, 1.0), "green_cube": (0.2, 0.65, 0.3, 1.0)}
+
+
+def lidded(sampler: EpisodeSampler) -> Perturbation:
+    """A flat box as wide as the object or wider is put on it after the plan was made."""
+    long, wide, thick = sampler.uniform(0.03, 0.05), sampler.uniform(0.022, 0.036), sampler.uniform(0.006, 0.012)
+    park(sampler, "lid", thick)
+    sampler.replace("lid", size=(long, wide, thick))
+    item = sampler.item(sampler.subject)
+    offset = (sampler.uniform(-0.005, 0.005), sampler.uniform(-0.005, 0.005))
+    at = sampler.moment(_ON_THE_WAY, away_from=item.pose.position)
+    about = f"{2e3 * long:.0f} x {2e3 * wide:.0f} x {2e3 * thick:.0f} mm lid"
+    return Perturbation(scene=sampler.scene, fault=faults.put_on("lid", sampler.subject, offset), at=at, about=about)
+
+
+def full_tray(sampler: EpisodeSampler) -> Perturbation:
+    """Two cubes fill a tray: they are to be swapped there, or one of them with a cube beside the tray."""
+    inner = (_CUBE + _TRAY_ROOM, 2.0 * _CUBE + 1.5 * _TRAY_ROOM)
+    tray = sampler.item("grey_bin")
+    x, y, _ = tray.pose.xyz
+    yaw, table = sampler.uniform(-math.pi, math.pi), sampler.scene.table_height
+    turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    along = np.array([-math.sin(yaw), math.cos(yaw)]) * (_CUBE + 0.5 * _TRAY_ROOM)
+    within = ["red_cube", "blue_cube"] if sampler.rng.integers(2) else ["blue_cube", "green_cube"]
+    objects = [
+        SceneObject(
+            id="tray",
+            kind="tray",
+            size=(*inner, _TRAY_HEIGHT),
+            pose=Pose(xyz=(x, y, table), quat_xyzw=turn),
+            rgba=(0.5, 0.5, 0.55, 1.0),
+            mass=0.4,
+        )
+    ]
+    for sign, name in zip((-1.0, 1.0), within, strict=True):
+        pose = Pose(xyz=(x + sign * along[0], y + sign * along[1], table + 0.004 + _CUBE + 0.001), quat_xyzw=turn)
+        objects.append(SceneObject(id=name, kind="box", size=(_CUBE,) * 3, pose=pose, rgba=_VIVID[name], mass=0.05))
+    kept = [item for item in sampler.scene.objects if item.id not in ("grey_bin", *within)]
+    sampler.change(sampler.scene.model_copy(update={"objects": (*objects, *kept)}))
+    swapped = [("red_cube", "blue_cube"), ("blue_cube", "red_cube")]
+    checks = [{"kind": "in_place_of", "object": one, "target": other} for one, other in swapped]
+    prompt = "swap the red cube and the blue cube"
+    if "red_cube" not in within:
+        prompt = "inside(red_cube, tray), inside(green_cube, tray), on(blue_cube, table)"
+        checks = [{"kind": "goal", "relations": prompt}]
+    sampler.ask(prompt, {"kind": "all", "checks": checks})
+    return Perturbation(scene=sampler.scene, about=f"{' and '.join(within)} in the tray")
+
+
+def under_rim(sampler: EpisodeSampler) -> Perturbation:
+    """A bowl falls with its rim onto the object, or with its foot, after the plan was made; the other side is on the table."""
+    radius = sampler.uniform(*_BOWL_RADII)
+    park(sampler, "bowl", radius)
+    x, y, _ = sampler.item("bowl").pose.xyz
+    pose = Pose(xyz=(x, y, sampler.scene.table_height))
+    sampler.replace("bowl", kind="bowl", size=(radius, _BOWL_HEIGHT), pose=pose, mass=0.2)
+    item = sampler.item(sampler.subject)
+    table, half, outer = sampler.scene.table_height, item.size[0], radius + _BOWL_WALL
+    upside_down = bool(sampler.rng.integers(2))
+    overlap = sampler.uniform(0.012, 0.022)
+    # The bowl's underside slopes from the table to the near edge of the object's top.
+    slope = math.asin(min(0.9, 2.0 * half / (2.0 * outer - overlap)))
+    for _ in range(DRAWS):
+        away = sampler.direction()
+        axis = np.array([-away[1], away[0], 0.0])
+        base = np.array(
+            [*(centre(item)[:2] + away * (half - overlap + outer)), table + outer * math.sin(slope) + 0.002]
+        )
+        rotation = matrix_about_axis(axis, slope)
+        if upside_down:
+            base = base + rotation @ np.array([0.0, 0.0, _BOWL_HEIGHT])
+            rotation = rotation @ np.diag([1.0, -1.0, -1.0])
+        there = Pose.from_matrix(base, rotation)
+        others = [
+            one for one in (sampler.item(two.id) for two in sampler.scene.objects) if one.id not in ("bowl", item.id)
+        ]
+        clear = all(np.linalg.norm(centre(one)[:2] - base[:2]) > outer + max(one.size[:2]) * 1.5 for one in others)
+        if sampler.easy(base[:2]) and clear:
+            break
+    else:
+        raise ValueError("no room for the bowl")
+    at = sampler.moment(_ON_THE_WAY, away_from=item.pose.position)
+    about = f"{'rim' if upside_down else 'foot'} of a {2e3 * outer:.0f} mm bowl, {1e3 * overlap:.0f} mm over it"
+    return Perturbation(scene=sampler.scene, fault=faults.put("bowl", there), at=at, about=about)
+
+
+def before_drawer(sampler: EpisodeSampler) -> Perturbation:
+    """A can stands where the drawer opens; it is to stand upright in the end."""
+    drawer = sampler.item("drawer")
+    width, depth, _, travel = drawer.size
+    for _ in range(DRAWS):
+        ahead = sampler.uniform(0.04, max(travel, 0.05)) + _CAN[0]
+        aside = sampler.uniform(-0.5, 0.5) * width
+        point = drawer.pose.position + drawer.pose.rotation @ np.array([-depth / 2.0 - ahead, aside, 0.0])
+        pose = Pose(xyz=(float(point[0]), float(point[1]), sampler.scene.table_height + _CAN[1] + 0.001))
+        sampler.replace("can", size=_CAN, pose=pose)
+        can = standing_at(sampler.item("can"), pose)
+        if sampler.free(can, least=0.004) and sampler.easy(point[:2]):
+            break
+    else:
+        raise ValueError("no room before the drawer")
+    checks = [{"kind": "opened", "object": "drawer", "min_mm": 80}, {"kind": "on", "object": "can", "target": "table"}]
+    tipped = {"kind": "upright", "object": "can"}
+    sampler.ask(sampler.task.prompt, {"kind": "all", "checks": [*checks, tipped]})
+    return Perturbation(scene=sampler.scene, about=f"{1e3 * ahead:.0f} mm ahead, {1e3 * aside:.0f} mm aside")

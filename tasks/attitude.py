@@ -1,0 +1,27 @@
+"""The check of how an object stands: upright, or tipped over."""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from robosandbox.tasks.checks import OfObject
+from robosandbox.types import Truth
+from robosandbox.world.relations import Relation
+
+# Beyond this angle between its axis and the vertical a thing has tipped over, degrees: it would stand by itself no more.
+_TIPPED_DEG = 30.0
+
+
+class Upright(OfObject):
+    """The object's own axis is about vertical; a container's opening is above, of others either end may be."""
+
+    kind: Literal["upright"]
+
+    def evaluate(self, start: Truth, now: Truth) -> Relation:
+        """Measure the angle between its axis and the vertical."""
+        del start
+        item = now.objects[self.object].detected()
+        cosine = float(item.pose.rotation[2, 2])
+        angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine if item.shape.holds_things else abs(cosine)))))
+        return Relation(angle < _TIPPED_DEG, {"tilt_deg": angle})
