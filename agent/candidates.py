@@ -18,6 +18,8 @@ from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import bottom, centre, gap, support, top
 from robosandbox.world.standing import TIPPED, standing_on, tilt
 
+# How many others that may be moved a thing counts for that stays where it is unless somebody names it: moved after all of them.
+_LEFT_ALONE = 10
 # Distances by which a thing out of reach is brought nearer, the shortest first, metres: thirds of the band between what a
 # gripper and what a fingertip of an arm reaches.
 _NEARER = (0.06, 0.12, 0.18)
@@ -27,6 +29,8 @@ _FAR = 0.5
 _NEIGHBOUR = 0.06
 # What is left between two things of which one was pushed away, metres: a finger and what a push may fall short by.
 _APART = 0.03
+# Farther nothing is pushed out of the way, metres: two lengths of a hand.
+_FARTHEST = 0.2
 # Cosine between two directions from which on one leads the other way: a little over the diagonal of two others.
 _LEADS = 0.35
 
@@ -68,7 +72,11 @@ class Candidates:
         """Return how many others a way sets out to move, and about how many calls it takes."""
         known, ours = predicates(), {item.id for item in self._about}
         moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
-        return len(moved - ours), len(way.first) + 2 * len(way.cleared) + (way.call is not None)
+        others = [item for name in moved - ours if (item := self._failure.scene.find(name)) is not None]
+        # What stays where it is unless somebody names it is moved where nothing else helps.
+        return sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others), len(way.first) + 2 * len(way.cleared) + (
+            way.call is not None
+        )
 
     def _planned(self, way: Alternative) -> Calls | None:
         """Return the calls of a way with all that they need first; None where contracts show no way."""
@@ -134,9 +142,9 @@ class Candidates:
                 yield Alternative(why=f"{other.id} is closed first", first=(fact("closed", other.id),), call=call)
                 continue
             yield Alternative(why=f"{other.id} is in the way and is put aside first", cleared=(other.id,), call=call)
-            if (away := self._pushed_away(other, item)) is not None:
+            for away in self._pushed_away(other, item):
                 yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
-            if (free := self._pushed_away(item, other)) is not None and top(item) > bottom(other) + _APART:
+            for free in self._pushed_away(item, other)[:1]:
                 yield Alternative(why=f"{item.id} is pushed free of {other.id} first", first=(free,), call=call)
         for (one, item), (two, same) in itertools.combinations(crowd, 2):
             if item is same and (centre(one) - centre(item))[:2] @ (centre(two) - centre(item))[:2] < 0.0:
@@ -150,23 +158,24 @@ class Candidates:
         for item in sorted(self._about, key=lambda one: one.shape.stays_put):
             on_it = {one.id for one in standing_on(self._view, item.id)}
             for other in self._view.others(*self._failure.contract.objects):
-                near = hand and not item.shape.stays_put and gap(item, other) < _NEIGHBOUR
+                near = hand and not (item.shape.stays_put or other.shape.stays_put) and gap(item, other) < _NEIGHBOUR
                 if other.id in met or other.id in on_it or near:
                     found.setdefault(other.id, (other, item))
-        movable = [pair for pair in found.values() if pair[0].shape.opens or not pair[0].shape.stays_put]
-        return sorted(movable, key=lambda pair: (pair[0].id not in met, gap(pair[1], pair[0])))
+        whole = [pair for pair in found.values() if not pair[0].shape.is_granular]
+        return sorted(whole, key=lambda pair: (pair[0].id not in met, gap(pair[1], pair[0])))
 
-    def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> Fact | None:
-        """Return that an object was pushed away from another far enough, where there is room; None where there is none."""
-        if item.shape.stays_put or item.id == self._failure.scene.held:
-            return None
-        for direction in _along((centre(item) - centre(other))[:2]):
+    def _pushed_away(self, item: DetectedObject, other: DetectedObject) -> list[Fact]:
+        """Return pushes of an object away from another, far enough and to where there is room, the shortest first."""
+        if item.shape.opens or item.id == self._failure.scene.held:
+            return []
+        found: list[tuple[float, str]] = []
+        for direction in DIRECTION_AXES:
             axis = np.array([[*DIRECTION_AXES[direction], 0.0]])
             reach, begin = float(support(other, axis)[0]), -float(support(item, -axis)[0])
             distance = round(max(reach - begin + _APART, _NEIGHBOUR), 3)
-            if self._is_free(item, distance * axis[0], other.id):
-                return fact("displaced", item.id, direction, distance)
-        return None
+            if distance <= _FARTHEST and self._is_free(item, distance * axis[0], other.id):
+                found.append((distance, direction))
+        return [fact("displaced", item.id, direction, distance) for distance, direction in sorted(found)]
 
     def _is_free(self, item: DetectedObject, offset: Array, but: str) -> bool:
         """Tell whether an object that is moved by an offset (3,) comes to lie in nothing else that stands as high."""

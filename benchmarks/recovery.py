@@ -66,6 +66,7 @@ class Row:
         cpu_secs: Processor seconds, roll-outs included.
         contacts: The largest force on what was not to be touched, by kind: N and the two bodies.
         compared: With `--compare`, the repairs of each failure on the twin and on an exact copy.
+        repairs_secs: Wall and processor seconds that each failure's repairs were looked for.
     """
 
     case: str
@@ -84,6 +85,7 @@ class Row:
     cpu_secs: float
     contacts: dict[str, tuple[float, str, str]]
     compared: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
+    repairs_secs: tuple[tuple[float, float], ...] = ()
 
     @property
     def refused_rightly(self) -> bool:
@@ -91,15 +93,19 @@ class Row:
         return not self.claimed and self.attempts <= 1 and self.named
 
 
-class Comparison(AgentContext):
-    """A context that looks for repairs on an exact copy of the world, too.
+class Watched(AgentContext):
+    """A context that takes the time of looking for repairs, and looks for them on an exact copy of the world, too, if asked to.
 
     Attributes:
+        compare: Whether it does the latter.
         found: Of each failure what was found on the twin and on the copy.
+        spent: Wall and processor seconds that looking for repairs took, of each failure.
     """
 
+    compare: bool
     found: list[tuple[tuple[str, ...], tuple[str, ...]]]
-    exact: bool
+    spent: list[tuple[float, float]]
+    exact: bool = False
 
     def twin(self) -> AgentContext:
         """Return a context in the twin, or in a copy while that is asked for."""
@@ -112,7 +118,11 @@ class Comparison(AgentContext):
 
     def repairs_for(self, failure: Failure) -> tuple[Repair, ...]:
         """Return what the twin says, and keep what the copy says."""
+        wall, cpu = time.perf_counter(), time.process_time()
         used = super().repairs_for(failure)
+        self.spent.append((round(time.perf_counter() - wall, 3), round(time.process_time() - cpu, 3)))
+        if not self.compare:
+            return used
         self.exact = True
         other = find_repairs(self, failure)
         self.exact = False
@@ -131,9 +141,8 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
     with open_session(task, what_if=what_if, perception=perception) as session:
         if perturbation.perception is not None:
             session.ctx.perception = perturbation.perception
-        if compare:
-            session.ctx.__class__ = Comparison
-            session.ctx.found, session.ctx.exact = [], False
+        session.ctx.__class__ = Watched
+        session.ctx.compare, session.ctx.found, session.ctx.spent = compare, [], []
         meter = ContactMeter(session.sim)
         ends = [session.sim.subscribe(meter)]
         session.agent.listeners.append(lambda event: _expect(meter, event))
@@ -164,7 +173,8 @@ def run(name: str, seed: int, what_if: bool, compare: bool = False, perception: 
         sim_secs=round(secs, 2),
         cpu_secs=round(cpu, 2),
         contacts={kind: (round(force, 1), a, b) for kind, (force, a, b) in meter.worst.items()},
-        compared=tuple(getattr(session.ctx, "found", ())),
+        compared=tuple(session.ctx.found),
+        repairs_secs=tuple(session.ctx.spent),
     )
 
 
@@ -192,6 +202,7 @@ def arm(session: EmbeddedWorkcell, perturbation: Perturbation) -> list[Callable[
 def summary(rows: Sequence[Row]) -> dict[str, Any]:
     """Return the figures of some episodes."""
     pairs = [pair for row in rows for pair in row.compared]
+    spent = [secs for row in rows for secs in row.repairs_secs] or [(0.0, 0.0)]
     hopeful = [row for row in rows if not row.hopeless]
     hopeless = [row for row in rows if row.hopeless]
     worst: dict[str, tuple[float, str, str]] = {}
@@ -207,6 +218,8 @@ def summary(rows: Sequence[Row]) -> dict[str, Any]:
         "sim_s_median": statistics.median(row.sim_secs for row in rows),
         "cpu_s_median": statistics.median(row.cpu_secs for row in rows),
         "cpu_s_max": max(row.cpu_secs for row in rows),
+        "repairs_wall_s": {"median": statistics.median(s[0] for s in spent), "max": max(s[0] for s in spent)},
+        "repairs_cpu_s": {"median": statistics.median(s[1] for s in spent), "max": max(s[1] for s in spent)},
         "worst_contact_n": worst,
         "same_repairs": _rate(sum(twin == copy for twin, copy in pairs), len(pairs)),
         "same_first_repair": _rate(sum(twin[:1] == copy[:1] for twin, copy in pairs), len(pairs)),
@@ -229,7 +242,8 @@ def _line(name: str, figures: dict[str, Any]) -> str:
     return (
         f"{name:16}{rate('recovered'):>22}{rate('refused_rightly'):>22}{figures['false_claims']:>7}"
         f"{figures['wrong_refusals']:>7}{figures['attempts_mean']:>9}{figures['sim_s_median']:>8.1f}"
-        f"{figures['cpu_s_median']:>8.2f}  {forces}"
+        f"{figures['cpu_s_median']:>8.2f}{figures['repairs_wall_s']['median']:>10.2f}{figures['repairs_wall_s']['max']:>7.1f}  "
+        f"{forces}"
     )
 
 
@@ -267,7 +281,7 @@ def main() -> None:
         return
     print(
         f"{'case':16}{'recovered':>22}{'rightly refused':>22}{'false':>7}{'wrong':>7}{'attempts':>9}{'sim s':>8}"
-        f"{'cpu s':>8}  largest force on what was not to be touched, N"
+        f"{'cpu s':>8}{'repairs s':>10}{'max':>7}  largest force on what was not to be touched, N"
     )
     for name, figures in table.items():
         print(_line(name, figures))

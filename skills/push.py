@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from typing import Annotated
 
@@ -35,7 +36,7 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import centre, displacement, support
+from robosandbox.world.relations import bottom, centre, displacement, support, top
 
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
@@ -44,6 +45,8 @@ _STROKES = 4
 _STAND_OFF = 0.012
 # Metres between fingertips and table; chosen as twice the planner's clearance.
 _TIP_CLEARANCE = 0.004
+# How much of an object's height a fingertip has before it at least that pushes it high, metres: half a pad of small grippers.
+_TIP_HOLD = 0.012
 # Share of the joints' speed limits; chosen so that what is pushed stays at the fingers (halved 11 % longer episodes,
 # doubled 12 % shorter, all succeed).
 _PUSH_SPEED = 0.12
@@ -157,8 +160,10 @@ def _stroke(
     q = arm.q
     options = _hand_rotations(arm, axis)
     turned = 2 * missed % len(options)
-    for rotation, half_depth in (*options[turned:], *options[:turned]):
-        start, end = _line(arm, target, axis, distance, rotation, half_depth, scene.table_height)
+    hands = (*options[turned:], *options[:turned])
+    ways = itertools.product(_heights(arm, target, axis, scene.table_height), hands)
+    for height, (rotation, half_depth) in ways:
+        start, end = _line(target, axis, distance, rotation, half_depth, height)
         try:
             arm.motion.allow()
             descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=CARRY_SPEED)
@@ -208,21 +213,26 @@ def flange_depth(bounds: tuple[float, float, float, float], forward: Array) -> f
     return x if abs(forward[0]) > abs(forward[1]) else y
 
 
+def _heights(arm: Manipulator, target: DetectedObject, axis: Array, table_height: float) -> tuple[float, ...]:
+    """Return heights of the TCP in a stroke, metres: the object's middle, and where that is higher, over what is beside it."""
+    gripper = arm.sim.spec.gripper
+    lowest = table_height + _TIP_CLEARANCE
+    if gripper is None:
+        # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
+        return (lowest,)
+    middle = centre(target)
+    usual = max(float(middle[2]), lowest + gripper.geometry.tip_depth)
+    # Pushed at most half as high as it is deep, nothing tips over whose friction on what it stands on is below 1.
+    half = float(support(target, axis[None])[0] - axis @ middle)
+    high = min(top(target) - _TIP_HOLD, bottom(target) + half) + gripper.geometry.tip_depth
+    return (usual, high) if high > usual else (usual,)
+
+
 def _line(
-    arm: Manipulator,
-    target: DetectedObject,
-    axis: Array,
-    distance: float,
-    rotation: Array,
-    half_depth: float,
-    table_height: float,
+    target: DetectedObject, axis: Array, distance: float, rotation: Array, half_depth: float, height: float
 ) -> tuple[Pose, Pose]:
     """Return the TCP poses where the stroke begins and ends."""
-    gripper = arm.sim.spec.gripper
     middle = centre(target)
-    lowest = table_height + _TIP_CLEARANCE
-    # A flange has no fingers to reach down with: what it pushes with lies above its TCP.
-    height = max(float(middle[2]), lowest + gripper.geometry.tip_depth) if gripper else lowest
     behind = float(support(target, -axis[None])[0] + axis @ middle)
     begin = middle - axis * (behind + half_depth + _STAND_OFF)
     finish = middle - axis * (behind + half_depth) + axis * distance

@@ -6,8 +6,9 @@ import math
 
 import numpy as np
 
+from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.testing import faults
-from robosandbox.testing.perturbations import park
+from robosandbox.testing.perturbations import park, parked
 from robosandbox.testing.sampling import DRAWS, EpisodeSampler, Perturbation, standing_at
 from robosandbox.types import Pose, SceneObject, matrix_about_axis
 from robosandbox.world.relations import centre
@@ -17,9 +18,9 @@ _CUBE = 0.02  # Half edge of the cubes in the tray, metres: as those of the bund
 # Space around each cube in a full tray, metres: what place_in asks for, walls included.
 _TRAY_ROOM = 0.006
 _TRAY_HEIGHT = 0.02  # Metres; half a cube, so that fingers get at what lies in it.
-_BOWL_HEIGHT, _BOWL_RADII, _BOWL_WALL = 0.05, (0.045, 0.065), 0.004  # Metres: of bowls on tables here.
+_BOWL_HEIGHT, _BOWL_RADII = 0.05, (0.045, 0.065)  # Metres: of bowls on tables here.
 _CAN = (0.025, 0.045)  # Radius and half height of the can before the drawer, metres.
-_VIVID = {"red_cube": (0.85, 0.2, 0.2, 1.0), "blue_cube": (0.2, 0.35, 0.85, 1.0), "green_cube": (0.2, 0.65, 0.3, 1.0)}
+_IN_THE_TRAY = {"blue_cube": (0.2, 0.35, 0.85, 1.0), "green_cube": (0.2, 0.65, 0.3, 1.0)}
 
 
 def lidded(sampler: EpisodeSampler) -> Perturbation:
@@ -35,37 +36,40 @@ def lidded(sampler: EpisodeSampler) -> Perturbation:
 
 
 def full_tray(sampler: EpisodeSampler) -> Perturbation:
-    """Two cubes fill a tray: they are to be swapped there, or one of them with a cube beside the tray."""
+    """Two cubes fill a tray: a third one is to be swapped with one of them, or finds the tray full when it comes."""
     inner = (_CUBE + _TRAY_ROOM, 2.0 * _CUBE + 1.5 * _TRAY_ROOM)
-    tray = sampler.item("grey_bin")
-    x, y, _ = tray.pose.xyz
+    x, y, _ = sampler.item("grey_bin").pose.xyz
     yaw, table = sampler.uniform(-math.pi, math.pi), sampler.scene.table_height
     turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
+    size = (*inner, _TRAY_HEIGHT)
+    tray = SceneObject(id="tray", kind="tray", size=size, pose=Pose(xyz=(x, y, table), quat_xyzw=turn), mass=0.4)
     along = np.array([-math.sin(yaw), math.cos(yaw)]) * (_CUBE + 0.5 * _TRAY_ROOM)
-    within = ["red_cube", "blue_cube"] if sampler.rng.integers(2) else ["blue_cube", "green_cube"]
-    objects = [
-        SceneObject(
-            id="tray",
-            kind="tray",
-            size=(*inner, _TRAY_HEIGHT),
-            pose=Pose(xyz=(x, y, table), quat_xyzw=turn),
-            rgba=(0.5, 0.5, 0.55, 1.0),
-            mass=0.4,
-        )
+    cubes = []
+    for sign, (name, rgba) in zip((-1.0, 1.0), _IN_THE_TRAY.items(), strict=True):
+        height = table + CONTAINER_WALL + _CUBE + 0.001
+        pose = Pose(xyz=(x + sign * along[0], y + sign * along[1], height), quat_xyzw=turn)
+        cubes.append(SceneObject(id=name, kind="box", size=(_CUBE,) * 3, pose=pose, rgba=rgba, mass=0.05))
+    kept = [item for item in sampler.scene.objects if item.id != "grey_bin"]
+    sampler.change(sampler.scene.model_copy(update={"objects": (tray, *cubes, *kept)}))
+    swapped = [
+        ("red_cube", "inside", "tray"),
+        ("blue_cube", "in_place_of", "red_cube"),
+        ("green_cube", "inside", "tray"),
     ]
-    for sign, name in zip((-1.0, 1.0), within, strict=True):
-        pose = Pose(xyz=(x + sign * along[0], y + sign * along[1], table + 0.004 + _CUBE + 0.001), quat_xyzw=turn)
-        objects.append(SceneObject(id=name, kind="box", size=(_CUBE,) * 3, pose=pose, rgba=_VIVID[name], mass=0.05))
-    kept = [item for item in sampler.scene.objects if item.id not in ("grey_bin", *within)]
-    sampler.change(sampler.scene.model_copy(update={"objects": (*objects, *kept)}))
-    swapped = [("red_cube", "blue_cube"), ("blue_cube", "red_cube")]
-    checks = [{"kind": "in_place_of", "object": one, "target": other} for one, other in swapped]
-    prompt = "swap the red cube and the blue cube"
-    if "red_cube" not in within:
-        prompt = "inside(red_cube, tray), inside(green_cube, tray), on(blue_cube, table)"
-        checks = [{"kind": "goal", "relations": prompt}]
-    sampler.ask(prompt, {"kind": "all", "checks": checks})
-    return Perturbation(scene=sampler.scene, about=f"{' and '.join(within)} in the tray")
+    checks = [{"kind": kind, "object": one, "target": other} for one, kind, other in swapped]
+    goal = "inside(red_cube, tray), inside(green_cube, tray), on(blue_cube, table)"
+    match int(sampler.rng.integers(3)):
+        case 0:
+            sampler.ask("swap the red cube and the blue cube", {"kind": "all", "checks": checks})
+            return Perturbation(scene=sampler.scene, about="swapped in a sentence")
+        case 1:
+            sampler.ask(goal, {"kind": "goal", "relations": goal})
+            return Perturbation(scene=sampler.scene, about="swapped for a goal")
+    into = cubes[0].pose
+    sampler.replace("blue_cube", pose=parked(sampler, _CUBE))
+    sampler.ask("put the red cube in the tray", {"kind": "goal", "relations": "inside(red_cube, tray)"})
+    at = sampler.moment(_ON_THE_WAY, away_from=into.position)
+    return Perturbation(scene=sampler.scene, fault=faults.put("blue_cube", into), at=at, about="filled meanwhile")
 
 
 def under_rim(sampler: EpisodeSampler) -> Perturbation:
@@ -76,7 +80,7 @@ def under_rim(sampler: EpisodeSampler) -> Perturbation:
     pose = Pose(xyz=(x, y, sampler.scene.table_height))
     sampler.replace("bowl", kind="bowl", size=(radius, _BOWL_HEIGHT), pose=pose, mass=0.2)
     item = sampler.item(sampler.subject)
-    table, half, outer = sampler.scene.table_height, item.size[0], radius + _BOWL_WALL
+    table, half, outer = sampler.scene.table_height, item.size[0], radius + CONTAINER_WALL
     upside_down = bool(sampler.rng.integers(2))
     overlap = sampler.uniform(0.012, 0.022)
     # The bowl's underside slopes from the table to the near edge of the object's top.

@@ -261,7 +261,12 @@ def locked(sampler: EpisodeSampler) -> Perturbation:
     return Perturbation(scene=sampler.scene, fault=faults.lock(sampler.subject), hopeless=True)
 
 
+def parked(sampler: EpisodeSampler, half: float) -> Pose:
+    """Return where a thing of this half height stands in a corner of the table, out of everybody's way; metres."""
+    return Pose(xyz=(-0.3, 0.42, sampler.scene.table_height + half + 0.001))
+
+
 def park(sampler: EpisodeSampler, name: str, half: float) -> None:
-    """Add a block in a corner of the table, out of everybody's way."""
-    pose = Pose(xyz=(-0.3, 0.42, sampler.scene.table_height + half + 0.001))
+    """Add a block of this half edge, metres, in a corner of the table."""
+    pose = parked(sampler, half)
     sampler.add(SceneObject(id=name, kind="box", size=(half,) * 3, pose=pose, rgba=(0.3, 0.3, 0.35, 1.0)))

@@ -75,7 +75,7 @@ class Enabling:
         """
         view = View.of(self.scene)
         item, choices = self.scene.find(name), predicates()["room_at"].choices
-        if item is None or item.shape.stays_put or item.shape.is_granular or choices is None:
+        if item is None or item.shape.opens or item.shape.is_granular or choices is None:
             raise NoWayError(f"{name} stays where it is")
         around = [other for other in view.others(name) if other.id in self._about]
         best, most = None, 0.0

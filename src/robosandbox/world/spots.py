@@ -156,10 +156,12 @@ def spots_in(vessel: DetectedObject, held: DetectedObject, contents: Sequence[De
         held: What goes in, as it is held.
         contents: What lies in it already.
     """
-    places = list(_places(vessel, held, contents))
+    edge = float(vessel.pose.xyz[2]) + _inside(vessel)[3]
+    # What would stand as high as the rim would be on the contents and not inside.
+    places = [place for place in _places(vessel, held, contents) if place[1] < edge]
     if not places:
         return
-    rim = float(vessel.pose.xyz[2]) + _inside(vessel)[3] + _NEXT_ROOM
+    rim = edge + _NEXT_ROOM
     for drop in _DROPS:
         for xy, height, yaw in places[:_MOST_PER_DROP]:
             if height + drop < rim:
