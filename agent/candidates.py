@@ -1,4 +1,4 @@
-"""What could be done in place of a failed call: from its evidence, its contract, and what its skill declares; the cheapest first."""
+"""What could be done in place of a failed call: from its evidence, its contract, and what its skill declares."""
 
 from __future__ import annotations
 
@@ -56,13 +56,20 @@ class Candidates:
         rest = (way.call for way in self._declared if way.call and not way.first and not way.cleared)
         self._call = next(rest, failure.call) if failure.promises_a_change else failure.call
 
-    def all(self) -> Iterator[tuple[Calls, str]]:
-        """Yield calls and why they may help: those that move the fewest others first, then the shortest."""
+    def cheapest(self) -> Iterator[tuple[Calls, str]]:
+        """Yield calls and why they may help: those that move the fewest others first, then the shortest; to be tried."""
+        return self._found(sorted(self._ways(), key=self._cost))
+
+    def likeliest(self) -> Iterator[tuple[Calls, str]]:
+        """Yield calls and why they may help, the likeliest first: where nothing is tried before it is done."""
+        return self._found(self._ways())
+
+    def _found(self, ways: Iterable[Alternative]) -> Iterator[tuple[Calls, str]]:
         if self._failure.is_hopeless:
             return
         # What failed before it began would fail in the same way again.
         seen: list[Calls] = [] if self._failure.had_begun else [(self._failure.call,)]
-        for way in sorted(self._ways(), key=self._cost):
+        for way in ways:
             calls = self._planned(way)
             if calls and calls not in seen:
                 seen.append(calls)
@@ -121,9 +128,9 @@ class Candidates:
     def _may_be_of_the_way(self) -> bool:
         """Tell whether another start may help: not where the hand would touch something at its very goal."""
         evidence = self._failure.error.evidence
-        if isinstance(evidence, CollisionEvidence):
-            return evidence.waypoints > 1
-        return self._failure.error.code is ErrorCode.TRACKING
+        if isinstance(evidence, CollisionEvidence) and evidence.waypoints <= 1:
+            return False
+        return self._failure.error.code in (ErrorCode.COLLISION, ErrorCode.TRACKING)
 
     def _nearer(self, item: DetectedObject) -> Iterator[Alternative]:
         """Yield pushes of something that is out of reach towards the robot, and of far too near things away from it."""
@@ -142,7 +149,9 @@ class Candidates:
                 yield Alternative(why=f"{other.id} is closed first", first=(fact("closed", other.id),), call=call)
                 continue
             yield Alternative(why=f"{other.id} is in the way and is put aside first", cleared=(other.id,), call=call)
-            for away in self._pushed_away(other, item):
+            # What lies over the thing may come off on any side; what stands beside it goes straight away from it.
+            pushes = self._pushed_away(other, item)
+            for away in pushes if gap(item, other) < 0.0 else pushes[:1]:
                 yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
             for free in self._pushed_away(item, other)[:1]:
                 yield Alternative(why=f"{item.id} is pushed free of {other.id} first", first=(free,), call=call)

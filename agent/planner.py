@@ -23,6 +23,7 @@ class StubPlanner:
             skills: The skills at hand; their names are read, and the words of those that have some.
             dialogue: Let a prompt refer to the ones before: "it", answers to questions, "no, the green one".
         """
+        self._known = tuple(skills)
         self._skills = tuple(skill.name for skill in skills)
         if learn(skills):
             forget_readings()
@@ -40,7 +41,7 @@ class StubPlanner:
         draft: Draft | Refusal
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
-            draft = replan(prompt, scene, self._skills, history, before)
+            draft = replan(prompt, scene, self._known, history, before)
         elif self._dialogue:
             draft = self._dialogue.interpret(prompt, scene)
         else:

@@ -65,7 +65,7 @@ def find_repairs(ctx: AgentContext, failure: Failure) -> tuple[Repair, ...]:
         return ()
     budget: _Budget | None = None
     found: list[tuple[int, Repair]] = []
-    for number, (calls, why) in enumerate(Candidates(failure, ctx.skills).all()):
+    for number, (calls, why) in enumerate(Candidates(failure, ctx.skills).cheapest()):
         if len(found) >= _ENOUGH or number >= _MOST_TRIED:
             break
         copy = ctx.twin()

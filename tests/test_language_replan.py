@@ -19,14 +19,10 @@ from robosandbox.errors import (
     UnreachableError,
 )
 from robosandbox.evidence import GraspEvidence, HoldingEvidence, PlacementEvidence, PushEvidence
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, SkillCall
 
 SKILLS = ["pick", "place_on", "place_in", "place_beside", "place_at", "stack", "push", "tap", "home"]
-
-
-@dataclass(frozen=True)
-class Named:
-    name: str
 
 
 @dataclass(frozen=True)
@@ -59,7 +55,7 @@ SCENE = ObservedScene(
 
 
 def stub() -> StubPlanner:
-    return StubPlanner([Named(name) for name in SKILLS])  # type: ignore[arg-type]
+    return StubPlanner([skill for skill in load_skills() if skill.name in SKILLS])
 
 
 class Talk:

@@ -4,40 +4,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
-from robosandbox.agent.language.aside import carried_aside, pile_on, set_down
+from robosandbox.agent.candidates import Candidates
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
-from robosandbox.errors import ErrorCode
-from robosandbox.evidence import CollisionEvidence, GraspEvidence, PlacementEvidence, PushEvidence
-from robosandbox.protocols import Attempt
+from robosandbox.errors import ErrorCode, SkillError
+from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
+from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
+from robosandbox.world.alternatives import Failure
+from robosandbox.world.contracts import contract_of
+from robosandbox.world.facts import HELD
 
 RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
 _PLACED = 0.02  # Metres from its goal within which a thing has been placed. Chosen.
 # What another try of the same would meet again.
 _FINAL = frozenset({"none_found", "immovable", "too_heavy", "gripper_stuck"})
-_CLEARINGS = 3  # Number of times that the way is cleared. Chosen.
+_WAYS = 3  # Number of other ways that are gone after failures of one call. Chosen.
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
 def replan(
-    prompt: str, scene: ObservedScene, skills: Sequence[str], history: Sequence[Attempt], before: Draft | None
+    prompt: str, scene: ObservedScene, skills: Sequence[Skill], history: Sequence[Attempt], before: Draft | None
 ) -> Draft | Refusal:
     """Return what remains to be done, changed where the last attempt failed.
 
     Args:
         prompt: The sentence.
         scene: What perception sees now.
-        skills: Names of the skills at hand.
+        skills: The skills at hand.
         history: All attempts, oldest first.
         before: The draft that the last attempt ran; None takes it from the attempt itself.
     """
     last = history[-1]
     if before is None:
-        before = _draft_of(last, interpret(prompt, scene, skills))
+        before = _draft_of(last, interpret(prompt, scene, tuple(skill.name for skill in skills)))
     rest = _after_failure(before, last)
     return _Reaction(scene, skills, history, before, rest).react()
 
@@ -68,13 +72,13 @@ class _Reaction:
     def __init__(
         self,
         scene: ObservedScene,
-        skills: Sequence[str],
+        skills: Sequence[Skill],
         history: Sequence[Attempt],
         before: Draft,
         rest: tuple[Step, ...],
     ) -> None:
         self.scene = scene
-        self.skills = skills
+        self.skills = {skill.name: skill for skill in skills}
         self.history = history
         self.before = before
         self.failed, self.after = rest[0], rest[1:]
@@ -82,6 +86,10 @@ class _Reaction:
         self.again = sum(a.failed == self.failed.call and a.error.code == self.error.code for a in history) - 1
 
     def react(self) -> Draft | Refusal:
+        answer = self._reaction()
+        return (self._detour() or answer) if isinstance(answer, Refusal) else answer
+
+    def _reaction(self) -> Draft | Refusal:
         gone = self._gone()
         if gone:
             return self._stop(f"{gone} is no longer in sight", RefusalCode.OBJECT_NOT_FOUND)
@@ -92,21 +100,23 @@ class _Reaction:
             case ErrorCode.UNREACHABLE | ErrorCode.LIMIT | ErrorCode.UNSUPPORTED | ErrorCode.INVALID_ARGUMENT:
                 return self._other() or self._stop()
             case ErrorCode.COLLISION:
-                return self._other() or self._clear_way() or self._from_home() or self._stop()
+                return self._other() or self._way() or self._stop()
             case ErrorCode.TRACKING:
-                return self._clear_top() or self._from_home() or self._stop()
+                return self._way() or self._stop()
             case ErrorCode.GRASP:
                 return self._grasp()
             case ErrorCode.NOT_HOLDING:
                 return self._pick_again() or self._stop()
             case ErrorCode.ALREADY_HOLDING:
-                return self._empty_hand() or self._stop()
+                return self._retry(1) or self._stop() if self.scene.held is None else self._way() or self._stop()
             case ErrorCode.PLACEMENT:
                 return self._placement()
             case ErrorCode.PUSH:
                 return self._push_on() or self._stop()
             case ErrorCode.OBJECT_NOT_FOUND:
                 return self._lost_sight() or self._stop(code=RefusalCode.OBJECT_NOT_FOUND)
+            case ErrorCode.DRAWER | ErrorCode.POUR | ErrorCode.TAP:
+                return self._way() or self._stop()
             case ErrorCode.AMBIGUOUS_OBJECT:
                 return self._stop(code=RefusalCode.AMBIGUOUS)
             case ErrorCode.CONNECTION_LOST:
@@ -183,11 +193,31 @@ class _Reaction:
             return Draft(tuple(swapped), substitutes)
         return None
 
-    def _from_home(self) -> Draft | None:
-        """The same from another start, once."""
-        if self.again or "home" not in self.skills or self.failed.call.skill == "home":
+    def _way(self) -> Draft | None:
+        """The likeliest other way for the failed step."""
+        return self._way_for(self.failed.call, self.error, self.after)
+
+    def _detour(self) -> Draft | None:
+        """Where a step failed that was to clear the way for one that had failed before: another way for that."""
+        for attempt in reversed(self.history[:-1]):
+            rest = [step.call for step in self.after]
+            if attempt.failed in rest:
+                return self._way_for(attempt.failed, attempt.error, self.after[rest.index(attempt.failed) + 1 :])
+        return None
+
+    def _way_for(self, call: SkillCall, error: SkillError, after: tuple[Step, ...]) -> Draft | None:
+        """The likeliest way that contracts show and that was not begun yet; on no copy of the world has it been tried."""
+        skill = self.skills.get(call.skill)
+        contract = None if skill is None else contract_of(skill, call.arguments)
+        if contract is None or self.again >= _WAYS:
             return None
-        return self._draft(Step(SkillCall(skill="home")), self.failed, *self.after)
+        before = replace(self.scene, held=self.scene.held or (self._carried() if HELD in contract.objects else None))
+        failure = Failure(call=call, error=error, contract=contract.resolved(before), before=before, scene=self.scene)
+        begun = [first for a in self.history for first in (*a.completed, a.failed)]
+        for calls, _ in Candidates(failure, self.skills).likeliest():
+            if calls[0] not in begun or (calls == (call,) and not self.again):
+                return self._draft(*map(Step, calls), *after)
+        return None
 
     def _retry(self, times: int = RETRIES) -> Draft | None:
         return self._draft(self.failed, *self.after) if self.again < times else None
@@ -235,54 +265,12 @@ class _Reaction:
         name = self._carried()
         return (Step(SkillCall(skill="pick", arguments={"object": name})),) if name else ()
 
-    def _empty_hand(self) -> Draft | None:
-        held = self.scene.held
-        if held is None:
-            return self._retry(1)
-        spot = self._spot(held)
-        if self.again or spot is None:
-            return None
-        return self._draft(spot, self.failed, *self.after)
-
-    def _spot(self, name: str) -> Step | None:
-        down = set_down(World(self.scene), name) if "place_at" in self.skills else None
-        return Step(down) if down else None
-
-    def _clear_way(self) -> Draft | None:
-        """Put aside what stands on the object that was to be grasped, or what the hand would touch beside it."""
-        return self._clear_top() or self._clear_named()
-
-    def _clear_top(self) -> Draft | None:
-        name = self._grasped()
-        pile = pile_on(World(self.scene), name) if name else []
-        return self._put_aside(pile[-1], name) if name and pile else None
-
-    def _clear_named(self) -> Draft | None:
-        name, evidence = self._grasped(), self.error.evidence
-        if name is None or not isinstance(evidence, CollisionEvidence):
-            return None
-        ways = (self._put_aside(other, name) for other in (evidence.other, evidence.body) if other != name)
-        return next((way for way in ways if way), None)
-
-    def _grasped(self) -> str | None:
-        """Return the object that the failed step was to grasp."""
-        call = self.failed.call
-        return str(call.arguments["object"]) if call.skill in ("pick", "stack") and not self.scene.held else None
-
-    def _put_aside(self, name: str, item: str) -> Draft | None:
-        calls = carried_aside(World(self.scene), name, item)
-        if calls is None or self.again >= _CLEARINGS or not {"pick", "place_at"} <= set(self.skills):
-            return None
-        if any(attempt.failed == calls[0] for attempt in self.history):
-            return None
-        return self._draft(*(Step(call) for call in calls), self.failed, *self.after)
-
     def _placement(self) -> Draft | Refusal:
         evidence = self.error.evidence
         if isinstance(evidence, PlacementEvidence) and evidence.reason == "unsuitable":
             return self._other() or self._stop()
         if isinstance(evidence, PlacementEvidence) and evidence.reason == "occupied":
-            return self._other_call() or self._clear(evidence) or self._stop()
+            return self._other_call() or self._way() or self._stop()
         if isinstance(evidence, PlacementEvidence) and evidence.reason == "stuck":
             return self._retry(1) or self._stop()
         if self.again >= RETRIES:
@@ -290,31 +278,6 @@ class _Reaction:
         if self.failed.call.skill == "stack" or self.scene.held:
             return self._draft(self.failed, *self.after)
         return self._pick_again() or self._stop()
-
-    def _clear(self, evidence: PlacementEvidence) -> Draft | None:
-        """Move what is in the way aside, if it is one thing that stands free; then go on."""
-        world = World(self.scene)
-        blocking = [name for name in evidence.blocking if name in world.at and world.movable(name)]
-        if self.again or len(blocking) != 1 or len(evidence.blocking) != 1 or world.on_top_of(blocking[0]):
-            return None
-        if not {"pick", "place_at"} <= set(self.skills):
-            return None
-        steps: list[Step] = []
-        held = self.scene.held
-        if held:
-            spot = self._spot(held)
-            if spot is None:
-                return None
-            steps.append(spot)
-            world.put(held, (float(spot.call.arguments["x"]), float(spot.call.arguments["y"])))
-        spots = world.free_spots(world.at[blocking[0]], world.radius(blocking[0]))
-        if not spots:
-            return None
-        steps.append(Step(SkillCall(skill="pick", arguments={"object": blocking[0]})))
-        steps.append(Step(SkillCall(skill="place_at", arguments={"x": spots[0][0], "y": spots[0][1]})))
-        if held:
-            steps.append(Step(SkillCall(skill="pick", arguments={"object": held})))
-        return self._draft(*steps, self.failed, *self.after)
 
     def _push_on(self) -> Draft | None:
         """Push what is left of the way."""

@@ -10,7 +10,7 @@ import numpy as np
 from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
 from robosandbox.world.achieve import Plannable, achieve
 from robosandbox.world.contracts import contract_of, find, first_refuted, lookup
-from robosandbox.world.facts import Fact, fact
+from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
 from robosandbox.world.verifier import verify
@@ -111,10 +111,10 @@ class Enabling:
             remedies = [one for one in finding.remedies if not find(one, View.of(self.scene)).holds]
             if lookup(need).is_fixed or not (remedies or finding.blocking):
                 raise NoWayError(finding.cause)
-            if remedies:
+            if remedies and remedies[0].arguments[1:] != (TABLE,):
                 self.bring_about(remedies[0])
             else:
-                self.put_aside(finding.blocking[0])
+                self.put_aside(str(remedies[0].arguments[0]) if remedies else finding.blocking[0])
         else:
             raise NoWayError(f"what {call} needs cannot be had at once")
         self._add((call,))
