@@ -356,3 +356,30 @@ def test_consulted_tools_are_in_the_record(world: EmbeddedWorkcell) -> None:
     ) as server:
         record = act(world, server).record()
     assert record["consulted"][0]["tool"] == "look" and isinstance(Consulted(**record["consulted"][0]), Consulted)
+
+
+# What it is told.
+
+
+def test_a_model_is_told_of_the_robot_and_what_it_can_never_pick_up(world: EmbeddedWorkcell) -> None:
+    with ScriptedServer(NO_SCHEMA, tool_calls(call("refuse", code="unsupported", message="No."))) as server:
+        act(world, server)
+    said = server.requests[1]["messages"][-1]["content"]
+    text = said if isinstance(said, str) else said[0]["text"]
+    about = json.loads(text.split("<robot>\n")[1].split("\n</robot>")[0])
+    assert about["gripper_opens"] == [0.0, 0.08] and "top" in about["cameras"] and "max_force" not in about
+
+
+@pytest.mark.gl
+def test_a_picture_has_the_ids_on_it_and_the_cameras_calibration_beside(world: EmbeddedWorkcell) -> None:
+    refuse = tool_calls(call("refuse", code="unsupported", message="No."))
+    with ScriptedServer(
+        NO_SCHEMA, tool_calls(call("look", camera="moon")), tool_calls(call("look", camera="top")), refuse
+    ) as server:
+        act(world, server)
+    assert "'moon' is not there; there is" in results(server.requests[2])[0]["error"]
+    tool, picture = server.requests[3]["messages"][-2:]
+    told = json.loads(tool["content"])["picture"]
+    column, row = told["pixels"]["red_cube"]
+    assert 0 <= column < told["size"][0] and 0 <= row < told["size"][1] and len(told["focal_length"]) == 2
+    assert picture["role"] == "user" and picture["content"][0]["image_url"]["url"].startswith("data:image/png;base64,")

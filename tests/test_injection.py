@@ -109,7 +109,7 @@ def test_the_grammar_plans_the_same(text: str) -> None:
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_a_model_is_told_it_as_data_that_closes_no_tag(text: str) -> None:
     scene = replace(with_name(text), notes=(text,))
-    said = question(PROMPT, scene, (), [{"request": text, "calls": []}])
+    said = question(PROMPT, scene, (), earlier=[{"request": text, "calls": []}])
     assert [said.count(f"<{name}>") for name in ("scene", "request", "earlier")] == [1, 1, 1]
     told = block(said, "scene")
     assert isinstance(told, dict) and told["objects"][-1]["id"] == text and told["notes"] == [text]

@@ -13,7 +13,7 @@ from typing import Any
 
 from pydantic import ValidationError
 from pydantic_ai import Agent, DeferredToolRequests, DeferredToolResults
-from pydantic_ai.messages import BinaryContent, ModelMessage, ToolCallPart, UserContent
+from pydantic_ai.messages import BinaryContent, ModelMessage, ToolCallPart, ToolReturn, UserContent
 from pydantic_ai.tools import ToolDefinition
 from pydantic_ai.toolsets import ExternalToolset
 from pydantic_ai.usage import UsageLimits
@@ -25,13 +25,14 @@ from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint
 from robosandbox.agent.llm.modes import KnownModes
-from robosandbox.agent.llm.pictures import png
+from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, constraints_of, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, question
+from robosandbox.agent.llm.robot import describe_robot
 from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.agent.llm.toolbox import OWN, acting_tools
+from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools
 from robosandbox.agent.tools import (
     AchieveArguments,
     AskArguments,
@@ -50,7 +51,7 @@ from robosandbox.agent.tools import (
     why_not,
     wrong_arguments,
 )
-from robosandbox.errors import InputError
+from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.verifier import Constraints, verify
 
@@ -112,6 +113,7 @@ class ActingCourse:
         self._said: list[ModelMessage] = []
         self._calls: deque[ToolCallPart] = deque()
         self._results: dict[str, Any] = {}
+        self._pictures: list[UserContent] = []
         self._under_way: tuple[ToolCallPart, ObservedScene] | None = None
         self._kept = Constraints()
         self._failed: str | None = None
@@ -150,7 +152,9 @@ class ActingCourse:
         ]
         content: list[UserContent] = []
         if first:
-            content = [question(self._prompt, scene, (), self._earlier)]
+            about = describe_robot(self._desk.ctx, scene, self._desk.skills)
+            about |= {"cameras": list(cameras_of(self._desk.ctx))}
+            content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about)]
             if self._settings.picture is not None:
                 content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
         async with Service(self._settings, self._player, self._budgets) as service:
@@ -185,7 +189,8 @@ class ActingCourse:
             self._under_way = (call, scene)
             return answer
         data = rounded(answer)
-        self._results[call.tool_call_id] = data
+        self._results[call.tool_call_id] = ToolReturn(data, content=self._pictures) if self._pictures else data
+        self._pictures = []
         self._desk.emit(Consulted(tool=call.tool_name, arguments=arguments, answer=data))
         if not data.get("ok", True):
             self._leave_rest(f"{call.tool_name} before it did not work")
@@ -214,8 +219,9 @@ class ActingCourse:
                 return self._finished(given, scene)
             case RefuseArguments():
                 return self._refused(given, scene)
-            case _:
-                return {"scene": describe_scene(self._desk.ctx.look())}
+            case LookArguments():
+                return self._looked(given)
+        raise AssertionError(f"{name} has no handler")
 
     def _turned_down(self, plan: Plan, scene: ObservedScene) -> dict[str, Any] | None:
         """Return why a plan is not begun; None where nothing stands against it."""
@@ -231,6 +237,18 @@ class ActingCourse:
             told = {"ok": False, "turned_down": [problem.record() for problem in problems]}
             return told if error is None else {**told, "error": error_data(error)}
         return None
+
+    def _looked(self, given: LookArguments) -> dict[str, Any]:
+        scene = self._desk.ctx.look()
+        data: dict[str, Any] = {"scene": describe_scene(scene)}
+        if not given.camera:
+            return data
+        try:
+            picture, calibration = marked_picture(self._desk.ctx, given.camera, scene)
+        except RenderingError as error:
+            return data | {"error": str(error)}
+        self._pictures.append(BinaryContent(data=picture, media_type="image/png"))
+        return data | {"picture": calibration}
 
     def _asked(self, given: AskArguments) -> dict[str, Any]:
         if self._desk.ask is None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field
 
 from robosandbox.agent.llm.answer import skill_arguments
 from robosandbox.agent.llm.forms import Tool
@@ -26,7 +28,9 @@ LOOK, ASK = "look", "ask_person"
 
 
 class LookArguments(StrictModel):
-    """See the scene as it is now; nothing moves."""
+    """See the scene as it is now, and where a camera is named its picture with the ids drawn on it; nothing moves."""
+
+    camera: Annotated[str, Field(max_length=60, description="Name of a camera; none where left out.")] = ""
 
 
 OWN: dict[str, type[StrictModel]] = {
