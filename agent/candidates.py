@@ -10,13 +10,13 @@ import numpy as np
 from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
-from robosandbox.world.achieve import Plannable
 from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
 from robosandbox.world.enabling import Enabling, NoWayError
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import bottom, centre, gap, support, top
 from robosandbox.world.standing import TIPPED, standing_on, tilt
+from robosandbox.world.ways import Plannable
 
 # How many others that may be moved a thing counts for that stays where it is unless somebody names it: moved after all of them.
 _LEFT_ALONE = 10

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from robosandbox.types import DetectedObject, ObservedScene, Plan, SkillCall
-from robosandbox.world.achieve import Plannable, achieve
+from robosandbox.world.achieve import achieve
 from robosandbox.world.contracts import contract_of, find, first_refuted, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
 from robosandbox.world.verifier import verify
+from robosandbox.world.ways import Plannable
 
 # Needs of a call that are looked after one by one; a call that lacks more is not worth enabling.
 _MOST_LACKING = 8
