@@ -30,7 +30,7 @@ class GoalPlanner:
         """Return the cheapest calls found after which the goals hold.
 
         After a failure its first repair, which was tried on the twin, comes before what is planned for the scene
-        that it would leave.
+        that it would leave; calls that failed are planned anew only where nothing else would do.
 
         Raises:
             InputError: The prompt is no list of relations.
@@ -46,7 +46,8 @@ class GoalPlanner:
                 skill = self._skills[call.skill]
                 contract = contract_of(skill, skill.check(call.arguments))
                 scene = scene if contract is None else imagined(contract, scene)
-        answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot)
+        failed = tuple(attempt.failed for attempt in history)
+        answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
         return answer if isinstance(answer, Refusal) else Plan(steps=(*before, *answer.steps))
 
 

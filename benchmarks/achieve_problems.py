@@ -16,9 +16,9 @@ BASE_XY = (-0.3, 0.0)
 # Edges of things are twice these, metres: what stands in towers and trays, and what goes into bins and drawers.
 BLOCK, SMALL = 0.02, 0.015
 # Inner half-extents and height, metres: four small things fit into a bin side by side, one block into a tray.
-BIN, TRAY = (0.07, 0.07, 0.06), (0.03, 0.03, 0.012)
-# Width, depth, height and how far it opens, metres: as in the task put_in_drawer.
-DRAWER = (0.20, 0.16, 0.09, 0.12)
+BIN, TRAY = (0.09, 0.09, 0.06), (0.03, 0.03, 0.012)
+# Width, depth, height and how far it opens, metres: so shallow that a Panda's hand, wider than it, gets things out again.
+DRAWER = (0.26, 0.18, 0.06, 0.14)
 # Share of its way by which an open drawer is open.
 PULLED = 0.9
 # Things that fit into each at most.
@@ -27,7 +27,7 @@ CAPACITY = {"bin": 4, "tray": 1, "drawer": 3}
 HIGHEST = 5
 # Where things may stand, metres: 10 cm apart, in easy reach, and where no drawer opens.
 SPOTS = tuple((round(0.02 + 0.1 * i, 3), round(-0.15 + 0.1 * j, 3)) for i in range(4) for j in range(4))
-BESIDES = {"bin": ((0.05, 0.32), (0.05, -0.32)), "drawer": ((0.28, 0.32), (0.28, -0.32))}
+BESIDES = {"bin": ((0.05, 0.32), (0.05, -0.32)), "drawer": ((0.28, 0.34), (0.28, -0.34))}
 # A spot counts as taken within this distance, metres: as `at` does.
 AT = 0.015
 
@@ -174,9 +174,9 @@ def _point(
         case "tray":
             return (x, y, z + 0.004 + half)
         case "bin":
-            return (x + 0.035 * (1 - 2 * (number % 2)), y + 0.035 * (1 - 2 * (number // 2)), z + 0.004 + half)
+            return (x + 0.045 * (1 - 2 * (number % 2)), y + 0.045 * (1 - 2 * (number // 2)), z + 0.004 + half)
         case _:
-            return (x - 0.03, y + 0.055 * (number - 1), z + 0.009 + half)
+            return (x - 0.04, y + 0.07 * (number - 1), z + 0.009 + half)
 
 
 def _thing(

@@ -78,7 +78,7 @@ class Lifted(OfObject):
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare lowest points."""
-        return relations.lifted(_seen(start, self.object), _seen(now, self.object), self.min_mm / 1e3)
+        return relations.lifted(seen(start, self.object), seen(now, self.object), self.min_mm / 1e3)
 
 
 class Pair(Check):
@@ -107,10 +107,10 @@ class On(Pair):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare footprints and heights."""
         del start
-        obj = _seen(now, self.object)
+        obj = seen(now, self.object)
         if self.target == TABLE:
             return self.released(relations.on_table(obj, now.table_height), now)
-        return self.released(relations.on_top(obj, _seen(now, self.target)), now)
+        return self.released(relations.on_top(obj, seen(now, self.target)), now)
 
 
 class Inside(Pair):
@@ -122,7 +122,7 @@ class Inside(Pair):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare with the inner walls and the rim."""
         del start
-        return self.released(relations.inside(_seen(now, self.object), _seen(now, self.target)), now)
+        return self.released(relations.inside(seen(now, self.object), seen(now, self.target)), now)
 
 
 class Beside(Pair):
@@ -134,7 +134,7 @@ class Beside(Pair):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare sides and measure the gap."""
         del start
-        return self.released(relations.beside(_seen(now, self.object), _seen(now, self.target), self.side), now)
+        return self.released(relations.beside(seen(now, self.object), seen(now, self.target), self.side), now)
 
 
 class Displaced(OfObject):
@@ -148,29 +148,6 @@ class Displaced(OfObject):
         """Compare where it was and is."""
         before, after = _front(start, self.object), _front(now, self.object)
         return relations.displacement(before, after, self.direction, self.min_mm / 1e3)
-
-
-class InPlaceOf(Check):
-    """The object stands where the target stood at the start, and was let go of."""
-
-    kind: Literal["in_place_of"]
-    object: str
-    target: str
-    max_mm: Positive = 20.0
-
-    def references(self) -> Iterator[Reference]:
-        """Return the objects that the check names."""
-        yield "object", self.object, _ANY
-        yield "target", self.target, _ANY
-
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
-        """Compare where the target was with where the object is, seen from above, and what their lowest points rest at."""
-        was, there = _seen(start, self.target), _seen(now, self.object)
-        off = float(np.linalg.norm((relations.centre(there) - relations.centre(was))[:2]))
-        step = abs(relations.bottom(there) - relations.bottom(was))
-        touched = "robot" in now.objects[self.object].contacts
-        holds = 1e3 * off <= self.max_mm and step < relations.REST_TOLERANCE and not touched
-        return Relation(holds, {"off_mm": 1e3 * off, "within_mm": self.max_mm, "touched": float(touched)})
 
 
 class MovedAbove(Check):
@@ -198,7 +175,7 @@ class MovedAbove(Check):
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Compare centres, outline and top, now and at the start."""
         before, after = (
-            relations.above(_seen(truth, self.object), _seen(truth, self.target), within=self.xy_tol, rise=self.min_dz)
+            relations.above(seen(truth, self.object), seen(truth, self.target), within=self.xy_tol, rise=self.min_dz)
             for truth in (start, now)
         )
         return Relation(after.holds and not before.holds, {**after.detail, "above_at_start": float(before.holds)})
@@ -254,13 +231,13 @@ class Poured(Check):
 
     def evaluate(self, start: Truth, now: Truth) -> Relation:
         """Count where the contents are, each bead for itself; nothing inside at the start is nothing poured."""
-        others = [item for name in start.objects if name != self.target for item in (_seen(start, name),)]
-        contents = relations.contents(others, _seen(start, self.object))
+        others = [item for name in start.objects if name != self.target for item in (seen(start, name),)]
+        contents = relations.contents(others, seen(start, self.object))
         return pouring.poured(
             contents,
-            [_seen(now, name) for name in now.objects],
-            _seen(now, self.object),
-            _seen(now, self.target),
+            [seen(now, name) for name in now.objects],
+            seen(now, self.object),
+            seen(now, self.target),
             min_fraction=self.min_fraction,
             max_spilled=self.max_spilled,
         )
@@ -326,19 +303,20 @@ class Undisturbed(Check):
         names = [self.object] if self.object is not None else [n for n in start.objects if n not in (self.but or ())]
         if not names:
             return Relation(True)
-        most = max(relations.moved(_seen(start, name), _seen(now, name)) for name in names)
+        most = max(relations.moved(seen(start, name), seen(now, name)) for name in names)
         return Relation(1e3 * most <= self.max_mm, {"moved_mm": 1e3 * most, "max_mm": self.max_mm})
 
 
-def _seen(truth: Truth, name: str) -> DetectedObject:
+def seen(truth: Truth, name: str) -> DetectedObject:
+    """Return an object as simulated truth has it."""
     return truth.objects[name].detected()
 
 
 def _front(truth: Truth, name: str) -> DetectedObject:
     """Return an object where it is; a drawer is where its sliding box is, which opens towards local -x."""
-    seen = _seen(truth, name)
-    slide = Pose(xyz=(-(seen.opening or 0.0), 0.0, 0.0))
-    return replace(seen, pose=seen.pose @ slide) if seen.shape.opens else seen
+    item = seen(truth, name)
+    slide = Pose(xyz=(-(item.opening or 0.0), 0.0, 0.0))
+    return replace(item, pose=item.pose @ slide) if item.shape.opens else item
 
 
 def _opening(truth: Truth, name: str) -> float:

@@ -10,6 +10,7 @@ from pydantic import field_validator
 from robosandbox.errors import InputError
 from robosandbox.tasks.attitude import Upright
 from robosandbox.tasks.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
+from robosandbox.tasks.place_checks import At
 from robosandbox.types import Truth
 from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import Fact, parse_facts
@@ -21,6 +22,7 @@ _OPEN_MM = 60.0
 _CHECKS: dict[str, Callable[..., Check]] = {
     "on": lambda a, b: On(kind="on", object=a, target=b),
     "inside": lambda a, c: Inside(kind="inside", object=a, target=c),
+    "at": lambda a, x, y, yaw=None: At(kind="at", object=a, x=x, y=y, yaw=yaw),
     "beside": lambda a, b, side: Beside(kind="beside", object=a, target=b, side=side),
     "open": lambda d: Opened(kind="opened", object=d, min_mm=_OPEN_MM),
     "closed": lambda d: Closed(kind="closed", object=d),

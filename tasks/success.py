@@ -14,7 +14,6 @@ from robosandbox.tasks.checks import (
     Check,
     Closed,
     Displaced,
-    InPlaceOf,
     Inside,
     Lifted,
     MovedAbove,
@@ -25,6 +24,7 @@ from robosandbox.tasks.checks import (
     Undisturbed,
 )
 from robosandbox.tasks.goals import Goal
+from robosandbox.tasks.place_checks import At, InPlaceOf
 from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
 
@@ -82,6 +82,7 @@ Criterion = Annotated[
     | On
     | Inside
     | Beside
+    | At
     | InPlaceOf
     | Displaced
     | MovedAbove

@@ -17,7 +17,6 @@ from robosandbox.tasks.checks import (
     Check,
     Closed,
     Displaced,
-    InPlaceOf,
     Inside,
     Lifted,
     On,
@@ -25,6 +24,7 @@ from robosandbox.tasks.checks import (
     Poured,
     Undisturbed,
 )
+from robosandbox.tasks.place_checks import At, InPlaceOf
 from robosandbox.tasks.success import AllOf, AnyOf
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Truth
 from robosandbox.world import relations
@@ -112,6 +112,12 @@ def _(check: Displaced, start: Truth, now: Truth) -> float:
     went = (relations.centre(_seen(now, check.object)) - relations.centre(_seen(start, check.object)))[:2]
     along = np.array(DIRECTION_AXES[check.direction])
     return float(np.linalg.norm(check.min_mm / 1e3 * along - went))
+
+
+@_left.register
+def _(check: At, start: Truth, now: Truth) -> float:
+    del start
+    return float(np.linalg.norm(relations.centre(_seen(now, check.object))[:2] - [check.x, check.y]))
 
 
 @_left.register

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode
+from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
 from robosandbox.world.contracts import find, lookup
 from robosandbox.world.facts import Fact, fact
@@ -27,6 +27,7 @@ def achieve(
     *,
     constraints: Constraints | None = None,
     robot: Abilities | None = None,
+    failed: Sequence[SkillCall] = (),
 ) -> Plan | Refusal:
     """Return a plan after which goals hold, or why there is none; drawers that it opens on the way are closed again.
 
@@ -37,19 +38,35 @@ def achieve(
         constraints: What was asked besides.
         robot: What the robot can do; None denies nothing but what is far out of reach. Its kinematics and grasps are asked about
             whole plans, and what they deny is searched around.
+        failed: Calls that have failed; they are planned anew only where nothing else would do.
 
     Raises:
         InputError: A goal names no relation, or gives it other arguments than it takes.
     """
     for goal in goals:
         lookup(goal)
-    asked = constraints or Constraints()
+    asked, able = constraints or Constraints(), LateAbilities(robot or Abilities())
+    if failed:
+        answer = _proved(goals, scene, skills, asked, able, failed)
+        if isinstance(answer, Plan):
+            return answer
+    return _proved(goals, scene, skills, asked, able, ())
+
+
+def _proved(
+    goals: Sequence[Fact],
+    scene: ObservedScene,
+    skills: Sequence[Plannable],
+    asked: Constraints,
+    able: LateAbilities,
+    failed: Sequence[SkillCall],
+) -> Plan | Refusal:
+    """Return a plan that the robot's kinematics and grasps do not deny, or why there is none."""
     ways = Ways(skills)
-    able = LateAbilities(robot or Abilities())
     problem = ""
     for _ in range(_MOST_PROOFS):
         try:
-            plan = _planned(tuple(goals), Search(scene, ways, asked, able), scene, asked)
+            plan = _planned(tuple(goals), Search(scene, ways, asked, able, failed=failed), scene, asked)
         except NoWayError as failure:
             problem = str(failure)
             break

@@ -11,8 +11,8 @@ from robosandbox.world.facts import Fact
 from robosandbox.world.predicate import Finding, View
 from robosandbox.world.ways import Ways, subject_of
 
-# Calls that it takes to put a thing aside which has to be moved twice: pick and place.
-_ASIDE = 2
+# Calls that it takes at least to put a thing aside which has to be moved twice.
+_ASIDE = 1
 
 
 @dataclass(slots=True)
@@ -79,6 +79,7 @@ class _Outlook:
         self._moving = {subject_of(goal) for goal in self._lacking}
         self._waits: dict[str, set[str]] = {name: set() for name in self._moving}
         self._counted = {*self._lacking}
+        self._in_the_way: set[Fact] = set()
         self._calls = 0
 
     def told(self) -> Outlook:
@@ -99,7 +100,8 @@ class _Outlook:
         ways = self._ways.of(goal)
         name = subject_of(goal)
         if ways:
-            self._calls += 1
+            # A thing in the way is put aside with one call, where there is something to stand it on.
+            self._calls += goal not in self._in_the_way
             findings = [self._state.find(need) for need in ways[0].needs]
         else:
             findings = [self._state.find(goal)]
@@ -115,6 +117,7 @@ class _Outlook:
                 continue
             self._waits.setdefault(name, set()).add(other)
             if other not in self._moving:
+                self._in_the_way.add(remedy)
                 self._moving.add(other)
                 self._waits.setdefault(other, set())
                 # What holds of it has to be reached anew.

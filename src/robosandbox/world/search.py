@@ -10,12 +10,14 @@ from __future__ import annotations
 import heapq
 import itertools
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
 from robosandbox.world.abilities import Abilities
+from robosandbox.world.asides import asides
 from robosandbox.world.contracts import imagined, lookup
-from robosandbox.world.facts import Fact
+from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.outlook import State, outlook, preferred
 from robosandbox.world.predicate import View, predicates, sentence
 from robosandbox.world.relations import on_table
@@ -65,9 +67,19 @@ class Search:
         ways: What may be called.
         asked: What was asked besides.
         robot: What the robot can do.
+        failed: Calls that are not planned, since they have failed.
     """
 
-    def __init__(self, start: ObservedScene, ways: Ways, asked: Constraints, robot: Abilities) -> None:
+    def __init__(
+        self,
+        start: ObservedScene,
+        ways: Ways,
+        asked: Constraints,
+        robot: Abilities,
+        *,
+        failed: Sequence[SkillCall] = (),
+    ) -> None:
+        self._failed = failed
         self._start = start
         self._ways = ways
         self._asked = asked
@@ -167,10 +179,32 @@ class Search:
         failure: NoWayError | None = None
         for remedy in sorted(preferred(remedies, lacking), key=lambda one: subject_of(one) in settled):
             try:
+                if remedy.arguments[1:] == (TABLE,) and remedy not in goals and state.scene.held is None:
+                    return self._aside(remedy, state, path, goals)
                 return self._bring_about(remedy, state, path, goals)
             except NoWayError as error:
                 failure = failure or error
         raise failure or NoWayError("nothing would help", len(path))
+
+    def _aside(self, remedy: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return a state after a thing was put aside: on another where that saves a call, as to stack does, else on the table.
+
+        Raises:
+            NoWayError: It cannot be taken, or there is no place for it.
+        """
+        if remedy in path:
+            raise NoWayError(f"{remedy} needs itself to hold first", len(path))
+        name, path = subject_of(remedy), (*path, remedy)
+        # What is in its way is put aside before a place is chosen, and takes a place itself.
+        for way in self._ways.of(fact("holding", name))[:1]:
+            state = self._ready(way, state, path, goals)
+        lacking = {_claim(subject_of(goal)) for goal in goals if not state.find(goal).holds}
+        claimed = [claim for claim in self._kept_free if claim.id in lacking]
+        for aside in asides(state, name, goals, claimed):
+            if any(not way.picks for way in self._ways.of(aside)):
+                with suppress(NoWayError):
+                    return self._bring_about(aside, state, path, goals)
+        return self._bring_about(remedy, state, path[:-1], goals)
 
     def _enabled(self, way: Way, goal: Fact, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
         """Return the state after a call, and before it what it lacks; what the goal leaves open is chosen at last.
@@ -178,10 +212,19 @@ class Search:
         Raises:
             NoWayError: What it lacks cannot be brought about.
         """
+        state = self._ready(way, state, path, goals)
+        return self._after(self._chosen(way, goal, state, len(path)), goal, state, len(path))
+
+    def _ready(self, way: Way, state: State, path: tuple[Fact, ...], goals: Sequence[Fact]) -> State:
+        """Return a state in which what a way needs holds, but for what it leaves open.
+
+        Raises:
+            NoWayError: That cannot be brought about.
+        """
         for _ in range(_DEEPEST):
             finding = state.first_refuted(way.needs)
             if finding is None:
-                return self._after(self._chosen(way, goal, state, len(path)), goal, state, len(path))
+                return state
             if not finding.remedies or len(state.calls) >= MAX_STEPS:
                 raise NoWayError(sentence(finding), len(path))
             state = self._helped(finding.remedies, state, path, goals)
@@ -208,12 +251,16 @@ class Search:
             filled = [Fact(one.relation, tuple(bound.get(str(v), v) for v in one.arguments)) for one in way.choices]
             if state.first_refuted(filled) is None:
                 arguments = {key: bound.get(str(value), value) for key, value in way.call.arguments.items()}
-                return SkillCall(skill=way.call.skill, arguments=arguments)
+                call = SkillCall(skill=way.call.skill, arguments=arguments)
+                if call not in self._failed:
+                    return call
         raise NoWayError(f"there is no free place for {given[0]}", depth)
 
     def _after(self, call: SkillCall, goal: Fact, state: State, depth: int) -> State:
         contract = self._ways.contract(call).resolved(state.scene)
         asked = self._asked
+        if call in self._failed:
+            raise NoWayError(f"{call} has failed before", depth)
         for name in contract.moves:
             if name in asked.never or (asked.only is not None and name not in asked.only):
                 raise NoWayError(f"{call} would move {name}, which is not to be touched", depth)

@@ -44,6 +44,12 @@ _STEP = 0.005
 # Containers with what lies in them and what is to go in, for which the first place is kept. Chosen: a search's hundred states.
 _KEPT = 1024
 
+# Metres between points of the table at which room is looked for; chosen as half a small object.
+_APART = 0.04
+_GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _APART) for y in np.arange(-0.44, 0.45, _APART)])
+# Space in which a hand gets down beside a thing with its fingers open, metres. Chosen: 4 cm for a finger's way, 3 for itself.
+_HAND_ROOM = 0.07
+
 
 @dataclass(frozen=True, slots=True)
 class Spot:
@@ -70,9 +76,16 @@ def table_spots(
 
 
 def tried_on_table(
-    scene: ObservedScene, held: DetectedObject, points: Iterable[Array]
+    scene: ObservedScene, held: DetectedObject, points: Iterable[Array], spacing: float = _SPACING
 ) -> Iterator[tuple[Spot, tuple[str, ...]]]:
-    """Yield those of these points (2,) that are on the table as spots, each with the ids of what occupies it."""
+    """Yield those of these points (2,) that are on the table as spots, each with the ids of what occupies it.
+
+    Args:
+        scene: What is where.
+        held: What is to stand there.
+        points: World xy, metres.
+        spacing: Free space that is kept around it, metres.
+    """
     low, high = bounds(held)
     half = (high - low)[:2] / 2.0
     level = levelled(held.pose.rotation)
@@ -90,14 +103,27 @@ def tried_on_table(
         near = []
         for item, around in others:
             distance = math.hypot(x - around.x, y - around.y)
-            if distance > here.radius + around.radius + _SPACING:
+            if distance > here.radius + around.radius + spacing:
                 continue
-            if distance > here.inner + around.inner + _SPACING:
+            if distance > here.inner + around.inner + spacing:
                 standing = standing or with_pose(held, resting_pose(held, spot, level))
-                if gap(standing, item) >= _SPACING:
+                if gap(standing, item) >= spacing:
                     continue
             near.append(item.id)
         yield spot, tuple(near)
+
+
+def free_spots(scene: ObservedScene, item: DetectedObject) -> Iterator[Spot]:
+    """Yield free spots of the table in easy reach, the nearest to an object first.
+
+    Those between whose neighbours and the object a hand gets come before those where it does not.
+    """
+    here, (near, far) = extent(item), scene.reach
+    away = np.hypot(*(_GRID - (here.x, here.y)).T)
+    points = [_GRID[k] for k in np.argsort(away, kind="stable")]
+    easy = [point for point in points if near <= math.dist(point, scene.base_xy) <= far]
+    for spacing in (_HAND_ROOM, _SPACING):
+        yield from (spot for spot, names in tried_on_table(scene, item, easy, spacing) if not names)
 
 
 def turns(first: float) -> tuple[float, ...]:

@@ -21,11 +21,11 @@ from robosandbox.world.spots import (
     TABLE_HALF_EXTENT,
     Spot,
     about_z,
+    free_spots,
     levelled,
     resting_pose,
     spots_beside,
     table_spots,
-    tried_on_table,
     yaw_to_align,
 )
 
@@ -48,9 +48,6 @@ _OVERLAP = 0.01
 _FEELER = math.radians(4.0)
 # Least half-width of a face on which something stays, metres; chosen as the few millimetres that a placement is off by.
 _LEAST_FACE = 0.004
-# Metres between points of the table at which room is looked for; chosen as half a small object.
-_STEP = 0.04
-_GRID = np.array([(x, y) for x in np.arange(-0.44, 0.45, _STEP) for y in np.arange(-0.44, 0.45, _STEP)])
 _COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 
 
@@ -330,13 +327,8 @@ def _free_spots(view: View, a: str) -> Iterator[tuple[float, float]]:
     down = scene.table_height - bottom(item)
     there = Pose.from_matrix(item.pose.position + [0.0, 0.0, down], item.pose.rotation)
     scene = replace(scene, objects=(*scene.objects, replace(item, id=f"{a}/before", pose=there)))
-    here, (near, far) = centre(item)[:2], scene.reach
-    away = np.hypot(*(_GRID - here).T)
-    points = [_GRID[k] for k in np.argsort(away, kind="stable")]
-    easy = (point for point in points if near <= math.dist(point, scene.base_xy) <= far)
-    for spot, names in tried_on_table(scene, item, easy):
-        if not names:
-            yield round(spot.xy[0], 3) + 0.0, round(spot.xy[1], 3) + 0.0
+    for spot in free_spots(scene, item):
+        yield round(spot.xy[0], 3) + 0.0, round(spot.xy[1], 3) + 0.0
 
 
 @predicate("object", "number", "number", blame=occupied, choices=_free_spots)
