@@ -28,10 +28,10 @@ from robosandbox.errors import InputError
 from robosandbox.tasks.bundled import bundled_tasks
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
+from robosandbox.testing.cases import CASES, draw_perturbation
 from robosandbox.testing.expert import Expert
 from robosandbox.testing.llama_server import llama_server, packaged_weights
 from robosandbox.testing.openai_server import ScriptedServer, fails
-from robosandbox.testing.perturbations import CASES, draw_perturbation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
