@@ -177,18 +177,10 @@ class Agent(Generic[WorldT]):
             if isinstance(answer, Refusal):
                 told.refusal = answer
                 return FinalReason.GAVE_UP if report else FinalReason.REFUSED, answer.message
-            if isinstance(answer, Finished):
-                told.claim = answer.summary
-                failure = self._undone(monitor, at_the_end=True)
-                report = Report(steps=(), failure=failure)
-            else:
-                told.plan = answer if told.plan is None or not course.goes_on else _joined(told.steps, answer)
-                self._emit(Planned(answer, told.replans))
-                if self.approve is not None and not self.approve(answer):
-                    return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
-                begun = len(told.steps)
-                failure = self._execute(answer, told.steps, monitor, ends=not course.goes_on)
-                report = Report(steps=tuple(told.steps[begun:]), failure=failure)
+            report = self._reported(answer, course, told, monitor)
+            if report is None:
+                return FinalReason.DECLINED, "the plan was not confirmed; nothing was moved for it"
+            failure = report.failure
             if failure is None:
                 if isinstance(answer, Finished) or not course.goes_on:
                     return FinalReason.PLAN_COMPLETE, summary(told.steps)
@@ -199,6 +191,19 @@ class Agent(Generic[WorldT]):
                 return final or FinalReason.REPLANS_EXHAUSTED, f"{failure.failed}: {failure.error.message}"
             told.replans += 1
             self._emit(Replanning(told.replans, failure.error.record()))
+
+    def _reported(self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor) -> Report | None:
+        """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
+        if isinstance(answer, Finished):
+            told.claim = answer.summary
+            return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
+        told.plan = answer if told.plan is None or not course.goes_on else _joined(told.steps, answer)
+        self._emit(Planned(answer, told.replans))
+        if self.approve is not None and not self.approve(answer):
+            return None
+        begun = len(told.steps)
+        failure = self._execute(answer, told.steps, monitor, ends=not course.goes_on)
+        return Report(steps=tuple(told.steps[begun:]), failure=failure)
 
     def _next(self, course: Course, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
         """Return what the course answers; a person who does not want to wait for it may leave it."""

@@ -87,13 +87,9 @@ def find_answer(response: ModelResponse, tools: Sequence[Tool]) -> Call:
         MisuseError: It was cut off, is no JSON after all, calls something else, or calls twice.
     """
     names = " or ".join(f"`{tool.name}`" for tool in tools)
-    if response.finish_reason == "length":
-        raise MisuseError("The answer was cut off; give a shorter one.")
-    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    called, text, values = _taken_apart(response)
     if called:
         return _called(called, tools, names)
-    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
-    values = json_values(text)
     found: list[Call] = []
     for value in values:
         call = _recognized(value, tools)
@@ -117,19 +113,15 @@ def find_calls(response: ModelResponse, tools: Sequence[Tool]) -> list[Call]:
         NoAnswerError: There is no JSON in it.
         MisuseError: It was cut off, is no JSON after all, or calls something else.
     """
-    if response.finish_reason == "length":
-        raise MisuseError("The answer was cut off; give a shorter one.")
-    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    called, text, values = _taken_apart(response)
     known = {tool.name for tool in tools}
     names = ", ".join(f"`{name}`" for name in known)
     if called:
         calls = [Call(part.tool_name.removeprefix("functions."), _unpacked(part.args or {})) for part in called]
-        unknown = next((call.name for call in calls if call.name not in known), None)
-        if unknown is not None:
-            raise MisuseError(f"There is no tool {unknown[:60]!r}; there is {names}.")
+        for call in calls:
+            if call.name not in known:
+                raise MisuseError(f"There is no tool {call.name[:60]!r}; there is {names}.")
         return calls
-    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
-    values = json_values(text)
     found = [calls for value in values if (calls := _named_calls(value, known))]
     if any(calls != found[0] for calls in found):
         raise MisuseError(f"There were {len(found)} different answers; give one, with its calls in one list.")
@@ -138,6 +130,21 @@ def find_calls(response: ModelResponse, tools: Sequence[Tool]) -> list[Call]:
     if not values:
         raise NoAnswerError(f"{_quoted(text)} is no answer: there is no JSON in it; call one of {names}.")
     raise MisuseError(f"{_quoted(json.dumps(values[0]))} calls nothing; call one of {names}.")
+
+
+def _taken_apart(response: ModelResponse) -> tuple[list[ToolCallPart], str, list[Any]]:
+    """Return a response's calls; where it has none, its text and the JSON values in that.
+
+    Raises:
+        MisuseError: It was cut off, or is no JSON after all.
+    """
+    if response.finish_reason == "length":
+        raise MisuseError("The answer was cut off; give a shorter one.")
+    called = [part for part in response.parts if isinstance(part, ToolCallPart)]
+    if called:
+        return called, "", []
+    text = without_thoughts("".join(part.content for part in response.parts if isinstance(part, TextPart)))
+    return [], text, json_values(text)
 
 
 def _named_calls(value: Any, known: Set[str], wrappers: int = 0) -> list[Call]:

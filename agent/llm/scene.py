@@ -18,6 +18,7 @@ _SHUT_WITHIN = 0.003  # Metres below which a drawer's opening is shut for the ha
 
 # Metres and radians by which a thing may seem to move while it lies. Chosen: above the rounding of what is described.
 _STAYS = 0.002
+# Radians, likewise; chosen as 1 degree.
 _TURNS = 0.02
 
 

@@ -106,7 +106,7 @@ def holds_things(view: View, c: str) -> Finding:
     item = view.get(c)
     return Finding(
         holds=item.shape.holds_things,
-        cause=f"{c} is {item.shape.name}, no open container: nothing goes into it",
+        cause=f"{c} is {item.shape.name}, no open container, and holds nothing",
         help="choose a bin, bowl or cup, or use place_on",
     )
 

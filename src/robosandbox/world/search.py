@@ -24,14 +24,17 @@ from robosandbox.world.relations import on_table
 from robosandbox.world.verifier import MAX_STEPS, Constraints
 from robosandbox.world.ways import Way, Ways, marks, subject_of
 
-# How deep what is needed may need something itself: a tower to be cleared, level by level.
+# Number of needs within needs, such as a tower that is cleared level by level; chosen as two a level for a dozen
+# levels.
 _DEEPEST = 24
 # Values that are tried for arguments that a goal leaves open, such as a free spot. Chosen.
 _MOST_CHOICES = 8
 # States that are tried at most, and for each goal beside; a goal that can be reached mostly takes one or two. Chosen.
 _MOST_STATES = 100
+# Likewise, number of them for each goal. Chosen.
 _MOST_STATES_A_GOAL = 25
-# How much more what lies ahead counts than the calls so far: with 1 all that is as short would be looked through. Chosen.
+# Factor by which what lies ahead counts more than the calls so far. Chosen: with 1 all that is as short would be looked
+# through.
 _WEIGHT = 1.5
 
 

@@ -29,11 +29,9 @@ from robosandbox.world.spots import (
     yaw_to_align,
 )
 
-# How far from its mark the centre of an object counts as there, metres; chosen as what a placement between two fingers
-# and a settling leave, several times over.
+# How far from its mark the centre of an object counts as there, metres; chosen far above what a placement leaves.
 AT_TOLERANCE = 0.015
-# Heading within which an object counts as turned that way, radians; chosen as in `turn` (TURN_TOLERANCE): what fingers
-# that close squarely leave open.
+# Heading within which an object counts as turned that way, radians; chosen as in `turn` (TURN_TOLERANCE).
 _TURN_TOLERANCE = math.radians(10.0)
 # Beyond this angle between its axis and the vertical what stands by itself has tipped over, radians; chosen between the
 # few degrees that perception is off by and the 45 at which a cube falls by itself.
