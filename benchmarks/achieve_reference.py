@@ -50,11 +50,10 @@ def shortest(problem: Problem, seconds: float) -> tuple[int | None, bool]:
         if answer.plan is not None:
             calls = sum(step.action.name != "place_on_thing" for step in answer.plan.actions)
             return calls, config == OPTIMAL
-        if answer.status in (
-            PlanGenerationResultStatus.UNSOLVABLE_PROVEN,
-            PlanGenerationResultStatus.UNSOLVABLE_INCOMPLETELY,
-        ):
+        if answer.status is PlanGenerationResultStatus.UNSOLVABLE_PROVEN:
             return None, True
+        if answer.status is not PlanGenerationResultStatus.TIMEOUT:
+            raise RuntimeError(f"the reference ended with {answer.status.name}; is its group installed?")
     return None, False
 
 

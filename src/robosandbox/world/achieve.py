@@ -8,11 +8,12 @@ from dataclasses import replace
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
 from robosandbox.world.contracts import find, lookup
-from robosandbox.world.facts import Fact, fact
+from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import View
 from robosandbox.world.search import NoWayError, Search
 from robosandbox.world.verifier import Constraints, verify
 from robosandbox.world.ways import Plannable, Ways, subject_of
+from robosandbox.world.whereabouts import point_of, where
 
 # Plans that are proved by the robot's kinematics and grasps, one after the other: each shows what it cannot do. Chosen.
 _MOST_PROOFS = 12
@@ -100,8 +101,18 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
         moved = {*found.moved} - {subject_of(goal) for goal in (*goals, *back, *shut)}
         if not asked.put_back or not moved:
             break
-        back = (*back, *(fact("as_before", name) for name in sorted(moved)))
+        gone = {subject_of(goal) for goal in goals}
+        back = (*back, *(_place_of(name, scene, gone) for name in sorted(moved)))
     return Plan(steps=found.calls)
+
+
+def _place_of(name: str, scene: ObservedScene, gone: set[str]) -> Fact:
+    """Return that a thing is on or in what it is now, or at that point of the table where that is to go elsewhere."""
+    item = scene.find(name)
+    was = None if item is None else where(scene, item)
+    if item is None or was is None:
+        return fact("as_before", name)
+    return point_of(item) if was.arguments[-1] in (TABLE, *gone) else was
 
 
 def _shut(scene: ObservedScene) -> list[Fact]:

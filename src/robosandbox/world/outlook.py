@@ -102,13 +102,14 @@ class _Outlook:
         if ways:
             # A thing in the way is put aside with one call, where there is something to stand it on.
             self._calls += goal not in self._in_the_way
-            findings = [self._state.find(need) for need in ways[0].needs]
-        else:
-            findings = [self._state.find(goal)]
         found = []
-        for finding in findings:
-            if not finding.is_refuted or not finding.remedies:
+        for need in ways[0].needs if ways else (goal,):
+            finding = self._state.find(need)
+            if not finding.is_refuted:
                 continue
+            if not finding.remedies:
+                # What comes after it need not make sense: the grip of what is no drawer.
+                break
             remedy = preferred(finding.remedies, self._moving)[0]
             other = subject_of(remedy)
             if other == name:

@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 from robosandbox.types import DetectedObject, ObservedScene, SkillCall
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.asides import asides
+from robosandbox.world.clash import clash
 from robosandbox.world.contracts import imagined, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.outlook import State, outlook, preferred
@@ -33,6 +34,9 @@ _MOST_CHOICES = 8
 _MOST_STATES = 100
 # Likewise, number of them for each goal. Chosen.
 _MOST_STATES_A_GOAL = 25
+# Number of states for each goal after which it is asked whether the goals can hold together at all. Chosen: twice what
+# mostly does.
+_DOUBT = 3
 # Factor by which what lies ahead counts more than the calls so far. Chosen: with 1 all that is as short would be looked
 # through.
 _WEIGHT = 1.5
@@ -112,7 +116,11 @@ class Search:
 
         push(start)
         seen: set[tuple[object, ...]] = set()
-        for _ in range(_MOST_STATES + _MOST_STATES_A_GOAL * len(goals)):
+        for number in range(_MOST_STATES + _MOST_STATES_A_GOAL * len(goals)):
+            if number == _DOUBT * len(goals) or not queue:
+                cause = clash(goals, self._start, self._ways, self._robot)
+                if cause is not None:
+                    raise NoWayError(cause, 0)
             if not queue:
                 break
             node = heapq.heappop(queue)

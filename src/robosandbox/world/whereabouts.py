@@ -8,7 +8,7 @@ from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import Finding, View, is_clearly_seen, predicate
-from robosandbox.world.relations import centre, lies_in, moved, on_table, stands_on
+from robosandbox.world.relations import centre, lies_in, on_table, stands_on
 from robosandbox.world.standing import AT_TOLERANCE
 
 
@@ -33,6 +33,16 @@ def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
     return fact("on", item.id, TABLE) if on_table(item, scene.table_height) else None
 
 
+def _aside(before: DetectedObject, after: DetectedObject) -> float:
+    return math.dist(centre(before)[:2], centre(after)[:2])
+
+
+def point_of(item: DetectedObject) -> Fact:
+    """Return that an object stands on the table at the point over which it is."""
+    x, y, _ = (round(float(value), 3) for value in centre(item))
+    return fact("at", item.id, x, y)
+
+
 @predicate("object")
 def as_before(view: View, a: str) -> Finding:
     """An object is where it was: on or in what it was then, or, where that is gone, at that point of the table."""
@@ -42,9 +52,9 @@ def as_before(view: View, a: str) -> Finding:
         return Finding(holds=False, is_sure=False, cause=f"it was not seen where {a} was before")
     below = str(was.arguments[-1])
     base, now = view.before.find(below), view.scene.find(below)
-    if was.relation != "holding" and (base is None or now is None or moved(base, now) > AT_TOLERANCE):
-        x, y, _ = (round(float(value), 3) for value in centre(then))
-        was = fact("at", a, x, y)
+    is_gone = base is None or now is None or now.id == view.scene.held or _aside(base, now) > AT_TOLERANCE
+    if was.relation != "holding" and is_gone:
+        was = point_of(then)
     return Finding(
         holds=find(was, view).holds,
         margin=AT_TOLERANCE - math.dist(centre(item), centre(then)),
