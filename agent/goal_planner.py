@@ -29,26 +29,41 @@ class GoalPlanner:
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
         """Return the cheapest calls found after which the goals hold.
 
-        After a failure its first repair, which was tried on the twin, comes before what is planned for the scene
-        that it would leave; calls that failed are planned anew only where nothing else would do.
+        After a failure its first repair, which was tried on the twin, comes before what is planned for the scene that it would
+        leave; calls that failed are planned anew only where nothing else would do, not even an untried way around them.
 
         Raises:
             InputError: The prompt is no list of relations.
         """
+        goals = read_goals(prompt)
+        if history and history[-1].error.repairs:
+            return self._after(history[-1].error.repairs[0].calls, goals, scene, history)
+        answer = self._after((), goals, scene, history)
+        failed = [attempt.failed for attempt in history]
+        if history and (isinstance(answer, Refusal) or any(call in failed for call in answer.steps)):
+            # It searches, too.
+            from robosandbox.agent.detours import Detours
+
+            detours = Detours(history, scene, self._skills)
+            found = detours.around_clearing()
+            if way := found[0] if found else detours.around_failure():
+                return self._after(way, goals, scene, history)
+        return answer
+
+    def _after(
+        self, calls: tuple[SkillCall, ...], goals: Sequence[Fact], scene: ObservedScene, history: Sequence[Attempt]
+    ) -> Plan | Refusal:
+        """Return calls, and behind them what reaches the goals from the scene that they would leave."""
         # Sentences need no search: commands that are given one start without it.
         from robosandbox.world.achieve import achieve
 
-        goals = read_goals(prompt)
-        before: tuple[SkillCall, ...] = ()
-        if history and history[-1].error.repairs:
-            before = history[-1].error.repairs[0].calls
-            for call in before:
-                skill = self._skills[call.skill]
-                contract = contract_of(skill, skill.check(call.arguments))
-                scene = scene if contract is None else imagined(contract, scene)
+        for call in calls:
+            skill = self._skills[call.skill]
+            contract = contract_of(skill, skill.check(call.arguments))
+            scene = scene if contract is None else imagined(contract, scene)
         failed = tuple(attempt.failed for attempt in history)
         answer = achieve(goals, scene, list(self._skills.values()), robot=self._robot, failed=failed)
-        return answer if isinstance(answer, Refusal) else Plan(steps=(*before, *answer.steps))
+        return answer if isinstance(answer, Refusal) else Plan(steps=(*calls, *answer.steps))
 
 
 def is_goal(prompt: str) -> bool:

@@ -4,26 +4,24 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from typing import TYPE_CHECKING
 
-from robosandbox.agent.candidates import Candidates
 from robosandbox.agent.language.draft import Draft, Step
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.world import World
-from robosandbox.errors import ErrorCode, SkillError
+from robosandbox.errors import ErrorCode
 from robosandbox.evidence import GraspEvidence, PlacementEvidence, PushEvidence
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene, Refusal, RefusalCode, SkillCall
-from robosandbox.world.alternatives import Failure
-from robosandbox.world.contracts import contract_of
-from robosandbox.world.facts import HELD
+
+if TYPE_CHECKING:
+    from robosandbox.agent.detours import Detours
 
 RETRIES = 2
 PLACES = frozenset({"place_on", "place_in", "place_beside", "place_at"})
 _PLACED = 0.02  # Metres from its goal within which a thing has been placed. Chosen.
 # What another try of the same would meet again.
 _FINAL = frozenset({"none_found", "immovable", "too_heavy", "gripper_stuck"})
-_WAYS = 3  # Number of other ways that are gone after failures of one call. Chosen.
 OBJECT_ARGUMENTS = ("object", "target", "container", "drawer")
 
 
@@ -194,30 +192,24 @@ class _Reaction:
         return None
 
     def _way(self) -> Draft | None:
-        """The likeliest other way for the failed step."""
-        return self._way_for(self.failed.call, self.error, self.after)
+        """Another way for the failed step, which nobody has tried."""
+        calls = self._detours().around_failure()
+        return self._draft(*map(Step, calls), *self.after) if calls else None
 
     def _detour(self) -> Draft | None:
-        """Where a step failed that was to clear the way for one that had failed before: another way for that."""
-        for attempt in reversed(self.history[:-1]):
-            rest = [step.call for step in self.after]
-            if attempt.failed in rest:
-                return self._way_for(attempt.failed, attempt.error, self.after[rest.index(attempt.failed) + 1 :])
-        return None
-
-    def _way_for(self, call: SkillCall, error: SkillError, after: tuple[Step, ...]) -> Draft | None:
-        """The likeliest way that contracts show and that was not begun yet; on no copy of the world has it been tried."""
-        skill = self.skills.get(call.skill)
-        contract = None if skill is None else contract_of(skill, call.arguments)
-        if contract is None or self.again >= _WAYS:
+        """Where a step failed that was to clear the way for a later one: another way for that."""
+        found = self._detours().around_clearing()
+        if found is None:
             return None
-        before = replace(self.scene, held=self.scene.held or (self._carried() if HELD in contract.objects else None))
-        failure = Failure(call=call, error=error, contract=contract.resolved(before), before=before, scene=self.scene)
-        begun = [first for a in self.history for first in (*a.completed, a.failed)]
-        for calls, _ in Candidates(failure, self.skills).likeliest():
-            if calls[0] not in begun or (calls == (call,) and not self.again):
-                return self._draft(*map(Step, calls), *after)
-        return None
+        calls, rest = found
+        return self._draft(*map(Step, calls), *self.after[len(self.after) - len(rest) :])
+
+    def _detours(self) -> Detours:
+        # What goes well needs no search: commands that are given one sentence start without it.
+        from robosandbox.agent.detours import Detours
+
+        held = self._carried() if self.failed.call.skill in PLACES else None
+        return Detours(self.history, self.scene, self.skills, held=held)
 
     def _retry(self, times: int = RETRIES) -> Draft | None:
         return self._draft(self.failed, *self.after) if self.again < times else None
