@@ -378,7 +378,8 @@ def test_a_stalled_answer_ends_at_the_time_limit() -> None:
         ask(server, time_limit=0.7)
 
 
-def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mode", ["plan", "act"])
+def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path, mode: str) -> None:
     with ScriptedServer(Answer(body=PICK.body, send=20, then="stall")) as server:
         command = [
             "run",
@@ -389,6 +390,8 @@ def test_ctrl_c_while_the_model_thinks_ends_run_at_once(tmp_path: Path) -> None:
             server.url,
             "--model",
             "scripted",
+            "--mode",
+            mode,
         ]
         with subprocess.Popen(
             [sys.executable, "-c", "from robosandbox.cli import main; main()", *command, "--json"],
