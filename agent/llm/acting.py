@@ -24,6 +24,7 @@ from robosandbox.agent.episode import Consulted
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint
+from robosandbox.agent.llm.forms import find_calls
 from robosandbox.agent.llm.modes import KnownModes
 from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, constraints_of, prompt_budget
@@ -32,7 +33,7 @@ from robosandbox.agent.llm.robot import describe_robot
 from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools
+from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools, one_call
 from robosandbox.agent.tools import (
     AchieveArguments,
     AskArguments,
@@ -57,6 +58,8 @@ from robosandbox.world.verifier import Constraints, verify
 
 # How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.
 _REMEMBERED = 6
+# Answers asked for until one has a form that can be read. Chosen: two ways of asking, and what is repeated twice is repeated.
+_READINGS = 4
 
 
 class ActingPlanner(LLMPlanner):
@@ -144,7 +147,11 @@ class ActingCourse:
         """Return what the model calls next, now that it is told of the world or of what came of its calls."""
         exact = acting_tools(list(self._desk.skills.values()), scene, can_ask=self._desk.ask is not None)
         asked = Asked(
-            instructions=lambda mode: act_instructions(self._tools, mode), tools=self._tools, exact_tools=exact
+            instructions=lambda mode: act_instructions(self._tools, mode),
+            tools=self._tools,
+            exact_tools=[one_call(exact)],
+            find=lambda response: find_calls(response, self._tools),
+            turns=_READINGS,
         )
         definitions = [
             ToolDefinition(name=tool.name, description=tool.description, parameters_json_schema=dict(tool.schema))

@@ -1,4 +1,4 @@
-"""Asking a model until its answer can be used: in the mode that the server keeps, and with what was wrong as a correction."""
+"""One question to a model, asked until its answer can be used, with what was wrong as a correction."""
 
 from __future__ import annotations
 
@@ -6,22 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
-from pydantic_ai.messages import (
-    ModelMessage,
-    ModelRequest,
-    ModelRequestPart,
-    UserContent,
-    UserPromptPart,
-)
+from pydantic_ai.messages import ModelMessage, ModelRequest, ToolCallPart, UserContent, UserPromptPart
 
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
-from robosandbox.agent.llm.endpoint import correction
-from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool, find_answer
+from robosandbox.agent.llm.endpoint import Asked, Endpoint, correction
+from robosandbox.agent.llm.forms import Call, MisuseError, Tool, find_answer
 from robosandbox.agent.llm.modes import KnownModes, Mode
-from robosandbox.agent.llm.service import ModeRefusedError, Service, run_apart
+from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
-from robosandbox.errors import PlannerAnswerError
 
 AnswerT = TypeVar("AnswerT")
 
@@ -77,39 +70,22 @@ async def _turns(
     question: Question[AnswerT],
     budgets: Sequence[Budget],
 ) -> AnswerT:
+    asked = Asked(
+        instructions=question.instructions,
+        tools=question.tools,
+        exact_tools=question.exact_tools or question.tools,
+        find=lambda response: [find_answer(response, question.tools)],
+        turns=settings.max_turns,
+    )
+    said: list[ModelMessage] = [ModelRequest(parts=[UserPromptPart(content=list(question.content))])]
     reason = ""
     async with Service(settings, player, budgets) as service:
-        mode = modes.best(settings, service.url)
-        said: list[ModelMessage] = []
-        turn = 0
-        while turn < settings.max_turns:
-            asked = _request([UserPromptPart(content=list(question.content))], question, mode)
-            tools = question.exact_tools or question.tools if mode is Mode.SCHEMA else question.tools
+        endpoint = Endpoint(service, modes, settings, asked)
+        while True:
+            response = await endpoint.calls(said, reason=reason)
+            call = next(part for part in response.parts if isinstance(part, ToolCallPart))
             try:
-                response = await service.ask([asked, *said], tools, mode)
-            except ModeRefusedError as refusal:
-                later = mode.next
-                if later is None:
-                    raise PlannerAnswerError(str(refusal)) from None
-                mode, said = later, []
-                continue
-            turn += 1
-            try:
-                call = find_answer(response, question.tools)
-                modes.remember(settings, service.url, mode)
-                return question.read(call)
+                return question.read(Call(call.tool_name, call.args))
             except MisuseError as misuse:
-                reason, later = str(misuse), mode.next
-                kept = not isinstance(misuse, NoAnswerError) or modes.works(settings, service.url, mode)
-                if later is not None and not kept:
-                    # A server that was to hold the model to a form, and did not, is asked in the next way.
-                    mode, said = later, []
-                    continue
-                said += [response, _request(correction(response, reason), question, mode)]
-    raise PlannerAnswerError(
-        f"{settings.model}: no usable answer in {settings.max_turns} turns; the last one: {reason[:600]}"
-    )
-
-
-def _request(parts: Sequence[ModelRequestPart], question: Question[AnswerT], mode: Mode) -> ModelRequest:
-    return ModelRequest(parts=parts, instructions=question.instructions(mode))
+                reason = str(misuse)
+                said += [response, ModelRequest(parts=correction(response, reason))]

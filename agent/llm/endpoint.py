@@ -28,19 +28,12 @@ from pydantic_ai.models import ModelRequestParameters
 from pydantic_ai.models.wrapper import WrapperModel
 from pydantic_ai.settings import ModelSettings
 
-from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool, find_calls
+from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool
 from robosandbox.agent.llm.modes import KnownModes, Mode
 from robosandbox.agent.llm.prompt import data_text
 from robosandbox.agent.llm.service import ModeRefusedError, Service
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.errors import PlannerAnswerError
-
-# How often a form that cannot be read is corrected within one turn. Chosen: what a model repeats twice, it repeats.
-_CORRECTIONS = 3
-_THOUGHT = (
-    240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
-)
-_CALL = "call"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,12 +43,16 @@ class Asked:
     Attributes:
         instructions: Of its part, by the mode in which it is to answer.
         tools: What it may call.
-        exact_tools: The same where a server writes by a schema: with the ids that fit each argument.
+        exact_tools: The same for a server that writes by a schema.
+        find: Reads the calls in an answer; raises MisuseError.
+        turns: Answers asked for, those that cannot be read included.
     """
 
     instructions: Callable[[Mode], str]
     tools: Sequence[Tool]
     exact_tools: Sequence[Tool]
+    find: Callable[[ModelResponse], Sequence[Call]]
+    turns: int
 
 
 class Endpoint(WrapperModel):
@@ -64,16 +61,17 @@ class Endpoint(WrapperModel):
     Args:
         service: Where it is.
         modes: What is known of services; what is learnt is added.
-        settings: Model, endpoint and limits.
+        at: Model and endpoint.
         asked: What it is told and may call.
     """
 
-    def __init__(self, service: Service, modes: KnownModes, settings: LLMSettings, asked: Asked) -> None:
+    def __init__(self, service: Service, modes: KnownModes, at: LLMSettings, asked: Asked) -> None:
         super().__init__(service.model)
         self._service = service
         self._modes = modes
-        self._endpoint = settings
+        self._at = at
         self._asked = asked
+        self._turns = 0
 
     async def request(
         self,
@@ -88,39 +86,44 @@ class Endpoint(WrapperModel):
             InputError: The service does not know the model or the key.
         """
         del model_settings, model_request_parameters
-        mode = self._modes.best(self._endpoint, self._service.url)
+        return await self.calls(messages)
+
+    async def calls(self, messages: Sequence[ModelMessage], *, reason: str = "") -> ModelResponse:
+        """Return the model's next calls as tool calls; `reason` is why its answer before could not be used.
+
+        Raises:
+            PlannerError: The service does not answer, or with nothing that can be read.
+            InputError: The service does not know the model or the key.
+        """
+        mode = self._modes.best(self._at, self._service.url)
         said: list[ModelMessage] = []
-        reason = ""
-        corrections = 0
-        while corrections < _CORRECTIONS:
+        while self._turns < self._asked.turns:
+            tools = self._asked.exact_tools if mode is Mode.SCHEMA else self._asked.tools
             try:
-                response = await self._service.ask(self._spoken([*messages, *said], mode), self._tools(mode), mode)
+                response = await self._service.ask(self._spoken([*messages, *said], mode), tools, mode)
             except ModeRefusedError as refusal:
                 later = mode.next
                 if later is None:
                     raise PlannerAnswerError(str(refusal)) from None
                 mode, said = later, []
                 continue
+            self._turns += 1
             try:
-                calls = find_calls(response, self._asked.tools)
+                calls = self._asked.find(response)
             except MisuseError as misuse:
                 reason, later = str(misuse), mode.next
-                known = self._modes.works(self._endpoint, self._service.url, mode)
+                known = self._modes.works(self._at, self._service.url, mode)
                 if isinstance(misuse, NoAnswerError) and later is not None and not known:
                     # A server that was to hold the model to a form, and did not, is asked in the next way.
                     mode, said = later, []
                     continue
-                corrections += 1
                 said += [response, ModelRequest(parts=correction(response, reason))]
                 continue
-            self._modes.remember(self._endpoint, self._service.url, mode)
+            self._modes.remember(self._at, self._service.url, mode)
             return _with_calls(response, calls, number=len(messages))
-        raise PlannerAnswerError(f"{self._endpoint.model}: no usable answer in {_CORRECTIONS} tries: {reason[:600]}")
-
-    def _tools(self, mode: Mode) -> Sequence[Tool]:
-        if mode is not Mode.SCHEMA:
-            return self._asked.tools
-        return [Tool(name=_CALL, description="What to do next.", schema=_call_schema(self._asked.exact_tools))]
+        raise PlannerAnswerError(
+            f"{self._at.model}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
+        )
 
     def _spoken(self, messages: Sequence[ModelMessage], mode: Mode) -> list[ModelMessage]:
         """Return a conversation as a server in this mode takes it, with the instructions that go with it."""
@@ -138,26 +141,6 @@ def correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
     if not calls:
         return [UserPromptPart(content=reason)]
     return [ToolReturnPart(tool_name=call.tool_name, tool_call_id=call.tool_call_id, content=reason) for call in calls]
-
-
-def _call_schema(tools: Sequence[Tool]) -> dict[str, Any]:
-    """Return the schema of a thought and a call of one of the tools."""
-    calls = [
-        {
-            "type": "object",
-            "description": tool.description,
-            "properties": {"name": {"const": tool.name}, "arguments": dict(tool.schema)},
-            "required": ["name", "arguments"],
-            "additionalProperties": False,
-        }
-        for tool in tools
-    ]
-    return {
-        "type": "object",
-        "properties": {"thought": {"type": "string", "maxLength": _THOUGHT}, _CALL: {"anyOf": calls}},
-        "required": ["thought", _CALL],
-        "additionalProperties": False,
-    }
 
 
 def _with_calls(response: ModelResponse, calls: Sequence[Call], *, number: int) -> ModelResponse:
@@ -188,10 +171,12 @@ def _in_text(message: ModelMessage) -> ModelMessage:
         calls = [
             {"name": part.tool_name, "arguments": part.args} for part in message.parts if isinstance(part, ToolCallPart)
         ]
-        return replace(message, parts=[TextPart(content=json.dumps({_CALL: calls[0]} if len(calls) == 1 else calls))])
+        return replace(message, parts=[TextPart(content=json.dumps({"calls": calls}))])
     parts: list[ModelRequestPart] = []
     for part in message.parts:
-        if isinstance(part, ToolReturnPart):
+        if isinstance(part, ToolReturnPart) and isinstance(part.content, str):
+            parts.append(UserPromptPart(content=part.content))
+        elif isinstance(part, ToolReturnPart):
             parts.append(UserPromptPart(content=f"<result>\n{data_text({part.tool_name: part.content})}\n</result>"))
         else:
             parts.append(part)

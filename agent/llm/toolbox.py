@@ -17,13 +17,17 @@ from robosandbox.agent.tools import (
     RefuseArguments,
     SimulateArguments,
     description,
-    schema,
+    schema as schema_of,
 )
 from robosandbox.errors import InputError
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, StrictModel
 from robosandbox.world.arguments import terms
 
+_THOUGHT = (
+    240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
+)
+_CALL = "call"
 LOOK, ASK = "look", "ask_person"
 
 
@@ -64,8 +68,29 @@ def acting_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = Non
         if (arguments := skill_arguments(skill, scene)) is not None
     ]
     still = [
-        Tool(name=name, description=description(model), schema=schema(model))
+        Tool(name=name, description=description(model), schema=schema_of(model))
         for name, model in OWN.items()
         if can_ask or name != ASK
     ]
     return [*moving, *still]
+
+
+def one_call(tools: Sequence[Tool]) -> Tool:
+    """Return what a server that writes by a schema answers with: a thought, and a call of one of the tools."""
+    calls = [
+        {
+            "type": "object",
+            "description": tool.description,
+            "properties": {"name": {"const": tool.name}, "arguments": dict(tool.schema)},
+            "required": ["name", "arguments"],
+            "additionalProperties": False,
+        }
+        for tool in tools
+    ]
+    schema = {
+        "type": "object",
+        "properties": {"thought": {"type": "string", "maxLength": _THOUGHT}, _CALL: {"anyOf": calls}},
+        "required": ["thought", _CALL],
+        "additionalProperties": False,
+    }
+    return Tool(name=_CALL, description="What to do next.", schema=schema)
