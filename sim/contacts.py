@@ -154,17 +154,17 @@ class Contacts:
             return []
         geoms = data.contact.geom
         first, second = world.robot_geoms[geoms].T
-        found = []
         # Asked at every tick of a guarded motion, and most contacts are of things that stand on the table.
-        for index in np.flatnonzero(first != second):
-            bodies = [int(world.model.geom_bodyid[geom]) for geom in geoms[index]]
-            inner, outer = bodies if first[index] else bodies[::-1]
-            found.append((int(index), inner, outer))
-        return found
+        (indices,) = (first != second).nonzero()
+        bodies = world.model.geom_bodyid[geoms[indices]].tolist()
+        return [
+            (index, a, b) if ours else (index, b, a)
+            for index, ours, (a, b) in zip(indices.tolist(), first[indices].tolist(), bodies, strict=True)
+        ]
 
     def _pairs(self) -> set[tuple[int, int]]:
         data = self._data
         if not data.ncon:
             return set()
         touching = data.contact.geom[data.contact.dist < 0.0]
-        return {(int(a), int(b)) for a, b in self._world.model.geom_bodyid[touching]}
+        return {(a, b) for a, b in self._world.model.geom_bodyid[touching].tolist()}
