@@ -74,7 +74,8 @@ class _Stale(GroundTruthPerception):
     """Sees what was there before."""
 
     def __init__(self, seen: ObservedScene) -> None:
-        self._seen = seen
+        super().__init__()
+        self._before = seen
 
     def perceive(self, sim: Driver) -> ObservedScene:
-        return self._seen
+        return self._before
