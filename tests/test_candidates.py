@@ -12,6 +12,7 @@ from robosandbox.errors import CollisionError, GraspError, Phase, PushError, Ski
 from robosandbox.evidence import CollisionEvidence, GraspEvidence, PushEvidence
 from robosandbox.skills.base import Skill
 from robosandbox.skills.catalogue import load_skills
+from robosandbox.testing.conformance import check_alternatives
 from robosandbox.types import DetectedObject, ObservedScene, Pose, SkillCall, SkillResult
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.contracts import Contract, contract_of
@@ -132,3 +133,15 @@ def test_a_promise_that_holds_seen_from_when_the_call_began_is_mended() -> None:
     failure = failed(call, PushError("short", phase=Phase.VERIFY), before)
     assert failure.is_mended(replace(before, objects=(box("cube", 0.1, 0.1),)))
     assert not failure.is_mended(replace(before, objects=(box("cube", 0.1, 0.05),)))
+
+
+def test_check_skill_tells_of_an_alternative_that_names_no_relation(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SKILLS, "wipe", Wipe())
+    failure = failed(
+        SkillCall(skill="wipe", arguments={"object": "cube"}), in_the_way("cube", "lid", Phase.CHECK), LOADED
+    )
+    check_alternatives(SKILLS["wipe"], failure)
+    wrong = Alternative(why="wiped dry", first=(fact("dry", "cube"),))
+    monkeypatch.setattr(Wipe, "alternatives", lambda self, failure, *, object: iter([wrong]))
+    with pytest.raises(AssertionError, match="no relation is called 'dry'"):
+        check_alternatives(SKILLS["wipe"], failure)

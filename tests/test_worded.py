@@ -11,7 +11,7 @@ import pytest
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.planner import StubPlanner
-from robosandbox.errors import CollisionError
+from robosandbox.errors import CollisionError, SkillError
 from robosandbox.skills.turn import Turn
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
@@ -116,3 +116,33 @@ def test_outside_skill_rights_a_fallen_can_by_its_sentence() -> None:
         assert episode.success, episode.final_detail
         rotation = session.observe().objects[0].pose.rotation
         assert abs(rotation[2, 2]) > math.cos(math.radians(5.0))
+
+
+ABOVE = SceneObject(id="above", kind="box", size=(0.012,) * 3, pose=Pose(xyz=(0.1, -0.2, 0.0935)), mass=0.02)
+SIDES = tuple(
+    SceneObject(id=f"side_{k}", kind="box", size=(0.06, 0.02, 0.04), pose=Pose(xyz=(0.15, y, 0.081)), mass=0.05)
+    for k, y in enumerate((-0.048, 0.048))
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("call", "objects", "aside"),
+    [
+        (SkillCall(skill="turn", arguments={"object": "block", "angle": 1.0}), (BLOCK, ABOVE), {"above"}),
+        (SkillCall(skill="nudge_upright", arguments={"object": "can"}), (FALLEN, *SIDES), {"side_0", "side_1"}),
+    ],
+)
+def test_they_have_repairs_that_bring_about_what_they_promise(
+    call: SkillCall, objects: tuple[SceneObject, ...], aside: set[str]
+) -> None:
+    with open_session(Scene(objects=objects)) as session:
+        nudge = outside().NudgeUpright()
+        session.agent.skills[nudge.name] = nudge
+        with pytest.raises(SkillError) as failed:
+            session.agent.skills[call.skill](session.ctx, call.arguments)
+        repair = failed.value.repairs[0]
+        assert repair.calls[-1].skill == call.skill
+        assert {one.arguments["object"] for one in repair.calls if "object" in one.arguments} & aside
+        for one in repair.calls:
+            session.agent.skills[one.skill](session.ctx, one.arguments)

@@ -11,9 +11,10 @@ from collections.abc import Mapping, Sequence
 
 from robosandbox.errors import InputError, InvalidArgumentError, SkillError
 from robosandbox.protocols import Planner, Skill, SkillContext
-from robosandbox.types import ObservedScene, Plan, Refusal, SkillResult
+from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall, SkillResult
 from robosandbox.world.abilities import Abilities
-from robosandbox.world.contracts import contract_of, first_refuted, imagined, lookup
+from robosandbox.world.alternatives import Failure, alternatives_of
+from robosandbox.world.contracts import Contract, contract_of, first_refuted, imagined, lookup
 from robosandbox.world.predicate import View
 
 
@@ -32,7 +33,8 @@ def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -
     demand(bool(skill.name) and bool(skill.description), f"{skill.name!r} lacks a name or a description")
     demand(schema.get("type") == "object", f"{skill.name}: its schema is no JSON object schema")
     demand(schema.get("additionalProperties") is False, f"{skill.name}: its schema admits unknown arguments")
-    check_contract(skill, ctx.look(), arguments)
+    seen = ctx.look()
+    check_contract(skill, seen, arguments)
     before = ctx.sim.time
     try:
         skill(ctx, {**arguments, "no_such_argument": 1})
@@ -46,6 +48,9 @@ def check_skill(skill: Skill, ctx: SkillContext, arguments: dict[str, object]) -
         demand(bool(error.message), f"{skill.name}: raised {type(error).__name__} without a message")
         kind = type(error).evidence_type
         demand(kind is None or isinstance(error.evidence, kind), f"{skill.name}: {type(error).__name__} lacks evidence")
+        call = SkillCall(skill=skill.name, arguments=dict(skill.check(arguments)))
+        contract = (contract_of(skill, call.arguments) or Contract()).resolved(seen)
+        check_alternatives(skill, Failure(call=call, error=error, contract=contract, before=seen, scene=ctx.look()))
         return error
     demand(isinstance(result, SkillResult), f"{skill.name}: returned {type(result).__name__}, not SkillResult")
     demand(result.skill == skill.name, f"{skill.name}: its result is signed {result.skill!r}")
@@ -76,6 +81,25 @@ def check_contract(skill: Skill, scene: ObservedScene, arguments: Mapping[str, o
         broken is None or first_refuted(resolved.needs, View.of(scene)) is not None,
         f"{skill.name}: its promises contradict one another: {broken and broken[0]} does not hold once all are kept",
     )
+
+
+def check_alternatives(skill: Skill, failure: Failure) -> None:
+    """Check that the other ways that a skill declares for a failed call say why, and name relations and calls that there are.
+
+    Args:
+        skill: The skill.
+        failure: A call of it that failed.
+    """
+    for way in alternatives_of(skill, failure):
+        demand(bool(way.why), f"{skill.name}: an alternative does not say why it may help")
+        demand(bool(way.first or way.cleared or way.call), f"{skill.name}: an alternative, {way.why}, does nothing")
+        for one in way.first:
+            try:
+                lookup(one)
+            except InputError as error:
+                raise AssertionError(f"{skill.name}: an alternative, {way.why}, names {error}") from None
+        if way.call is not None and way.call.skill == skill.name:
+            skill.check(way.call.arguments)
 
 
 def check_planner(planner: Planner, scene: ObservedScene, skills: Sequence[Skill], prompts: Sequence[str]) -> None:
