@@ -890,3 +890,22 @@ def test_anthropics_own_endpoint_needs_its_own_key(monkeypatch: pytest.MonkeyPat
     monkeypatch.delenv("ANTHROPIC_API_KEY", raising=False)
     with pytest.raises(InputError, match="ANTHROPIC_API_KEY: is not set"):
         make_planner("auto", SKILLS, {"model": "claude-sonnet"})
+
+
+@pytest.mark.parametrize(
+    "script",
+    [(PICK,), (fails(400, "no schema"), PICK), (fails(400, "no schema"), fails(400, "no tools"), says(STEPS))],
+    ids=["schema", "tools", "text"],
+)
+def test_openais_responses_are_asked_in_every_way(script: tuple[Answer, ...]) -> None:
+    with ScriptedServer(*script) as server:
+        asking = make_planner("responses", SKILLS, {"base_url": server.url, "model": "scripted"})
+        assert picks(asking.plan("pick up the red cube", SCENE))
+    assert "instructions" in server.requests[-1] and all("messages" not in body for body in server.requests)
+
+
+def test_a_misuse_is_corrected_over_openais_responses() -> None:
+    with ScriptedServer(fails(400, "no schema"), plan(("pick", {"object": "elephant"})), PICK) as server:
+        asking = make_planner("responses", SKILLS, {"base_url": server.url, "model": "scripted"})
+        assert picks(asking.plan("pick up the red cube", SCENE))
+    assert "no object 'elephant'" in json.dumps(server.requests[-1]["input"])

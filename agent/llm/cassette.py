@@ -19,7 +19,17 @@ from robosandbox.errors import InputError
 VERSION = 1
 _KEPT_HEADERS = ("content-type", "retry-after", "retry-after-ms")
 _PICTURE = re.compile(r"data:([\w/+.-]+);base64,[A-Za-z0-9+/=]+")
-_COMPARED = ("model", "system", "messages", "tools", "response_format", "output_config")
+_COMPARED = (
+    "model",
+    "system",
+    "instructions",
+    "messages",
+    "input",
+    "tools",
+    "response_format",
+    "text",
+    "output_config",
+)
 _FAILURES: dict[str, type[httpx2.TransportError]] = {
     cls.__name__: cls
     for cls in (

@@ -1,4 +1,4 @@
-"""What asks a model: the planners `openai`, `anthropic` and `auto`, and the perception `vlm`."""
+"""What asks a model: the planners `openai`, `responses`, `anthropic` and `auto`, and the perception `vlm`."""
 
 from __future__ import annotations
 
@@ -50,7 +50,8 @@ def with_model(
     """Return a planner that asks a model.
 
     Args:
-        service: What its endpoint speaks: OpenAI's chat completions (OpenAI, Ollama, vLLM, llama.cpp), or Anthropic's.
+        service: What its endpoint speaks: OpenAI's chat completions (OpenAI, Ollama, vLLM, llama.cpp), OpenAI's responses, or
+            Anthropic's.
         skills: What plans may call.
         model: Its name at the endpoint.
         base_url: The endpoint, for OpenAI's protocol up to and with `/v1`; the service's own when left out.
@@ -95,6 +96,7 @@ Made = TypeVar("Made")
 _USUAL: dict[Mode, dict[str, Any]] = {"act": {"max_turns": 40, "max_tokens": 400_000, "time_limit": 300.0}}
 
 openai = partial(with_model, "openai")
+responses = partial(with_model, "responses")
 anthropic = partial(with_model, "anthropic")
 
 

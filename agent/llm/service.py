@@ -33,7 +33,11 @@ from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailabl
 
 _log = logging.getLogger(__name__)
 
-OFFICIAL = {"openai": "https://api.openai.com/v1", "anthropic": "https://api.anthropic.com"}
+OFFICIAL = {
+    "openai": "https://api.openai.com/v1",
+    "responses": "https://api.openai.com/v1",
+    "anthropic": "https://api.anthropic.com",
+}
 _ANSWER_TOKENS = 8_000  # Number of tokens of one answer. Chosen far above a plan's, so that thoughts fit.
 _CONNECT_SECONDS = 5.0  # Seconds until a server that does not answer counts as absent. Chosen.
 _TRANSIENT = (
@@ -68,7 +72,9 @@ class Service:
         self._settings = settings
         self._budgets = tuple(budgets)
         self._replayed = player is not None
-        self._url = settings.base_url or os.environ.get("OPENAI_BASE_URL" if settings.service == "openai" else "") or ""
+        self._url = (
+            settings.base_url or os.environ.get("" if settings.service == "anthropic" else "OPENAI_BASE_URL") or ""
+        )
         self._key = find_key(settings, self._url, needed=not self._replayed)
         for budget in self._budgets:
             budget.check(self._where)
@@ -332,13 +338,12 @@ def _model(settings: LLMSettings, url: str, key: str, client: httpx2.AsyncClient
         speaker = AsyncAnthropic(api_key=key, base_url=url or None, max_retries=0, http_client=client)
         return AnthropicModel(settings.model, provider=AnthropicProvider(anthropic_client=speaker))
     from openai import AsyncOpenAI
-    from pydantic_ai.models.openai import OpenAIChatModel
+    from pydantic_ai.models.openai import OpenAIChatModel, OpenAIResponsesModel
     from pydantic_ai.providers.openai import OpenAIProvider
     from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
 
     caller = AsyncOpenAI(api_key=key, base_url=url or OFFICIAL["openai"], max_retries=0, http_client=client)
+    kind = OpenAIResponsesModel if settings.service == "responses" else OpenAIChatModel
     if url:
-        return OpenAIChatModel(
-            settings.model, provider=OpenAICompatibleProvider("openai-compatible", openai_client=caller)
-        )
-    return OpenAIChatModel(settings.model, provider=OpenAIProvider(openai_client=caller))
+        return kind(settings.model, provider=OpenAICompatibleProvider("openai-compatible", openai_client=caller))
+    return kind(settings.model, provider=OpenAIProvider(openai_client=caller))

@@ -13,11 +13,15 @@ from numpy.typing import NDArray
 from robosandbox.errors import InputError
 from robosandbox.world.verifier import MAX_STEPS
 
-Service = Literal["openai", "anthropic"]
+Service = Literal["openai", "responses", "anthropic"]
 Mode = Literal["plan", "act"]
 Picture = Callable[[], NDArray[Any]]
 
-KEY_VARIABLES: dict[Service, str] = {"openai": "OPENAI_API_KEY", "anthropic": "ANTHROPIC_API_KEY"}
+KEY_VARIABLES: dict[Service, str] = {
+    "openai": "OPENAI_API_KEY",
+    "responses": "OPENAI_API_KEY",
+    "anthropic": "ANTHROPIC_API_KEY",
+}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

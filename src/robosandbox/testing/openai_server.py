@@ -1,4 +1,4 @@
-"""A local HTTP server that speaks OpenAI's chat completions and answers from a script: planners are tried on it, no mock.
+"""A local HTTP server that speaks OpenAI's chat completions and responses and answers from a script: no mock.
 
 ```python
 with ScriptedServer(plan(("pick", {"object": "red_cube"}))) as server:
@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Self
 
@@ -87,6 +87,47 @@ def _completion(message: Mapping[str, Any], finish: str, tokens: int) -> Answer:
     return Answer(body=json.dumps(body).encode())
 
 
+def _as_response(answer: Answer) -> Answer:
+    """Return a chat completion as the newer protocol writes it; an error is the same in both."""
+    if answer.status != 200:
+        return answer
+    completion = json.loads(answer.body)
+    message, usage = completion["choices"][0]["message"], completion["usage"]
+    output: list[dict[str, Any]] = [
+        {
+            "type": "function_call",
+            "id": f"fc_{index}",
+            "call_id": call["id"],
+            "status": "completed",
+            "name": call["function"]["name"],
+            "arguments": call["function"]["arguments"],
+        }
+        for index, call in enumerate(message.get("tool_calls", ()))
+    ]
+    if message["content"] is not None:
+        text = {"type": "output_text", "text": message["content"], "annotations": []}
+        output.append({"type": "message", "id": "m", "role": "assistant", "status": "completed", "content": [text]})
+    body = {
+        "id": "resp_1",
+        "object": "response",
+        "created_at": 1,
+        "model": "scripted",
+        "status": "completed",
+        "output": output,
+        "parallel_tool_calls": True,
+        "tool_choice": "auto",
+        "tools": [],
+        "usage": {
+            "input_tokens": usage["prompt_tokens"],
+            "output_tokens": usage["completion_tokens"],
+            "total_tokens": usage["total_tokens"],
+            "input_tokens_details": {"cached_tokens": 0},
+            "output_tokens_details": {"reasoning_tokens": 0},
+        },
+    }
+    return replace(answer, body=json.dumps(body).encode())
+
+
 class ScriptedServer:
     """Answers chat completions from a script, one answer per request, on a free port of 127.0.0.1.
 
@@ -142,6 +183,8 @@ def _handler(script: ScriptedServer) -> type[BaseHTTPRequestHandler]:
         def do_POST(self) -> None:
             body = json.loads(self.rfile.read(int(self.headers["content-length"])))
             answer = script._answer(body, {name.lower(): value for name, value in self.headers.items()})
+            if self.path.endswith("/responses"):
+                answer = _as_response(answer)
             self.send_response(answer.status)
             self.send_header("content-type", "application/json")
             self.send_header("content-length", str(len(answer.body)))
