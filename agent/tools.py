@@ -14,7 +14,6 @@ from pydantic import Field, ValidationError, field_validator
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import FailedAttempt, Step
 from robosandbox.agent.goal import GoalContext
-from robosandbox.agent.llm.scene import changes
 from robosandbox.agent.preview import preview
 from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
 from robosandbox.protocols import Skill
@@ -22,6 +21,7 @@ from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCa
 from robosandbox.world.achieve import achieve
 from robosandbox.world.alternatives import Failure
 from robosandbox.world.contracts import Contract, contract_of, find, lookup
+from robosandbox.world.described import changes
 from robosandbox.world.facts import Fact, parse_facts
 from robosandbox.world.predicate import View
 from robosandbox.world.verifier import MAX_STEPS, Checkable, Constraints, verify

@@ -96,6 +96,7 @@ def observed(scene: Scene, held: str | None = None) -> ObservedScene:
                 pose=places[item.id],
                 opening=item.open if item.shape.opens else None,
                 tag=item.tag,
+                grains=(places[item.id].xyz,) * item.count,
             )
             for item in scene.objects
         ),

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.tasks.loader import bundled_tasks
 from robosandbox.tasks.session import open_session
 from robosandbox.types import DetectedObject, ObservedScene, Pose
+from robosandbox.world.described import describe_scene
 
 
 def described(scene: ObservedScene) -> dict[str, dict[str, Any]]:

@@ -20,8 +20,9 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
-from robosandbox.agent.language.world import TABLE_HALF, Parent
+from robosandbox.agent.language.world import Parent
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, RefusalCode, Side
+from robosandbox.world.spots import TABLE_HALF_EXTENT
 
 NUDGE = 0.10  # Metres of a move whose distance is not said. Chosen equal to `PUSH_DISTANCE`.
 BOUNDS = {"edge": (0.28, 0.0, 0.28), "side": (0.18, 0.1, 0.1)}
@@ -313,8 +314,8 @@ class Placing(Hands):
         if not self.world.in_reach((x, y)):
             point = f"({x:g}, {y:g})"
             place = point if where == point else f"{where}, at {point},"
-            beyond = max(abs(x), abs(y)) > TABLE_HALF
-            why = f"off the table, which ends at ±{TABLE_HALF:g} m" if beyond else "out of the arm's reach"
+            beyond = max(abs(x), abs(y)) > TABLE_HALF_EXTENT
+            why = f"off the table, which ends at ±{TABLE_HALF_EXTENT:g} m" if beyond else "out of the arm's reach"
             raise RefusedError(RefusalCode.IMPOSSIBLE, f"{place} is {why}.")
         radius = 0.8 * self.world.radius(name) - 0.02
         if not self.world.is_free((x, y), radius, (name,)):
@@ -386,8 +387,8 @@ class Placing(Hands):
             self._put_at(name, xy, f"{place.distance:g} m from the robot")
             return
         near, aside = (x + dx * _CLOSE_BY, y + dy * _CLOSE_BY), 0.4 * _CLOSE_BY
-        low = (-TABLE_HALF, y + aside if place.side == "left" else -TABLE_HALF)
-        high = (TABLE_HALF, y - aside if place.side == "right" else TABLE_HALF)
+        low = (-TABLE_HALF_EXTENT, y + aside if place.side == "left" else -TABLE_HALF_EXTENT)
+        high = (TABLE_HALF_EXTENT, y - aside if place.side == "right" else TABLE_HALF_EXTENT)
         spots = self.world.free_spots(near, self.world.radius(name), (name,), low=low, high=high)
         if place.side in ("front", "beside"):
             spots = [spot for spot in spots if math.dist(spot, near) < 0.2]
@@ -432,8 +433,8 @@ class Placing(Hands):
         if region.name in ("edge", "side") and sides:
             # Anywhere along that edge or side is as good, and nowhere else.
             x0, x1, y0 = BOUNDS[region.name]
-            low = (x0 if "far" in sides else -TABLE_HALF, y0 if "left" in sides else -TABLE_HALF)
-            high = (x1 if "near" in sides else TABLE_HALF, -y0 if "right" in sides else TABLE_HALF)
+            low = (x0 if "far" in sides else -TABLE_HALF_EXTENT, y0 if "left" in sides else -TABLE_HALF_EXTENT)
+            high = (x1 if "near" in sides else TABLE_HALF_EXTENT, -y0 if "right" in sides else TABLE_HALF_EXTENT)
             spots = self.world.free_spots(near, radius, (name,), low=low, high=high)
         else:
             spots = [p for p in self.world.free_spots(near, radius, (name,)) if math.dist(p, near) <= 0.16]

@@ -6,8 +6,8 @@ from robosandbox.agent.language.arranging import Arranging
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.intent import Command, Region, Relation
 from robosandbox.agent.language.placing import BOUNDS
-from robosandbox.agent.language.world import TABLE_HALF
 from robosandbox.types import DIRECTION_AXES, RefusalCode
+from robosandbox.world.spots import TABLE_HALF_EXTENT
 
 PUSH_DISTANCE = 0.10  # Metres of a push whose distance is not said. Chosen.
 SHORTEST_PUSH = 0.005  # Metres. Chosen: shorter ones are lost in the errors of a push.
@@ -68,10 +68,10 @@ class Pushing(Arranging):
         dx, dy = DIRECTION_AXES[direction]
         x, y = self.world.at[name]
         end = (x + dx * metres, y + dy * metres)
-        if max(abs(end[0]), abs(end[1])) > TABLE_HALF - 0.02:
+        if max(abs(end[0]), abs(end[1])) > TABLE_HALF_EXTENT - 0.02:
             raise RefusedError(
                 RefusalCode.IMPOSSIBLE,
-                f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, which ends at ±{TABLE_HALF:g} m.",
+                f"{name} would go to ({end[0]:.2f}, {end[1]:.2f}), off the table, which ends at ±{TABLE_HALF_EXTENT:g} m.",
                 (name,),
             )
         self._note_moved(name)

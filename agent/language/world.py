@@ -10,7 +10,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.agent.language.match import has_straight_walls
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.shapes.hull import BoxHull
 from robosandbox.types import (
@@ -18,13 +17,18 @@ from robosandbox.types import (
     ObservedScene,
     Pose,
 )
-from robosandbox.world.relations import bounds
+from robosandbox.world.contracts import find
+from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.predicate import View
+from robosandbox.world.relations import bottom, bounds
+from robosandbox.world.spots import TABLE_HALF_EXTENT
+from robosandbox.world.whereabouts import where
 
-TABLE_HALF = 0.5
 MARGIN = 0.02  # Metres between things that are put down. Chosen: a finger.
 LIFTED = 0.08  # Metres over the table from which a held thing is carried. Chosen.
-_OPEN_SHARE = 0.5
 Parent = tuple[str, str]
+# How the grammar calls what relations say of where a thing is.
+_PLACES = {"on": "on", "inside": "in"}
 _GRID = np.array([(round(0.02 * i, 3), round(0.02 * j, 3)) for i in range(-4, 19) for j in range(-19, 20)])
 
 
@@ -54,40 +58,14 @@ def _in_reach(base_xy: tuple[float, float], near: float, far: float) -> NDArray[
 def _seen(scene: ObservedScene) -> tuple[dict[str, tuple[float, float, float]], dict[str, Parent]]:
     """Return the half-extents of all that is seen and what each is on or in: the same for every reading of a sentence."""
     extents = {item.id: half_extents(item) for item in scene.objects}
-    return extents, dict(_parents(scene, extents))
+    return extents, dict(_parents(scene))
 
 
-def _bottom(item: DetectedObject, extents: tuple[float, float, float]) -> float:
-    z = item.pose.xyz[2]
-    return z if item.shape.holds_things else z - extents[2]
-
-
-def _parents(scene: ObservedScene, extents: dict[str, tuple[float, float, float]]) -> Iterator[tuple[str, Parent]]:
+def _parents(scene: ObservedScene) -> Iterator[tuple[str, Parent]]:
     for item in scene.objects:
-        if item.id == scene.held:
-            continue
-        bottom = _bottom(item, extents[item.id])
-        x, y, _ = item.pose.xyz
-        best: tuple[float, Parent] | None = None
-        for other in scene.objects:
-            if other.id in (item.id, scene.held):
-                continue
-            ox, oy, _ = other.pose.xyz
-            ex, ey, ez = extents[other.id]
-            if abs(x - ox) > ex or abs(y - oy) > ey:
-                continue
-            low = _bottom(other, extents[other.id])
-            top = low + 2 * ez
-            if other.shape.holds_things and low - 0.01 <= bottom < top - 0.002:
-                found = (low, ("in", other.id))
-            elif abs(bottom - top) < 0.012 and not has_straight_walls(item):
-                found = (top, ("on", other.id))
-            else:
-                continue
-            if best is None or found[0] > best[0]:
-                best = found
-        if best:
-            yield item.id, best[1]
+        place = where(scene, item)
+        if place is not None and place.relation in _PLACES and place.arguments[1] != TABLE:
+            yield item.id, (_PLACES[place.relation], str(place.arguments[1]))
 
 
 class World:
@@ -116,9 +94,7 @@ class World:
         self.put_in: set[str] = set()
         self.parent: dict[str, Parent] = dict(parents)
         self.opened: set[str] = {
-            item.id
-            for item in scene.objects
-            if item.shape.opens and (item.opening or 0.0) > _OPEN_SHARE * item.shape.max_open(item.size)
+            item.id for item in scene.objects if item.shape.opens and find(fact("open", item.id), View.of(scene)).holds
         }
 
     def extents(self, name: str) -> tuple[float, float, float]:
@@ -173,7 +149,7 @@ class World:
 
     def is_carried(self, name: str) -> bool:
         """Say whether a held object has been lifted; one that is merely gripped may still be picked up."""
-        return _bottom(self.objects[name], self._extents[name]) - self._table_height > LIFTED
+        return bottom(self.objects[name]) - self._table_height > LIFTED
 
     def movable(self, name: str) -> bool:
         """Say whether an object is one of those that get carried about."""
@@ -234,7 +210,7 @@ class World:
     def in_reach(self, xy: tuple[float, float]) -> bool:
         """Say whether a point lies on the table and about where an arm reaches."""
         distance = math.dist(xy, self.base_xy)
-        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF and self._near <= distance <= self._far
+        return max(abs(xy[0]), abs(xy[1])) <= TABLE_HALF_EXTENT and self._near <= distance <= self._far
 
     def free_spots(
         self,
@@ -242,8 +218,8 @@ class World:
         radius: float,
         ignore: Iterable[str] = (),
         *,
-        low: tuple[float, float] = (-TABLE_HALF, -TABLE_HALF),
-        high: tuple[float, float] = (TABLE_HALF, TABLE_HALF),
+        low: tuple[float, float] = (-TABLE_HALF_EXTENT, -TABLE_HALF_EXTENT),
+        high: tuple[float, float] = (TABLE_HALF_EXTENT, TABLE_HALF_EXTENT),
     ) -> list[tuple[float, float]]:
         """Return free places on the table in easy reach, from `low` to `high`, the nearest to `near` first."""
         part = ((np.array(low) <= _GRID) & (np.array(high) >= _GRID)).all(axis=1)

@@ -30,7 +30,6 @@ from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
 from robosandbox.agent.llm.planner import LLMPlanner, constraints_of, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, question
 from robosandbox.agent.llm.robot import describe_robot
-from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools, one_call
@@ -54,6 +53,7 @@ from robosandbox.agent.tools import (
 )
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
+from robosandbox.world.described import describe_scene
 from robosandbox.world.verifier import Constraints, verify
 
 # How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.

@@ -12,10 +12,10 @@ from typing import Any
 
 from robosandbox.agent.llm.forms import Tool
 from robosandbox.agent.llm.modes import Mode
-from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.signatures import form, signature
 from robosandbox.protocols import Attempt, Skill
 from robosandbox.types import ObservedScene
+from robosandbox.world.described import describe_scene
 
 _CONVENTIONS = """\
 Conventions: metres and radians. World x points forward, away from the robot; y points to the robot's left; z up. Left and

@@ -12,7 +12,6 @@ import mcp_types as types
 from pydantic import Field, TypeAdapter, ValidationError
 
 from robosandbox.agent.episode import Episode
-from robosandbox.agent.llm.scene import describe_scene
 from robosandbox.agent.tools import (
     AchieveArguments,
     CheckArguments,
@@ -36,6 +35,7 @@ from robosandbox.types import (
     StrictModel,
 )
 from robosandbox.world.arguments import terms
+from robosandbox.world.described import describe_scene
 
 
 class LookArguments(StrictModel):

@@ -113,15 +113,27 @@ def tried_on_table(
         yield spot, tuple(near)
 
 
+def is_easy(scene: ObservedScene, point: Sequence[float] | Array) -> bool:
+    """Tell whether a point, x and y, is at a distance at which the robot works easily."""
+    near, far = scene.reach
+    return near <= math.dist(point[:2], scene.base_xy) <= far
+
+
+def in_easy_reach(scene: ObservedScene, item: DetectedObject) -> bool:
+    """Tell whether an object's middle is at a distance at which the robot works easily."""
+    around = extent(item)
+    return is_easy(scene, (around.x, around.y))
+
+
 def free_spots(scene: ObservedScene, item: DetectedObject) -> Iterator[Spot]:
     """Yield free spots of the table in easy reach, the nearest to an object first.
 
     Those between whose neighbours and the object a hand gets come before those where it does not.
     """
-    here, (near, far) = extent(item), scene.reach
+    here = extent(item)
     away = np.hypot(*(_GRID - (here.x, here.y)).T)
     points = [_GRID[k] for k in np.argsort(away, kind="stable")]
-    easy = [point for point in points if near <= math.dist(point, scene.base_xy) <= far]
+    easy = [point for point in points if is_easy(scene, point)]
     for spacing in (_HAND_ROOM, _SPACING):
         yield from (spot for spot, names in tried_on_table(scene, item, easy, spacing) if not names)
 

@@ -13,12 +13,17 @@ from robosandbox.world.standing import AT_TOLERANCE
 
 
 def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
-    """Return what an object, no beads, is held up by; None where nothing is seen to.
+    """Return what an object is held up by; None where nothing is seen to, or by several, as may be with beads.
 
     What stands on a thing in a container stands on that thing.
     """
     if item.id == scene.held:
         return fact("holding", item.id)
+    if item.shape.is_granular:
+        view = View.of(scene)
+        names = [other.id for other in scene.objects if other.shape.holds_things and other.id != item.id]
+        found = (fact("inside", item.id, name) for name in names)
+        return next((one for one in found if find(one, view).holds), None)
     others = [other for other in scene.objects if other.id not in (item.id, scene.held) and not other.shape.is_granular]
     solid = next((other for other in others if not other.shape.holds_things and stands_on(item, other)), None)
     if solid is not None:

@@ -9,12 +9,13 @@ from typing import Any
 
 from robosandbox.shapes.hull import SphereHull
 from robosandbox.types import DetectedObject, ObservedScene
-from robosandbox.world.relations import centre, inside, loose, on_table, on_top
+from robosandbox.world.facts import TABLE
+from robosandbox.world.relations import CLOSED_WITHIN, contents, parts_in
+from robosandbox.world.spots import in_easy_reach
+from robosandbox.world.standing import TIPPED, tilt
+from robosandbox.world.whereabouts import where
 
-# Angle in radians between a thing's axis and the vertical beyond which it has tipped over. Chosen.
-_TIPPED = math.radians(30.0)
 _CLEAR = 0.9  # Confidence, a probability, below which a model is told how sure perception is. Chosen.
-_SHUT_WITHIN = 0.003  # Metres below which a drawer's opening is shut for the hand. Chosen: a finger does not get in.
 
 # Metres and radians by which a thing may seem to move while it lies. Chosen: above the rounding of what is described.
 _STAYS = 0.002
@@ -78,9 +79,9 @@ def _thing(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
     data |= _support(item, scene)
     if item.shape.holds_things:
         data["contents"] = _contents(item, scene)
-    if _tilt(item) > _TIPPED and (item.shape.rolls or item.shape.is_open_container):
+    if tilt(item) > TIPPED and (item.shape.rolls or item.shape.is_open_container):
         data["tipped_over"] = True
-    if not _reachable(item, scene):
+    if not in_easy_reach(scene, item):
         data["reachable"] = False
     if item.confidence < _CLEAR:
         data["confidence"] = round(item.confidence, 1)
@@ -91,51 +92,38 @@ def _opening(item: DetectedObject) -> dict[str, Any]:
     """Return how far a drawer is open; unknown where that is not seen."""
     if item.opening is None:
         return {"state": "unknown"}
-    return {"state": "closed" if item.opening < _SHUT_WITHIN else "open", "open_by": _length(item.opening)}
+    return {"state": "closed" if item.opening < CLOSED_WITHIN else "open", "open_by": _length(item.opening)}
 
 
 def _support(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
     """Return what an object is held, or lies in, or stands on."""
-    if item.id == scene.held:
-        return {"in": "gripper"}
-    others = [other for other in scene.objects if other.id != item.id]
-    parts = loose(item)
-    vessels = [other for other in others if other.shape.holds_things]
-    where = Counter(next((v.id for v in vessels if inside(part, v)), None) for part in parts)
-    found = {name: count for name, count in where.items() if name is not None}
-    if found:
-        # Beads may lie in several containers and beside them.
-        whole = len(found) == 1 and sum(found.values()) == len(parts)
-        return {"in": next(iter(found)) if whole else found}
-    # What stands on a thing in a container stands on that thing.
-    below = sorted(others, key=lambda other: other.shape.holds_things)
-    base = next((other.id for other in below if on_top(item, other)), None)
-    if base is None:
-        return {"on": "table"} if on_table(item, scene.table_height) else {}
-    return {"on": base}
+    place = where(scene, item)
+    if place is None:
+        return _scattered(item, scene) if item.shape.is_granular else {}
+    match place.relation:
+        case "holding":
+            return {"in": "gripper"}
+        case "inside":
+            return _scattered(item, scene) if item.shape.is_granular else {"in": place.arguments[1]}
+        case _:
+            return {"on": place.arguments[1]}
+
+
+def _scattered(item: DetectedObject, scene: ObservedScene) -> dict[str, Any]:
+    """Return which containers beads lie in, with numbers where not all of them lie in one; on the table where none does."""
+    vessels = (other for other in scene.objects if other.id != item.id)
+    found = {vessel.id: len(within) for vessel in vessels if (within := parts_in(item, vessel))}
+    if not found:
+        return {"on": TABLE}
+    whole = list(found.values()) == [len(item.grains)]
+    return {"in": next(iter(found)) if whole else found}
 
 
 def _contents(vessel: DetectedObject, scene: ObservedScene) -> list[str] | dict[str, int]:
     """Return what lies in a container: ids, and of beads how many."""
-    counts = {
-        item.id: sum(inside(part, vessel).holds for part in loose(item))
-        for item in scene.objects
-        if item.id not in (vessel.id, scene.held)
-    }
-    counts = {name: count for name, count in counts.items() if count}
-    return counts if any(count > 1 for count in counts.values()) else list(counts)
-
-
-def _tilt(item: DetectedObject) -> float:
-    """Return the angle between an object's own z and the vertical, radians; either end up counts as upright."""
-    upward = float(item.pose.rotation[2, 2])
-    return math.acos(min(1.0, upward if item.shape.holds_things else abs(upward)))
-
-
-def _reachable(item: DetectedObject, scene: ObservedScene) -> bool:
-    """Say whether an object's middle is at a distance at which the robot works."""
-    near, far = scene.reach
-    return near <= math.dist(centre(item)[:2], scene.base_xy) <= far
+    others = [item for item in scene.objects if item.id != scene.held]
+    counts = Counter(name for name, _ in contents(others, vessel))
+    return dict(counts) if any(count > 1 for count in counts.values()) else list(counts)
 
 
 def _length(value: float) -> float:
