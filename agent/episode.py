@@ -135,6 +135,13 @@ class Started:
 
 
 @dataclass(frozen=True, slots=True)
+class Thought:
+    """A director says why it does what comes next; its own words, nothing measured."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Planned:
     """There is a plan; `replan` is 0 for the first."""
 
@@ -200,6 +207,7 @@ class Ended:
 
 AgentEvent = (
     Started
+    | Thought
     | Consulted
     | Planned
     | SkillStarted

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned
+from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned, Thought
 from robosandbox.agent.llm import modes
 from robosandbox.errors import InputError
 from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -356,6 +356,22 @@ def test_consulted_tools_are_in_the_record(world: EmbeddedWorkcell) -> None:
     ) as server:
         record = act(world, server).record()
     assert record["consulted"][0]["tool"] == "look" and isinstance(Consulted(**record["consulted"][0]), Consulted)
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        '{"thought": "It is unclear.", "call": {"name": "refuse", "arguments": {"code": "ambiguous", "message": "?"}}}',
+        '<think>It is unclear.</think>{"name": "refuse", "arguments": {"code": "ambiguous", "message": "?"}}',
+    ],
+)
+def test_what_a_model_thinks_is_told_to_listeners(world: EmbeddedWorkcell, said: str) -> None:
+    heard: list[AgentEvent] = []
+    world.agent.listeners.append(heard.append)
+    with ScriptedServer(says(said)) as server:
+        act(world, server)
+    world.agent.listeners.remove(heard.append)
+    assert [event.text for event in heard if isinstance(event, Thought)] == ["It is unclear."]
 
 
 # What it is told.

@@ -20,7 +20,7 @@ from pydantic_ai.usage import UsageLimits
 
 from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.course import Course, Desk, Finished, Report
-from robosandbox.agent.episode import Consulted
+from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint
@@ -32,6 +32,7 @@ from robosandbox.agent.llm.prompt import act_instructions, question
 from robosandbox.agent.llm.robot import describe_robot
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.agent.llm.thoughts import thought_of
 from robosandbox.agent.llm.toolbox import OWN, LookArguments, acting_tools, one_call
 from robosandbox.agent.tools import (
     AchieveArguments,
@@ -178,6 +179,9 @@ class ActingCourse:
         self._said, self._results = result.all_messages(), {}
         # An `Endpoint` answers with calls only.
         assert isinstance(result.output, DeferredToolRequests)
+        thought = thought_of(result.response)
+        if thought:
+            self._desk.emit(Thought(thought))
         return result.output.calls
 
     def _handled(self, call: ToolCallPart, scene: ObservedScene) -> Plan | Refusal | Finished | None:

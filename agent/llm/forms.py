@@ -13,14 +13,13 @@ from typing import Any
 
 from pydantic_ai.messages import ModelResponse, TextPart, ToolCallPart
 
+from robosandbox.agent.llm.thoughts import without_thoughts
+
 # How many opening brackets of a text are tried; an answer has one value, prose around it a few brackets more.
 _MOST_VALUES = 60
 # How many wrappers around an answer are taken off. Chosen: {"tool_calls": [{"function": {"arguments": "..."}}]} has four.
 _MOST_WRAPPERS = 6
 
-_THOUGHTS = re.compile(r"<(think|thinking|thought|reasoning)>.*?</\1>", re.DOTALL | re.IGNORECASE)
-_THOUGHT_ENDS = re.compile(r"\A.*</(?:think|thinking|thought|reasoning)>", re.DOTALL | re.IGNORECASE)
-_THOUGHT_BEGINS = re.compile(r"<(?:think|thinking|thought|reasoning)>.*\Z", re.DOTALL | re.IGNORECASE)
 _OPENING = re.compile(r"[{\[]")
 
 _WRAPPERS = (
@@ -192,11 +191,6 @@ def as_call(value: Any) -> Call | None:
             f"a call has a name and `{key}` and nothing else."
         )
     return Call(value[name_key].removeprefix("functions."), {} if arguments is None else arguments)
-
-
-def without_thoughts(text: str) -> str:
-    """Return a text without what a model thought aloud, also where one of the marks is missing."""
-    return _THOUGHT_BEGINS.sub("", _THOUGHT_ENDS.sub("", _THOUGHTS.sub("", text)))
 
 
 def json_values(text: str) -> list[Any]:

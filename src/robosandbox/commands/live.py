@@ -41,6 +41,9 @@ class LiveView:
             case events.Planned(plan, replan):
                 steps = ", ".join(str(call) for call in plan.steps) or "nothing to do"
                 self._print("new plan" if replan else "plan", steps, "cyan")
+            case events.Thought(text):
+                self._hide()
+                self._print("thinks", " ".join(text.split())[:_LONGEST], "dim")
             case events.Consulted():
                 self._hide()
                 self._print(event.tool, _in_a_line(event), "blue")

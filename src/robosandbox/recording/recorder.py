@@ -154,6 +154,8 @@ class Recorder:
             case events.Started(prompt):
                 self.begin(prompt)
                 self.note("started", prompt=prompt)
+            case events.Thought(text):
+                self.note("thought", text=text)
             case events.Consulted():
                 self.note("consulted", tool=event.tool, arguments=dict(event.arguments), answer=dict(event.answer))
             case events.Planned(plan, replan):

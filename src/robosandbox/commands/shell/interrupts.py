@@ -45,7 +45,7 @@ class Interrupts:
                 self.moved = self.running = True
             case events.SkillEnded() | events.SkillFailed() | events.Ended():
                 self.running = False
-            case events.Consulted() | events.Planned() | events.PhaseEntered() | events.Replanning():
+            case events.Planned() | events.PhaseEntered() | events.Replanning():
                 pass
 
     @contextmanager
