@@ -18,20 +18,22 @@ from robosandbox.world.relations import bottom, centre, gap, support, top
 from robosandbox.world.standing import TIPPED, standing_on, tilt
 from robosandbox.world.ways import Plannable
 
-# How many others that may be moved a thing counts for that stays where it is unless somebody names it: moved after all of them.
+# How many others a thing counts for that stays where it is unless somebody names it; chosen above the number of others that
+# are ever in the way, so that it is moved after all of them.
 _LEFT_ALONE = 10
-# Distances by which a thing out of reach is brought nearer, the shortest first, metres: thirds of the band between what a
-# gripper and what a fingertip of an arm reaches.
+# Distances by which a thing out of reach is brought nearer, the shortest first, metres; chosen as thirds of the band between what
+# a gripper and what a fingertip of an arm reaches.
 _NEARER = (0.06, 0.12, 0.18)
 # Distance from the robot from which on a thing counts as too far, not too near, metres: half of what arms here reach.
 _FAR = 0.5
-# Nearer than this another thing may be in the way of a hand, metres: a finger, and as far as it is opened.
+# Nearer than this another thing may be in the way of a hand, metres; chosen as a finger, and as far as it is opened.
 _NEIGHBOUR = 0.06
-# What is left between two things of which one was pushed away, metres: a finger and what a push may fall short by.
+# What is left between two things of which one was pushed away, metres; chosen as a finger and what a push may fall short by.
 _APART = 0.03
-# Farther nothing is pushed out of the way, metres: two lengths of a hand.
+# Farther nothing is pushed out of the way, metres; chosen as two lengths of a hand.
 _FARTHEST = 0.2
-# Cosine between two directions from which on one leads the other way: a little over the diagonal of two others.
+# Cosine between two directions from which on one leads the way of the other; chosen so that two of four lead along a diagonal,
+# and only one along an axis.
 _LEADS = 0.35
 
 Calls = tuple[SkillCall, ...]

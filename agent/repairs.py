@@ -19,7 +19,7 @@ _log = logging.getLogger(__name__)
 _ENOUGH = 2
 # Candidates that are tried at most: each costs some tenths of a second of planning where it cannot work.
 _MOST_TRIED = 16
-# Less than this an object is not taken to have been moved, metres: what the benchmarks count as disturbed.
+# Less than this an object is not taken to have been moved, metres; chosen as what the benchmarks count as disturbed.
 _MOVED = 0.010
 # Ends of a call that say nothing of the world.
 _NO_FAILURE = frozenset(

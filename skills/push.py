@@ -45,7 +45,8 @@ _STROKES = 4
 _STAND_OFF = 0.012
 # Metres between fingertips and table; chosen as twice the planner's clearance.
 _TIP_CLEARANCE = 0.004
-# How much of an object's height a fingertip has before it at least that pushes it high, metres: half a pad of small grippers.
+# How much of an object's height a fingertip has before it at least that pushes it high, metres; chosen as half a pad of
+# small grippers.
 _TIP_HOLD = 0.012
 # Share of the joints' speed limits; chosen so that what is pushed stays at the fingers (halved 11 % longer episodes,
 # doubled 12 % shorter, all succeed).

@@ -9,7 +9,7 @@ from robosandbox.tasks.checks import OfObject
 from robosandbox.types import Truth
 from robosandbox.world.relations import Relation
 
-# Beyond this angle between its axis and the vertical a thing has tipped over, degrees: it would stand by itself no more.
+# Beyond this angle between its axis and the vertical a thing has tipped over, degrees; chosen well past where anything here still stands by itself.
 _TIPPED_DEG = 30.0
 
 

@@ -14,12 +14,12 @@ from robosandbox.types import Pose, SceneObject, matrix_about_axis
 from robosandbox.world.relations import centre
 
 _ON_THE_WAY = ("perceive", "plan", "approach")
-_CUBE = 0.02  # Half edge of the cubes in the tray, metres: as those of the bundled tasks.
-# Space around each cube in a full tray, metres: what place_in asks for, walls included.
+_CUBE = 0.02  # Half edge of the cubes in the tray, metres; chosen as those of the bundled tasks.
+# Space around each cube in a full tray, metres; chosen as what place_in asks for, walls included.
 _TRAY_ROOM = 0.006
-_TRAY_HEIGHT = 0.02  # Metres; half a cube, so that fingers get at what lies in it.
-_BOWL_HEIGHT, _BOWL_RADII = 0.05, (0.045, 0.065)  # Metres: of bowls on tables here.
-_CAN = (0.025, 0.045)  # Radius and half height of the can before the drawer, metres.
+_TRAY_HEIGHT = 0.02  # Metres; chosen as half a cube, so that fingers get at what lies in it.
+_BOWL_HEIGHT, _BOWL_RADII = 0.05, (0.045, 0.065)  # Metres; chosen as bowls of tables here.
+_CAN = (0.025, 0.045)  # Radius and half height of the can before the drawer, metres; chosen to stand and to be gripped.
 _IN_THE_TRAY = {"blue_cube": (0.2, 0.35, 0.85, 1.0), "green_cube": (0.2, 0.65, 0.3, 1.0)}
 
 

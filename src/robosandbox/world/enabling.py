@@ -16,9 +16,9 @@ from robosandbox.world.relations import centre, gap
 from robosandbox.world.verifier import verify
 from robosandbox.world.ways import Plannable
 
-# Needs of a call that are looked after one by one; a call that lacks more is not worth enabling.
+# Needs of a call that are looked after one by one; chosen above what any contract here can lack at once.
 _MOST_LACKING = 8
-# Space that is left between what is put aside and what is to be handled then, or the arm that reaches there, metres: half
+# Space that is left between what is put aside and what is to be handled then, or the arm that reaches there, metres; chosen as half
 # of what a Panda's hand is wide.
 _HAND_ROOM = 0.10
 _OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
