@@ -58,7 +58,7 @@ def standing(world: World, objects: Iterable[DetectedObject | ObjectTruth], stat
             x, y, z, w = pose.quat_xyzw
             address = int(model.jnt_qposadr[joint])
             qpos[address : address + 7] = [*pose.xyz, w, x, y, z]
-        if item.opening is not None:
+        if item.opening is not None and len(joints) > 1:
             qpos[model.jnt_qposadr[joints[1]]] = np.clip(item.opening, *model.jnt_range[joints[1]])
     return qpos
 

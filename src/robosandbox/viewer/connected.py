@@ -19,7 +19,7 @@ from robosandbox.service.messages import State, decode
 from robosandbox.sim.world import World, build_world
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene, frozen_array
+from robosandbox.types import Array, Observation, Scene, frozen_array
 from robosandbox.viewer.believed import BelievedWorld
 from robosandbox.viewer.source import Blueprint, Frame, Job, OnElsewhere, OnFrame, OnPicture, OnRefused, OnScene
 from robosandbox.viewer.stream import FRAME_HZ
@@ -226,7 +226,7 @@ class ConnectedSource:
 
     def _send(self) -> None:
         drawn, state = self._drawn, self._state or self._robot.state()
-        if not self._drawable or len(state.robot.q) != drawn.world.robot.spec.n:
+        if not self._drawable:
             return
         frame = drawn.frame(state)
         if (
@@ -252,7 +252,7 @@ class _Told:
     def frame(self, state: State) -> Frame:
         truth = self._robot.truth()
         # Robot and objects of one moment.
-        seen = replace(state.robot, q=truth.q)
+        seen = _of_this_robot(replace(state.robot, q=truth.q), self.world)
         qpos = frozen_array(standing(self.world, truth.objects.values(), seen))
         return Frame(model=self.world.model, seen=seen, held=truth.held, qpos=qpos)
 
@@ -272,7 +272,7 @@ class _Believed:
         return self._believed.world
 
     def frame(self, state: State) -> Frame:
-        return self._believed.frame(self._robot.observe(), state.robot)
+        return self._believed.frame(self._robot.observe(), _of_this_robot(state.robot, self.world))
 
 
 def _drawn(session: RemoteWorkcell) -> _Told | _Believed:
@@ -285,6 +285,13 @@ def _drawn(session: RemoteWorkcell) -> _Told | _Believed:
         return _Told(session) if session.judgeable else _Believed(session)
     except InputError as error:
         raise InputError(f"the sim's robot cannot be drawn here: {error}") from None
+
+
+def _of_this_robot(seen: Observation, world: World) -> Observation:
+    """Return what was seen of the robot; raises InputError where the sim has loaded another one meanwhile."""
+    if len(seen.q) != world.robot.spec.n:
+        raise InputError(f"the sim's robot has {len(seen.q)} joints, and the one drawn here {world.robot.spec.n}")
+    return seen
 
 
 def _scene(session: RemoteWorkcell) -> Scene:

@@ -29,6 +29,7 @@ from robosandbox.types import (
 from robosandbox_pybullet.cameras import cameras, draw
 from robosandbox_pybullet.referee import measured
 from robosandbox_pybullet.world import PHYSICS_TIMESTEP, ROBOT_MODEL, ROBOT_SIDECAR, BulletWorld
+from robosandbox_pybullet.wrist import WristSensor
 
 _STEPS_PER_TICK = 5
 # Share of a joint's error that its servo takes up in a physics step: a time constant of 10 ms.
@@ -77,6 +78,7 @@ class PyBulletDriver(BareDriver):
         self._cameras = cameras(scene.table_height)
         self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
         self._ticks = 0
+        self._wrist = WristSensor(self._world)
         self._trim = np.zeros(self._robot.n)
         self._closed = 0.0
         self._place(self._robot.home_q if start_q is None else start_q)
@@ -101,12 +103,12 @@ class PyBulletDriver(BareDriver):
 
     @property
     def capabilities(self) -> Capabilities:
-        """What a Panda tells of itself, less the wrench that it estimates."""
+        """What a Panda tells of itself, with a force sensor between its flange and its hand."""
         cameras = {
             name: CameraSpec(intrinsics=item.intrinsics, pose=item.pose, on_hand=item.on_hand)
             for name, item in self._cameras.items()
         }
-        return Capabilities(grip_limit=True, joint_torque=True, cameras=cameras, clock="simulated")
+        return Capabilities(grip_limit=True, joint_torque=True, wrist_wrench=True, cameras=cameras, clock="simulated")
 
     @property
     def time(self) -> float:
@@ -215,6 +217,11 @@ class PyBulletDriver(BareDriver):
             gripper_q=frozen_array(self._world.joint_states(self._world.fingers)[:, 0]),
         )
 
+    def force_on(self, object_id: str | None) -> Array:
+        """Return what the hand presses and pulls with, N in the world, shape (3,); it cannot tell of which object."""
+        del object_id
+        return self._wrist.force
+
     def servo_force(self, joint: int) -> tuple[float, float]:
         """Return what an arm joint's servo gives now and the most that it can, N m."""
         return abs(float(self._world.joint_states(self._world.arm)[joint, 2])), _TORQUES[joint]
@@ -261,5 +268,7 @@ class PyBulletDriver(BareDriver):
     def _tick(self, guards: Sequence[Guard]) -> None:
         for _ in range(_STEPS_PER_TICK):
             self._world.call("stepSimulation")
+            self._wrist.sample()
+        self._wrist.end_tick()
         self._ticks += 1
         self._ticked(guards)

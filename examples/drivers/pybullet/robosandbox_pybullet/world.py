@@ -19,7 +19,8 @@ ROBOT_SIDECAR = Path(__file__).with_name("panda.robosandbox.yaml")
 HAND = "panda_hand"
 # Seconds of a physics step, five to a control tick: with 240 Hz, Bullet's own, a cube of 30 mm rocks in the fingers.
 PHYSICS_TIMESTEP = 0.002
-_GRAVITY = 9.81
+# m/s^2, as MuJoCo's worlds have it.
+GRAVITY = 9.81
 # Iterations of the contact solver; Bullet's own 50 let a stack of three creep.
 _SOLVER_ITERATIONS = 150
 # Within how many metres contact points are kept; Bullet's own 0.02 is as large as the objects.
@@ -103,7 +104,7 @@ class BulletWorld:
     # Building.
 
     def _set_options(self) -> None:
-        self.call("setGravity", 0.0, 0.0, -_GRAVITY)
+        self.call("setGravity", 0.0, 0.0, -GRAVITY)
         self.call(
             "setPhysicsEngineParameter",
             fixedTimeStep=PHYSICS_TIMESTEP,
