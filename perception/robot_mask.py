@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,9 @@ from robosandbox.types import Array, RgbdFrame
 # Pixels around the robot that are taken for it, because errors of joints and calibration move its outline. Chosen.
 _MARGIN_PIXELS = 3
 _NEAR = 0.02  # Depth, metres, below which a point of the robot is taken to be in the lens. Chosen.
+_FARTHEST_PIXEL = (
+    30000  # Pixels from the picture's corner, at most, of an outline's corner: OpenCV counts them in 16 bits.
+)
 _IN_FRONT = 0.012  # Metres before the robot from which something stands in front of it. Chosen above the depth noise.
 
 
@@ -53,19 +58,46 @@ class RobotMask:
         if carried is not None:
             every = np.vstack([every, (carried - position) @ rotation])
             ends.append(len(every))
-        depths = np.maximum(every[:, 2], _NEAR)
+        every, bounds = _before_lens(every, np.array(ends, dtype=np.intp))
+        depths = every[:, 2]
         flat = every[:, :2] / depths[:, None] * [lens.fx, lens.fy] + [lens.cx, lens.cy]
-        first = np.array(ends[:-1], dtype=int)
+        first = bounds[:-1]
         near = np.minimum.reduceat(depths, first)
-        ahead = np.maximum.reduceat(every[:, 2], first) >= _NEAR
         inside = (np.maximum.reduceat(flat, first) >= 0).all(axis=1)
         inside &= (np.minimum.reduceat(flat, first) <= [lens.width, lens.height]).all(axis=1)
-        seen = np.flatnonzero(ahead & inside)
-        corners = np.clip(flat, -4000, 4000).astype(np.float32)
+        seen = np.flatnonzero(inside)
+        corners = np.clip(flat, -_FARTHEST_PIXEL, _FARTHEST_PIXEL).astype(np.float32)
         # Near parts last, so that the nearest depth stays.
         for part in seen[np.argsort(-near[seen], kind="stable")]:
-            outline = cv2.convexHull(corners[ends[part] : ends[part + 1]]).astype(np.int32)
+            outline = cv2.convexHull(corners[bounds[part] : bounds[part + 1]]).astype(np.int32)
             depth = float(near[part]) - _IN_FRONT
             cv2.fillConvexPoly(nearest, outline, depth)
             cv2.polylines(nearest, [outline], True, depth, 2 * _MARGIN_PIXELS)
         return np.isfinite(nearest), nearest
+
+
+def _before_lens(points: Array, ends: NDArray[np.intp]) -> tuple[Array, NDArray[np.intp]]:
+    """Return the parts' points in the camera's frame, with what of each part's hull is behind the lens cut off.
+
+    Args:
+        points: Of all parts, (n, 3).
+        ends: Where each part's points end, with a 0 before the first, (parts + 1,).
+
+    Returns:
+        Points and ends of the parts that have something before the lens, in their order.
+    """
+    behind = points[:, 2] < _NEAR
+    if not behind.any():
+        return points, ends
+    kept: list[Array] = []
+    for begin, end in itertools.pairwise(ends):
+        part, hidden = points[begin:end], behind[begin:end]
+        if hidden.all():
+            continue
+        if hidden.any():
+            # Of the hull's section with the plane, each corner lies between a point before it and one behind it.
+            front, back = part[~hidden][:, None], part[hidden][None]
+            share = (front[..., 2:] - _NEAR) / (front[..., 2:] - back[..., 2:])
+            part = np.vstack([part[~hidden], (front + share * (back - front)).reshape(-1, 3)])
+        kept.append(part)
+    return np.vstack([np.zeros((0, 3)), *kept]), np.cumsum([0, *map(len, kept)])

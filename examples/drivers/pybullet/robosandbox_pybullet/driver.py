@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Final
 
 import numpy as np
@@ -27,7 +27,7 @@ from robosandbox.types import (
     frozen_array,
 )
 from robosandbox_pybullet.cameras import cameras, draw
-from robosandbox_pybullet.referee import measured
+from robosandbox_pybullet.referee import measured, pressed
 from robosandbox_pybullet.world import PHYSICS_TIMESTEP, ROBOT_MODEL, ROBOT_SIDECAR, BulletWorld
 from robosandbox_pybullet.wrist import WristSensor
 
@@ -55,6 +55,7 @@ class PyBulletDriver(BareDriver):
     Args:
         scene: Table and objects. Its robot is Bullet's Panda, whichever Panda it names.
         start_q: Where the arm stands at the beginning, shape (n,); at home when left out.
+        felt: Objects of which the referee is to tell how hard they were pressed.
 
     Attributes:
         scene: The scene, with the robot that is really there.
@@ -67,7 +68,7 @@ class PyBulletDriver(BareDriver):
 
     episode: Final = 0
 
-    def __init__(self, scene: Scene, *, start_q: Array | None = None) -> None:
+    def __init__(self, scene: Scene, *, start_q: Array | None = None, felt: Iterable[str] = ()) -> None:
         super().__init__()
         self.scene = self.fit(scene)
         nothing = ObservedScene(time=0.0, objects=(), table_height=scene.table_height, base_xy=(0.0, 0.0))
@@ -78,6 +79,7 @@ class PyBulletDriver(BareDriver):
         self._cameras = cameras(scene.table_height)
         self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
         self._ticks = 0
+        self._felt = dict.fromkeys(felt, 0.0)
         self._wrist = WristSensor(self._world)
         self._trim = np.zeros(self._robot.n)
         self._closed = 0.0
@@ -117,7 +119,7 @@ class PyBulletDriver(BareDriver):
 
     def referee(self) -> Truth:
         """Return the state to judge on, read from the engine; skills and perceptions do not get at it."""
-        return measured(self._world, time=self.time, home_q=self._robot.home_q)
+        return measured(self._world, time=self.time, home_q=self._robot.home_q, felt=self._felt)
 
     def close(self) -> None:
         """Switch it off."""
@@ -270,5 +272,7 @@ class PyBulletDriver(BareDriver):
             self._world.call("stepSimulation")
             self._wrist.sample()
         self._wrist.end_tick()
+        for name, most in self._felt.items():
+            self._felt[name] = max(most, pressed(self._world, name))
         self._ticks += 1
         self._ticked(guards)

@@ -2,24 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from robosandbox.types import Array, ObjectTruth, Pose, SceneObject, Truth, frozen_array
 from robosandbox_pybullet.world import BulletWorld
 
-# Fields of Bullet's contact points: the other body, and the normal force, N.
-_OTHER, _FORCE = 2, 9
+# Fields of Bullet's contact points: the other body, its normal, and the normal force, N.
+_OTHER, _NORMAL, _FORCE = 2, 7, 9
 
 
-def measured(world: BulletWorld, *, time: float, home_q: Array) -> Truth:
+def pressed(world: BulletWorld, object_id: str) -> float:
+    """Return how hard the robot presses on an object now, N, friction left out."""
+    total = np.zeros(3)
+    for body in world.bodies[object_id]:
+        for point in world.call("getContactPoints", bodyA=world.robot, bodyB=body):
+            total += point[_FORCE] * np.array(point[_NORMAL])
+    return float(np.linalg.norm(total))
+
+
+def measured(world: BulletWorld, *, time: float, home_q: Array, felt: Mapping[str, float]) -> Truth:
     """Return the state of a world.
 
     Args:
         world: Whose.
         time: Seconds since its beginning.
         home_q: The arm's home, shape (n,).
+        felt: How hard objects were pressed at the most, N, by id; those that nobody asked of are left out.
     """
-    objects = {item.id: _object(world, item) for item in world.scene.objects}
+    objects = {item.id: _object(world, item, felt.get(item.id, 0.0)) for item in world.scene.objects}
     held = set.intersection(*(_touched(world, world.robot, finger) for finger in world.fingers)) & objects.keys()
     return Truth(
         time=time,
@@ -31,7 +43,7 @@ def measured(world: BulletWorld, *, time: float, home_q: Array) -> Truth:
     )
 
 
-def _object(world: BulletWorld, item: SceneObject) -> ObjectTruth:
+def _object(world: BulletWorld, item: SceneObject, felt: float) -> ObjectTruth:
     bodies = world.bodies[item.id]
     poses = [world.object_pose(body) for body in bodies]
     speeds = np.array([world.call("getBaseVelocity", body) for body in bodies])
@@ -46,6 +58,7 @@ def _object(world: BulletWorld, item: SceneObject) -> ObjectTruth:
         linear_velocity=frozen_array(speeds[:, 0].mean(axis=0)),
         angular_velocity=frozen_array(np.zeros(3) if many else speeds[0, 1]),
         contacts=tuple(sorted(set().union(*(_touched(world, body) for body in bodies)) - {item.id})),
+        felt=felt,
         opening=world.call("getJointState", bodies[0], 0)[0] if item.shape.opens else None,
         grains=tuple(pose.xyz for pose in poses) if many else (),
     )
