@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers.imported import copy_options, copy_physics
-from robosandbox.robots.loader import WRIST_CAMERA, RobotModel
+from robosandbox.robots.loader import WRIST_CAMERA, RobotModel, load_robot
 from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.sim.calibration_board import CalibrationBoard
@@ -117,6 +118,16 @@ def build_world(scene: Scene, robot_model: RobotModel, *, board: CalibrationBoar
         inertia_per_mass=frozen_array(model.body_inertia / np.maximum(model.body_mass, 1e-12)[:, None]),
         cameras={"scene": "scene", "top": "top", "wrist": ROBOT_PREFIX + WRIST_CAMERA},
     )
+
+
+def build_world_of(scene: Scene) -> World:
+    """Compile a scene with the robot that it names.
+
+    Raises:
+        InputError: A file, name or number of the robot or scene is wrong.
+    """
+    config = Path(scene.robot_config) if scene.robot_config else None
+    return build_world(scene, load_robot(scene.robot_urdf, config, table_height=scene.table_height))
 
 
 def _set_options(spec: mujoco.MjSpec) -> None:

@@ -66,6 +66,11 @@ class Replay:
         self.session = session
         self.sim: Modelled = modelled(session.sim, "recorded actions go to its actuators")
         self.row: int = 0
+        if episode.meta.checkpoint is None:
+            raise InputError(
+                f"{episode.name}: has no actions to run again, because its driver simulates no model; "
+                "`robo-sandbox viewer --replay` and `runs video` show it"
+            )
         self._actions = episode["action"]
         self._pushes: Ragged = episode.ragged("push")
         # With the episode's scene in place: a layout may leave things out.

@@ -13,10 +13,19 @@ import numpy as np
 import pytest
 
 pytest.importorskip("viser", reason="the extra `viewer` is not installed")
+pytest.importorskip("av", reason="the extra `record` is not installed")
+pytest.importorskip("gymnasium", reason="the extra `gym` is not installed")
 
-from robosandbox.errors import UnsupportedError
+from robosandbox.envs.env import ManipulationEnv
+from robosandbox.errors import InputError, UnsupportedError
+from robosandbox.export.lerobot import export_lerobot
+from robosandbox.recording.drawing import contact_force, frames, plot, world_of
+from robosandbox.recording.episode import RecordedEpisode
+from robosandbox.recording.files import find_episodes
+from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
 from robosandbox.service.client import connect
 from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.tasks.replay import open_replay
 from robosandbox.tasks.session import open_session
 from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Pose
@@ -24,6 +33,7 @@ from robosandbox.viewer.app import Viewer
 from robosandbox.viewer.connected import ConnectedSource
 from robosandbox.viewer.embedded import EmbeddedSource
 from robosandbox.viewer.operator import Complaint, Finished, News
+from robosandbox.viewer.replay import recorded_frames
 from robosandbox.viewer.source import Frame
 
 _TASK = "pick_cube_franka"
@@ -89,6 +99,7 @@ def test_what_hardware_lacks_is_answered_in_one_line(sim: SimProcess, ask: str, 
         assert robot.step(0.1).time == pytest.approx(began + 0.1, abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_state_file_of_hardware_is_refused_before_it_is_served(tmp_path: Path) -> None:
     done = cli("sim", *_HARDWARE, "--listen", "tcp/127.0.0.1:0", "--state-file", str(tmp_path / "state"))
     assert done.returncode == 2
@@ -119,6 +130,7 @@ def finish(viewer: Viewer) -> None:
     assert idle.wait(60.0)
 
 
+@pytest.mark.slow
 @pytest.mark.gl
 def test_the_viewer_draws_what_is_believed_of_hardware(watched: tuple[Viewer, list[Frame], list[News]]) -> None:
     viewer, frames, news = watched
@@ -174,3 +186,54 @@ def test_a_viewer_of_a_sim_process_draws_what_is_believed_of_hardware(sim: SimPr
             assert frames[0].model is source.blueprint.model
         finally:
             source.close()
+
+
+# Recording.
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_an_episode_on_hardware_is_recorded_and_drawn_as_believed(tmp_path: Path) -> None:
+    with open_session(_TASK, driver="hardware", driver_options={"seed": 3}, perception="rgbd") as session:
+        settings = RecordSettings(folder=tmp_path, video=VideoSettings(cameras=("top",), fps=5.0))
+        recorder = open_recorder(settings, session)
+        recorder.follow(session.agent)
+        assert session.run().success
+        truly = session.sim.referee().objects["red_cube"].pose.position  # type: ignore[attr-defined]
+        folder = recorder.finish()
+        recorder.close()
+        assert folder is not None
+        episode = RecordedEpisode.load(folder)
+        assert "action" not in episode and "contact_bodies" not in episode
+        assert np.isnan(episode["gripper"][:, 3]).all(), "a force that nobody measures is no zero"
+        # Nothing is known of the cube before the first look; at the end it is believed where the plant has it.
+        assert np.isnan(episode.object_poses[0]).all()
+        assert np.abs(episode.object_poses[-1, 0, :3] - truly).max() < 0.01
+        seen = [line["scene"] for line in episode.events() if line["event"] == "seen" and line["scene"]]
+        assert [item["id"] for item in seen[0]["objects"]] == ["red_cube"]
+        assert len(list(frames(episode, world_of(episode), ("top",), 200, (48, 64)))) == len(episode) // 200 + 1
+        assert contact_force(episode).shape == (len(episode),) and np.isnan(contact_force(episode)).all()
+        plot(episode, tmp_path / "plot.png")
+        with pytest.raises(InputError, match="has no actions to run again, because its driver simulates no model"):
+            open_replay(episode)
+        with pytest.raises(InputError, match="has no commands, because its driver tells none"):
+            export_lerobot([episode], tmp_path / "dataset", fps=20, cameras=(), size=(48, 64))
+    with open_session(_TASK) as simulated:
+        played = recorded_frames(episode, simulated).frame(len(episode) - 1)
+        assert played.seen.gripper is not None and played.seen.gripper.force is None
+        assert np.allclose(played.seen.q, episode["q"][-1])
+
+
+@pytest.mark.slow
+@pytest.mark.gl
+def test_goals_that_pixels_are_used_for_are_recorded_too(tmp_path: Path) -> None:
+    with SimProcess("--task", _TASK, "--perception", "rgbd", "--pace", "fast", "--record", str(tmp_path)) as process:
+        with connect(process.endpoint) as client:
+            client.robot().send("home").wait()
+        process.stop()
+    assert len(list(find_episodes(tmp_path))) == 1
+
+
+def test_an_environment_says_that_it_needs_a_simulated_world() -> None:
+    with pytest.raises(UnsupportedError, match="truth: the driver of panda does not know the true state of its world"):
+        ManipulationEnv(_TASK, driver="hardware")

@@ -319,9 +319,9 @@ def test_videos_are_written_along_and_show_every_fifth_row(tmp_path: Path) -> No
 
 @pytest.mark.gl
 def test_states_are_drawn_as_the_world_was(picked: tuple[EmbeddedWorkcell, RecordedEpisode]) -> None:
-    from robosandbox.recording.drawing import frames
+    from robosandbox.recording.drawing import frames, world_of
 
     session, episode = picked
     now = session.sim.state(("scene",)).images["scene"]
-    last = list(frames(episode, session.sim, ("scene",), len(episode) - 1, now.shape[:2]))[-1]["scene"]
+    last = list(frames(episode, world_of(episode), ("scene",), len(episode) - 1, now.shape[:2]))[-1]["scene"]
     assert np.abs(last.astype(float) - now).mean() < 0.5

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from robosandbox.drivers import load_driver
-from robosandbox.errors import ErrorCode, InputError, UnsupportedError
+from robosandbox.errors import InputError, UnsupportedError
 from robosandbox.tasks.bench import BenchSettings, run_bench
 from robosandbox.tasks.bundled import STANDARD_SUITE, task_entries
 from robosandbox.tasks.loader import find_task
@@ -74,7 +74,7 @@ def test_depth_and_colour_show_things_where_the_engine_has_them(driver: PyBullet
 
 
 def test_what_a_franka_hand_does_not_feel_is_refused(driver: PyBulletDriver) -> None:
-    for ask in (lambda: driver.grip_on(None), lambda: driver.force_on(None), driver.strongest_contact):
+    for ask in (lambda: driver.grip_on(None), driver.strongest_contact):
         with pytest.raises(UnsupportedError):
             ask()
 
@@ -125,11 +125,22 @@ def test_a_task_is_done_from_pixels_and_judged_by_the_engine(name: str) -> None:
         assert session.judge().success
 
 
-def test_a_tap_is_refused_for_want_of_a_sense() -> None:
-    with open_session("tap_cube", driver="pybullet", perception="rgbd") as session:
-        error = session.run().error
-        assert error is not None and error.code is ErrorCode.UNSUPPORTED
-        assert "wrist_wrench" in error.message
+@pytest.mark.slow
+def test_the_wrist_feels_what_the_hand_holds_and_nothing_of_the_hand() -> None:
+    with open_session("pick_cube_franka", driver="pybullet", perception="rgbd") as session:
+        assert np.abs(session.sim.force_on(None)).max() < 0.1
+        assert session.run().success
+        weight = 9.81 * session.task.scene.objects[0].mass
+        assert np.allclose(session.sim.force_on(None), [0.0, 0.0, weight], atol=0.1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["open_drawer", "tap_cube"])
+def test_what_needs_a_sense_of_force_is_done(name: str) -> None:
+    with open_session(name, driver="pybullet", perception="rgbd") as session:
+        assert session.run().success
+        verdict = session.judge()
+        assert verdict.success, verdict
 
 
 @pytest.mark.slow

@@ -204,17 +204,12 @@ def load(folder: Path) -> RecordedEpisode:
 
 
 def _pictures(found: RecordedEpisode, camera: str, fps: float, size: tuple[int, int]) -> Iterator[NDArray[np.uint8]]:
-    from robosandbox.recording.drawing import frames
+    from robosandbox.recording.drawing import frames, world_of
     from robosandbox.recording.settings import rows_per_frame
-    from robosandbox.tasks.replay import open_replay
 
     every = rows_per_frame(fps, found.meta.control_timestep, "--fps")
-    run = open_replay(found)
-    try:
-        for pictures in frames(found, run.sim, (camera,), every, size):
-            yield pictures[camera]
-    finally:
-        run.session.close()
+    for pictures in frames(found, world_of(found), (camera,), every, size):
+        yield pictures[camera]
 
 
 def _rows(found: RecordedEpisode) -> int:
@@ -261,6 +256,9 @@ def _told(line: dict[str, Any]) -> str:
             return f"failed {_call(line['call'])}: {line['error']['message']}"
         case "replanning":
             return f"planning anew after {line['code']}"
+        case "seen":
+            scene = line["scene"] or {"objects": []}
+            return f"  seen: {', '.join(item['id'] for item in scene['objects']) or 'nothing'}"
         case other:
             return str(other)
 

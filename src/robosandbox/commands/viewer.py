@@ -131,7 +131,8 @@ def _here(
             from robosandbox.viewer.replay import recorded_frames
 
             session = reopen(validate(episode.meta.task, Task, source=f"{episode.name}/meta.json: task"), None)
-            session.restore(episode.meta.checkpoint)
+            if episode.meta.checkpoint is not None:
+                session.restore(episode.meta.checkpoint)
             yield EmbeddedSource(session, reopen), recorded_frames(episode, session)
 
 

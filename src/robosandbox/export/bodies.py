@@ -17,7 +17,7 @@ from foxglove_schemas_protobuf.TriangleListPrimitive_pb2 import TriangleListPrim
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from robosandbox.export.frames import pose, vector
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.world import World
 from robosandbox.types import Array
 
 # MuJoCo's viewers and cameras show the geometry of groups 0 to 2; what is for collision alone is in the others.
@@ -27,16 +27,16 @@ _GEOM = mujoco.mjtGeom
 _UNSET_RGBA = (0.5, 0.5, 0.5, 1.0)
 
 
-def entities(sim: Modelled, kinds: dict[str, str], stamp: Timestamp) -> Iterator[SceneEntity]:
+def entities(world: World, kinds: dict[str, str], stamp: Timestamp) -> Iterator[SceneEntity]:
     """Yield each body that has a shape: the links of the arm, the table, the objects with what moves in them.
 
     Args:
-        sim: The world.
+        world: The model.
         kinds: Kind of each object by its id, for the metadata.
         stamp: When they are there from.
     """
-    model = sim.model
-    for body, name in enumerate(sim.body_names):
+    model = world.model
+    for body, name in enumerate(world.names):
         entity = SceneEntity(timestamp=stamp, frame_id=name, id=name, frame_locked=True)
         if name in kinds:
             entity.metadata.append(KeyValuePair(key="kind", value=kinds[name]))

@@ -30,13 +30,12 @@ from robosandbox.errors import InputError
 from robosandbox.export.bodies import entities
 from robosandbox.export.frames import WORLD, Frames, camera_frame, pose, transform
 from robosandbox.export.pictures import pictures
-from robosandbox.recording.drawing import contact_force
+from robosandbox.recording.drawing import contact_force, world_of
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.recording.settings import rows_per_frame
 from robosandbox.service.server.pictures import encode
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.sensors import perfect_intrinsics
-from robosandbox.tasks.replay import open_replay
+from robosandbox.sim.world import World
 
 _TEXT, _NUMBER = {"type": "string"}, {"type": "number"}
 _NUMBERS = {"type": "array", "items": _NUMBER}
@@ -47,7 +46,7 @@ STATE_SCHEMA: dict[str, Any] = {
     "properties": {
         "action": _NUMBERS,
         "action_gripper": _NUMBER,
-        "contact_force": _NUMBER,
+        "contact_force": {"type": ["number", "null"]},
         "skill": _TEXT,
         "phase": _TEXT,
     },
@@ -76,12 +75,12 @@ def export_mcap(
     if target.exists():
         raise InputError(f"{str(target)!r} exists already; name another file, or remove it")
     every = rows_per_frame(fps, episode.meta.control_timestep, "--fps")
-    run = open_replay(episode)
-    try:
-        with _file(target) as writer:
-            _EpisodeLog(writer, episode, run.sim).write(cameras, every, size)
-    finally:
-        run.session.close()
+    world = world_of(episode)
+    for camera in cameras:
+        if camera not in world.cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(world.cameras)}")
+    with _file(target) as writer:
+        _EpisodeLog(writer, episode, world).write(cameras, every, size)
 
 
 @contextmanager
@@ -102,10 +101,10 @@ def _file(target: Path) -> Iterator[Writer]:
 class _EpisodeLog:
     """The messages of an episode, stamped with the time at which it began plus simulated time."""
 
-    def __init__(self, writer: Writer, episode: RecordedEpisode, sim: Modelled) -> None:
+    def __init__(self, writer: Writer, episode: RecordedEpisode, world: World) -> None:
         self._writer = writer
         self._episode = episode
-        self._sim = sim
+        self._world = world
         self._begun = int(episode.meta.started.timestamp() * _NANO)
         self._channels: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
@@ -117,7 +116,7 @@ class _EpisodeLog:
         self._writer.add_metadata("robosandbox", {key: json.dumps(value) for key, value in meta.items()})
         shown = iter(pictures(episode, cameras, every, size)) if cameras else iter(())
         events = episode.events()
-        frames = Frames(self._sim, cameras)
+        frames = Frames(self._world, cameras)
         qpos, tcp, states, joints = episode["qpos"], episode["tcp_pose"], _States(episode), _Joints(episode)
         self._scene()
         for row in range(len(episode)):
@@ -144,15 +143,15 @@ class _EpisodeLog:
         """Draw every body once; the frames carry them from then on."""
         at = self._at(0)
         kinds = {item["id"]: item["kind"] for item in self._episode.meta.task["scene"]["objects"]}
-        self._send("/scene", SceneUpdate(entities=list(entities(self._sim, kinds, _stamp(at)))), at)
+        self._send("/scene", SceneUpdate(entities=list(entities(self._world, kinds, _stamp(at)))), at)
 
     def _picture(self, camera: str, picture: np.ndarray[Any, np.dtype[np.uint8]], at: int) -> None:
         frame, stamp = camera_frame(camera), _stamp(at)
         data = encode(picture, "jpeg")
         image = CompressedImage(timestamp=stamp, frame_id=frame, data=data, format="jpeg")
         self._send(f"/camera/{camera}/image", image, at)
-        model = self._sim.model
-        fovy = np.radians(model.cam_fovy[model.camera(self._sim.camera_in_model(camera)).id])
+        model = self._world.model
+        fovy = np.radians(model.cam_fovy[model.camera(self._world.cameras[camera]).id])
         lens = perfect_intrinsics((picture.shape[0], picture.shape[1]), float(fovy))
         matrix = [lens.fx, 0.0, lens.cx, 0.0, lens.fy, lens.cy, 0.0, 0.0, 1.0]
         calibration = CameraCalibration(
@@ -223,15 +222,16 @@ class _States:
     """Commands, forces and phases by row."""
 
     def __init__(self, episode: RecordedEpisode) -> None:
-        self._action, self._closing = episode["action_q"], episode.get("action_gripper")
+        self._action, self._closing = episode.get("action_q"), episode.get("action_gripper")
         self._forces = contact_force(episode)
         self._skills, self._phases = episode["skill"], episode["phase"]
 
     def at(self, row: int) -> dict[str, Any]:
+        force = float(self._forces[row])
         return {
-            "action": self._action[row].tolist(),
+            "action": self._action[row].tolist() if self._action is not None else [],
             "action_gripper": float(self._closing[row]) if self._closing is not None else 0.0,
-            "contact_force": float(self._forces[row]),
+            "contact_force": force if np.isfinite(force) else None,
             "skill": str(self._skills[row]),
             "phase": str(self._phases[row]),
         }

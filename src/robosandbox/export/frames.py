@@ -12,7 +12,7 @@ from foxglove_schemas_protobuf.Quaternion_pb2 import Quaternion
 from foxglove_schemas_protobuf.Vector3_pb2 import Vector3
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.world import World
 from robosandbox.types import Array
 
 WORLD = "world"
@@ -24,15 +24,15 @@ class Frames:
     """The frames of a world: a body's is named after it and hangs on the body that carries it.
 
     Args:
-        sim: The world; its own state is not touched.
+        world: The model.
         cameras: Those that get an optical frame (x right, y down, z ahead), `camera/<name>`.
     """
 
-    def __init__(self, sim: Modelled, cameras: Sequence[str]) -> None:
-        self._model = sim.model
-        self._data = mujoco.MjData(sim.model)
-        self._names = (WORLD, *sim.body_names[1:])
-        self._cameras = {camera_frame(name): sim.model.camera(sim.camera_in_model(name)).id for name in cameras}
+    def __init__(self, world: World, cameras: Sequence[str]) -> None:
+        self._model = world.model
+        self._data = mujoco.MjData(world.model)
+        self._names = (WORLD, *world.names[1:])
+        self._cameras = {camera_frame(name): world.model.camera(world.cameras[name]).id for name in cameras}
 
     def at(self, qpos: Array, stamp: Timestamp) -> Iterator[FrameTransform]:
         """Yield the transform of each frame into its parent's at MuJoCo's generalized positions, shape (nq,)."""

@@ -137,6 +137,10 @@ class LeRobotExport:
         if self._first is None:
             self._first = episode
         first, robot = self._first.meta.robot, episode.meta.robot
+        if "action_q" not in episode:
+            raise InputError(
+                f"{episode.name}: has no commands, because its driver tells none, and a dataset is of states and actions"
+            )
         if (robot.name, robot.joints) != (first.name, first.joints):
             raise InputError(
                 f"{episode.name}: is of {robot.name}, the first episode of {first.name}; a dataset is of one robot"

@@ -8,9 +8,8 @@ from itertools import islice
 import numpy as np
 from numpy.typing import NDArray
 
-from robosandbox.recording.drawing import frames
+from robosandbox.recording.drawing import frames, world_of
 from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.tasks.replay import open_replay
 
 Picture = NDArray[np.uint8]
 
@@ -35,11 +34,7 @@ def pictures(
         for found in zip(*films, strict=True):
             yield dict(zip(cameras, found, strict=True))
         return
-    run = open_replay(episode)
-    try:
-        yield from frames(episode, run.sim, cameras, every, size)
-    finally:
-        run.session.close()
+    yield from frames(episode, world_of(episode), cameras, every, size)
 
 
 def _decoded(episode: RecordedEpisode, camera: str) -> Iterator[Picture]:

@@ -10,21 +10,39 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
-from robosandbox.sim.modelled import Modelled
 from robosandbox.sim.rendering import OffscreenRenderer
+from robosandbox.sim.world import World, build_world_of
+from robosandbox.tasks.task import Task
+from robosandbox.validation import validate
 
 PLOTS = ("joints", "tcp", "gripper", "force", "phases")
 
 
+def world_of(episode: RecordedEpisode) -> World:
+    """Return the model that an episode's `qpos` is of: the simulated one, or the planning model of what was believed.
+
+    Raises:
+        InputError: The task cannot be loaded any more, or its robot is another one now.
+    """
+    meta = episode.meta
+    source = f"{episode.name}/meta.json: task"
+    scene = meta.checkpoint.scene if meta.checkpoint is not None else validate(meta.task, Task, source=source).scene
+    world = build_world_of(scene)
+    if tuple(world.object_bodies) != meta.objects or episode["qpos"].shape[1] != world.model.nq:
+        raise InputError(f"{episode.name}: {meta.robot.name} has other joints or objects than when it was recorded")
+    return world
+
+
 def frames(
-    episode: RecordedEpisode, sim: Modelled, cameras: Sequence[str], every: int, size: tuple[int, int]
+    episode: RecordedEpisode, world: World, cameras: Sequence[str], every: int, size: tuple[int, int]
 ) -> Iterator[dict[str, NDArray[np.uint8]]]:
     """Yield RGB pictures (height, width, 3) uint8 by camera, of every `every`-th row, drawn from the recorded states.
 
     Args:
         episode: What was recorded.
-        sim: Loaded with the episode's scene; its own state is not touched.
+        world: As `world_of` returns it.
         cameras: Names.
         every: Rows from picture to picture.
         size: (height, width), pixels.
@@ -33,16 +51,19 @@ def frames(
         InputError: No such camera.
         RenderingError: No OpenGL on this machine.
     """
-    names = {camera: sim.camera_in_model(camera) for camera in cameras}
+    for camera in cameras:
+        if camera not in world.cameras:
+            raise InputError(f"camera {camera!r} is not one of {', '.join(world.cameras)}")
     qpos = episode["qpos"]
-    data = mujoco.MjData(sim.model)
-    renderer = OffscreenRenderer(sim.model, size)
+    model = world.model
+    data = mujoco.MjData(model)
+    renderer = OffscreenRenderer(model, size)
     try:
         for row in range(0, len(qpos), every):
             data.qpos[:] = qpos[row]
-            mujoco.mj_kinematics(sim.model, data)
-            mujoco.mj_camlight(sim.model, data)
-            yield {camera: renderer.render(data, name) for camera, name in names.items()}
+            mujoco.mj_kinematics(model, data)
+            mujoco.mj_camlight(model, data)
+            yield {camera: renderer.render(data, world.cameras[camera]) for camera in cameras}
     finally:
         renderer.close()
 
@@ -68,7 +89,12 @@ def plot(episode: RecordedEpisode, path: Path, kinds: Sequence[str] = PLOTS) -> 
 
 
 def contact_force(episode: RecordedEpisode) -> NDArray[np.float64]:
-    """Return the largest normal force between the robot and anything else in each row, N, shape (rows,)."""
+    """Return the largest normal force between the robot and anything else in each row, N, shape (rows,).
+
+    Not a number where contacts were not recorded.
+    """
+    if "contact_bodies" not in episode:
+        return np.full(len(episode), np.nan)
     bodies = episode.ragged("contact_bodies")
     forces = episode.ragged("contact_force")
     others = {*episode.meta.objects, "table", "floor", "world"}
@@ -89,10 +115,11 @@ def _bands(panel: Any, episode: RecordedEpisode) -> None:
 
 
 def _joints(panel: Any, episode: RecordedEpisode) -> None:
-    commanded = episode["action_q"]
+    commanded = episode.get("action_q")
     for index, name in enumerate(episode.meta.robot.joints):
         (line,) = panel.plot(episode.seconds, episode["q"][:, index], linewidth=1.2, label=name)
-        panel.plot(episode.seconds[1:], commanded[1:, index], linewidth=0.8, linestyle=":", color=line.get_color())
+        if commanded is not None:
+            panel.plot(episode.seconds[1:], commanded[1:, index], linewidth=0.8, linestyle=":", color=line.get_color())
     panel.set_ylabel("joints; dotted: commanded")
     panel.legend(fontsize=6, ncols=2, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
@@ -110,9 +137,10 @@ def _gripper(panel: Any, episode: RecordedEpisode) -> None:
         panel.text(0.5, 0.5, "no gripper", ha="center", transform=panel.transAxes)
         return
     panel.plot(episode.seconds, 1000.0 * episode["gripper"][:, 1], linewidth=1.2, label="width")
-    width = episode.meta.robot.gripper or (0.0, 0.0)
-    commanded = width[1] + episode["action_gripper"] * (width[0] - width[1])
-    panel.plot(episode.seconds, 1000.0 * commanded, linewidth=0.8, linestyle=":", color="C0", label="commanded")
+    width, closed = episode.meta.robot.gripper or (0.0, 0.0), episode.get("action_gripper")
+    if closed is not None:
+        commanded = width[1] + closed * (width[0] - width[1])
+        panel.plot(episode.seconds, 1000.0 * commanded, linewidth=0.8, linestyle=":", color="C0", label="commanded")
     panel.legend(fontsize=7, loc="upper left", bbox_to_anchor=(1.0, 1.0))
 
 

@@ -26,7 +26,7 @@ class RobotMeta(StrictModel):
         lower: Their limits; None where there is none.
         upper: As `lower`.
         home_q: At home.
-        actuators: The names behind `action`.
+        actuators: The names behind `action`; none of a driver without a simulated model.
         gripper: Gap between the pads at closed and at open, metres; None without a gripper.
         sidecar: Its roles, as the sidecar has them.
     """
@@ -65,7 +65,8 @@ class Meta(StrictModel):
         bodies: Names of all bodies, for `contact_bodies`.
         skills: What the robot could do: name, description and JSON schema of the arguments.
         control_timestep: Seconds between rows.
-        checkpoint: The world before the first action, for running it again.
+        checkpoint: The world before the first action, for running it again; None of a driver without a simulated model,
+            where `objects` and `qpos` are what perception believed.
         columns: What each column of the steps holds.
         videos: Those written along.
         versions: Of what the outcome depends on.
@@ -82,7 +83,7 @@ class Meta(StrictModel):
     bodies: tuple[str, ...]
     skills: tuple[dict[str, Any], ...]
     control_timestep: Positive
-    checkpoint: Checkpoint
+    checkpoint: Checkpoint | None
     columns: dict[str, str]
     videos: tuple[VideoMeta, ...] = ()
     versions: dict[str, str]

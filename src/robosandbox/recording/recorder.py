@@ -14,6 +14,8 @@ from pydantic_core import to_json
 
 from robosandbox.agent import episode as events
 from robosandbox.agent.agent import Agent
+from robosandbox.protocols import Driver
+from robosandbox.recording.beliefs import BeliefRecorder
 from robosandbox.recording.columns import COLUMNS
 from robosandbox.recording.files import (
     EVENTS,
@@ -27,11 +29,12 @@ from robosandbox.recording.files import (
 )
 from robosandbox.recording.settings import VideoSettings
 from robosandbox.recording.video import VideoWriter
-from robosandbox.recording.writer import StepWriter
-from robosandbox.sim.modelled import Modelled, modelled
-from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.recording.writer import StepLog, StepWriter
+from robosandbox.robots.spec import RobotSpec
+from robosandbox.sim.modelled import Modelled
+from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.types import Array, Verdict
+from robosandbox.types import Array, ObservedScene, Verdict
 from robosandbox.versions import versions
 
 _log = logging.getLogger(__name__)
@@ -43,7 +46,7 @@ _LOG_ROWS = 1000
 class _Open:
     """The episode that is being written."""
 
-    def __init__(self, folder: Path, sim: Modelled, log: StepRecorder, videos: list[VideoWriter]) -> None:
+    def __init__(self, folder: Path, sim: Driver, log: StepLog, videos: list[VideoWriter]) -> None:
         self.folder = folder
         self.log = log
         self.writer = StepWriter(folder, log)
@@ -76,15 +79,20 @@ class Recorder:
         self.last: Path | None = None
         self._folder = folder
         self._host = host
-        self._sim = modelled(host.sim, "a recording takes down the states that it goes through")
+        self._sim = host.sim
+        # None for a driver without a model: then it is taken down what its senses tell and where things are believed.
+        self._simulated = host.sim if isinstance(host.sim, Modelled) else None
+        self._believed = build_world_of(host.task.scene) if self._simulated is None else None
+        self._seen: ObservedScene | None = None
         self._video = video
         self._open: _Open | None = None
         self._agents: list[Agent[Any]] = []
-        self._log: tuple[int, StepRecorder] | None = None
+        self._log: tuple[int, StepLog] | None = None
         self._leave = self._sim.subscribe(self._tick)
-        self._sim.jump_hooks.append(self._jumped)
+        if self._simulated is not None:
+            self._simulated.jump_hooks.append(self._jumped)
         self._task: dict[str, Any] = host.task.model_dump(mode="json")
-        self._robot = _robot_meta(self._sim)
+        self._robot = _robot_meta(self._sim.spec, self._world, self._simulated is not None)
         self._skills = tuple(
             {"name": skill.name, "description": skill.description, "arguments": dict(skill.schema)}
             for skill in host.skills
@@ -95,9 +103,17 @@ class Recorder:
         agent.listeners.append(self.on_event)
         self._agents.append(agent)
 
-    def watches(self, sim: object) -> bool:
-        """Return whether this is the world that is recorded."""
-        return sim is self._sim
+    def watches(self, ctx: object) -> bool:
+        """Return whether what is done in this context is done in the workcell that is recorded."""
+        return ctx is self._host.ctx
+
+    @property
+    def _world(self) -> World:
+        """The model that `qpos` is of."""
+        if self._simulated is not None:
+            return self._simulated.world
+        assert self._believed is not None
+        return self._believed
 
     @property
     def folder(self) -> Path | None:
@@ -107,7 +123,7 @@ class Recorder:
     def begin(self, prompt: str) -> None:
         """Begin an episode with the world as it is; one that is open ends."""
         self.finish()
-        sim, host = self._sim, self._host
+        sim, host, world = self._sim, self._host, self._world
         folder = new_folder(self._folder, f"{self._task['name']}-seed{host.seed:04d}")
         videos = (
             [VideoWriter(folder, camera, sim, self._video) for camera in self._video.cameras] if self._video else []
@@ -117,11 +133,11 @@ class Recorder:
             task=self._task,
             seed=host.seed,
             robot=self._robot,
-            objects=tuple(sim.object_bodies),
-            bodies=tuple(sim.body_names),
+            objects=tuple(world.object_bodies),
+            bodies=world.names,
             skills=self._skills,
             control_timestep=sim.control_timestep,
-            checkpoint=host.checkpoint(),
+            checkpoint=host.checkpoint() if self._simulated is not None else None,
             columns=COLUMNS,
             videos=tuple(video.meta for video in videos),
             versions=versions(),
@@ -130,6 +146,7 @@ class Recorder:
         write_whole(folder / META, meta.model_dump_json() + "\n")
         log = self._step_recorder()
         self._open = _Open(folder, sim, log, videos)
+        self._seen = None
         self._tick()
 
     def note(self, event: str, **content: Any) -> None:
@@ -224,7 +241,8 @@ class Recorder:
         """Finish what is open and follow the world no longer."""
         self.finish()
         self._leave()
-        self._sim.jump_hooks.remove(self._jumped)
+        if self._simulated is not None:
+            self._simulated.jump_hooks.remove(self._jumped)
         for agent in self._agents:
             agent.listeners.remove(self.on_event)
         self._agents = []
@@ -239,6 +257,11 @@ class Recorder:
                 video.add(current.writer.rows - 1)
         except OSError as error:
             self._give_up(error)
+            return
+        seen = self._host.ctx.seen
+        if self._simulated is None and seen is not self._seen:
+            self._seen = seen
+            self.note("seen", scene=seen)
 
     def _jumped(self) -> None:
         self.finish()
@@ -249,11 +272,16 @@ class Recorder:
             _log.error("%s: nothing more is recorded: %s", current.folder, error)
             current.writer.abandon()
 
-    def _step_recorder(self) -> StepRecorder:
+    def _step_recorder(self) -> StepLog:
         """Return the log of the loaded model; it is made once, for episodes of a second are many."""
-        if self._log is None or self._log[0] != self._sim.compilations:
-            self._log = (self._sim.compilations, self._sim.log(_LOG_ROWS))
-        log = self._log[1]
+        sim = self._simulated
+        compilations = sim.compilations if sim is not None else 0
+        log: StepLog
+        if self._log is not None and self._log[0] == compilations:
+            log = self._log[1]
+        else:
+            log = sim.log(_LOG_ROWS) if sim is not None else BeliefRecorder(self._host, self._world, _LOG_ROWS)
+            self._log = (compilations, log)
         log.enter("", "")
         log.clear()
         return log
@@ -281,8 +309,8 @@ class Recorder:
         )
 
 
-def _robot_meta(sim: Modelled) -> RobotMeta:
-    robot, model = sim.robot, sim.model
+def _robot_meta(robot: RobotSpec, world: World, simulated: bool) -> RobotMeta:
+    actuators = [world.model.actuator(index).name for index in range(world.model.nu)] if simulated else []
     geometry = robot.gripper.geometry if robot.gripper else None
     return RobotMeta(
         name=robot.name,
@@ -290,9 +318,9 @@ def _robot_meta(sim: Modelled) -> RobotMeta:
         lower=_finite(robot.lower),
         upper=_finite(robot.upper),
         home_q=tuple(robot.home_q.tolist()),
-        actuators=tuple(model.actuator(index).name for index in range(model.nu)),
+        actuators=tuple(actuators),
         gripper=(geometry.min_aperture, geometry.max_aperture) if geometry else None,
-        sidecar=sim.sidecar.model_dump(mode="json"),
+        sidecar=world.sidecar.model_dump(mode="json"),
     )
 
 

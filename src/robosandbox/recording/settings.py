@@ -56,11 +56,10 @@ def open_recorder(settings: RecordSettings, host: EmbeddedWorkcell) -> Recorder:
     except ModuleNotFoundError as error:
         raise missing_extra(error, "--record", "record") from None
     if settings.video is not None:
-        from robosandbox.sim.modelled import modelled
-
         rows_per_frame(settings.video.fps, host.sim.control_timestep, "--video-fps")
         for camera in settings.video.cameras:
-            modelled(host.sim, "a film is drawn of it").camera_in_model(camera)
+            if camera not in host.cameras:
+                raise InputError(f"camera {camera!r} is not one of {', '.join(host.cameras)}")
     return Recorder(settings.folder, host, video=settings.video)
 
 

@@ -37,7 +37,7 @@ class RecordedSkill:
     def __call__(self, ctx: SkillContext, arguments: Mapping[str, Any]) -> SkillResult:
         """Check the arguments and run; raises SkillError."""
         recorder = self._recorder
-        if not recorder.watches(ctx.sim):
+        if not recorder.watches(ctx):
             return self._skill(ctx, arguments)
         call = SkillCall(skill=self.name, arguments=dict(arguments))
         recorder.begin(str(call))

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.protocols import Driver
 from robosandbox.recording.files import VIDEOS, VideoMeta
 from robosandbox.recording.settings import VideoSettings, rows_per_frame
 from robosandbox.sim.modelled import Modelled
@@ -60,17 +61,17 @@ class VideoWriter:
     Args:
         folder: The episode's.
         camera: Its name.
-        sim: The world.
+        sim: The driver.
         settings: What is filmed.
     """
 
-    def __init__(self, folder: Path, camera: str, sim: Modelled, settings: VideoSettings) -> None:
-        height, width = sim.render_size
+    def __init__(self, folder: Path, camera: str, sim: Driver, settings: VideoSettings) -> None:
+        height, width = sim.render_size if isinstance(sim, Modelled) else sim.state((camera,)).images[camera].shape[:2]
         every = rows_per_frame(settings.fps, sim.control_timestep, "--video-fps")
         self.meta = VideoMeta(camera=camera, every=every, fps=settings.fps, width=width, height=height)
         self._sim = sim
         (folder / VIDEOS).mkdir(exist_ok=True)
-        self._film = Film(folder / VIDEOS / f"{camera}.mp4", settings.fps, sim.render_size)
+        self._film = Film(folder / VIDEOS / f"{camera}.mp4", settings.fps, (height, width))
 
     def add(self, row: int) -> None:
         """Film the world as it is at a row of the steps, if a frame is due."""

@@ -6,19 +6,49 @@ import contextlib
 import time
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import pyarrow as pa
 import pyarrow.parquet as pq
 
 from robosandbox.recording.columns import to_batch
 from robosandbox.recording.files import STEPS, STREAM
-from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.sim.step_recorder import StepColumns
 
 _FLUSH_SECONDS = 1.0
 # Rows of a Parquet row group (20 s of control ticks); chosen so that a reader of a short stretch reads little, while
 # columns still compress.
 _ROW_GROUP = 2000
+
+
+class StepLog(Protocol):
+    """Takes down rows of a world."""
+
+    @property
+    def rows(self) -> int:
+        """How many it holds."""
+        ...
+
+    @property
+    def capacity(self) -> int:
+        """How many it can hold."""
+        ...
+
+    def enter(self, skill: str, phase: str) -> None:
+        """Have the rows that follow name a skill and its phase."""
+        ...
+
+    def add(self) -> None:
+        """Take down the state as it is now."""
+        ...
+
+    def take(self) -> StepColumns:
+        """Return the rows as columns and start over."""
+        ...
+
+    def clear(self) -> None:
+        """Forget all rows."""
+        ...
 
 
 class StepWriter:
@@ -35,7 +65,7 @@ class StepWriter:
         rows: Taken so far.
     """
 
-    def __init__(self, folder: Path, log: StepRecorder) -> None:
+    def __init__(self, folder: Path, log: StepLog) -> None:
         self.rows: int = 0
         self._folder = folder
         self._log = log

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
+from robosandbox.motion.carried import SinceLook
 from robosandbox.motion.planning_scene import PlanningScenes
 from robosandbox.motion.twin import standing
 from robosandbox.sim.world import World
-from robosandbox.types import DetectedObject, Observation, ObservedScene, Pose, Scene, frozen_array
+from robosandbox.types import Observation, ObservedScene, Scene, frozen_array
 from robosandbox.viewer.source import Frame
 
 
@@ -24,8 +23,7 @@ class BelievedWorld:
 
     def __init__(self, scene: Scene, seen: ObservedScene) -> None:
         self._scenes = PlanningScenes.exact(scene)
-        self._seen = seen
-        self._tcp_when_seen: Pose | None = None
+        self._since_look = SinceLook()
         self.world: World = self._scenes.world_of(seen)
 
     def frame(self, seen: ObservedScene, state: Observation) -> Frame:
@@ -33,17 +31,8 @@ class BelievedWorld:
 
         Args:
             seen: What perception saw last.
-            state: How the robot stands now; what it held then has moved with the hand.
+            state: How the robot stands now.
         """
-        if seen.time != self._seen.time or self._tcp_when_seen is None:
-            self._tcp_when_seen = state.tcp_pose
-        self._seen = seen
         self.world = self._scenes.world_of(seen)
-        moved = state.tcp_pose @ self._tcp_when_seen.inverse()
-        objects = [_carried(item, moved) if item.id == seen.held else item for item in seen.objects]
-        qpos = frozen_array(standing(self.world, objects, state))
+        qpos = frozen_array(standing(self.world, self._since_look.objects(seen, state), state))
         return Frame(model=self.world.model, seen=state, held=seen.held, qpos=qpos)
-
-
-def _carried(item: DetectedObject, moved: Pose) -> DetectedObject:
-    return replace(item, pose=moved @ item.pose)

@@ -13,10 +13,9 @@ import zenoh
 
 from robosandbox.errors import InputError, RoboSandboxError
 from robosandbox.motion.twin import standing
-from robosandbox.robots.loader import load_robot
 from robosandbox.service.client.workcell import RemoteWorkcell
 from robosandbox.service.messages import State, decode
-from robosandbox.sim.world import World, build_world
+from robosandbox.sim.world import World, build_world_of
 from robosandbox.tasks.session import resolve_task
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Observation, Scene, frozen_array
@@ -247,7 +246,7 @@ class _Told:
     def __init__(self, session: RemoteWorkcell) -> None:
         self._robot = session.robot
         self.scene = _scene(session)
-        self.world: World = build_world(self.scene, load_robot(self.scene.robot_urdf, self.scene.robot_config))
+        self.world: World = build_world_of(self.scene)
 
     def frame(self, state: State) -> Frame:
         truth = self._robot.truth()

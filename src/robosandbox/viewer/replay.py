@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from robosandbox.errors import InputError
 from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.modelled import modelled
 from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -36,9 +37,15 @@ class RecordedFrames:
 
 
 def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> RecordedFrames:
-    """Return the frames of an episode, for a world of its task."""
+    """Return the frames of an episode, for a world of its task.
+
+    Raises:
+        InputError: The world has other joints than the recorded one.
+    """
     model = modelled(session.sim, "its recorded states are drawn").model
     q, qd, qpos, tcp = (episode[name] for name in ("q", "qd", "qpos", "tcp_pose"))
+    if qpos.shape[1] != model.nq:
+        raise InputError(f"{episode.name}: its robot or objects have other joints than when it was recorded")
     gripper, times = episode.get("gripper"), episode["time"]
     skills, phases = episode["skill"], episode["phase"]
 
@@ -47,7 +54,8 @@ def recorded_frames(episode: RecordedEpisode, session: EmbeddedWorkcell) -> Reco
         fingers = None
         if gripper is not None:
             joint, width, closed, force = gripper[row].tolist()
-            fingers = GripperState(joint=joint, width=width, closed=closed, force=force)
+            measured = force if np.isfinite(force) else None
+            fingers = GripperState(joint=joint, width=width, closed=closed, force=measured)
         seen = Observation(
             time=float(times[row]),
             q=frozen_array(q[row]),

@@ -31,7 +31,6 @@ from robosandbox_pybullet.referee import measured, pressed
 from robosandbox_pybullet.world import PHYSICS_TIMESTEP, ROBOT_MODEL, ROBOT_SIDECAR, BulletWorld
 from robosandbox_pybullet.wrist import WristSensor
 
-_STEPS_PER_TICK = 5
 # Share of a joint's error that its servo takes up in a physics step: a time constant of 10 ms.
 _SERVO_GAIN = 0.2
 # Peak torques of the joints, N m: Franka Emika's data sheet of the Panda.
@@ -40,8 +39,8 @@ _TORQUES = (87.0, 87.0, 87.0, 87.0, 12.0, 12.0, 12.0)
 _FINGER_SPEED = 0.05
 # Force of each finger, N: half of the 70 N with which the hand holds continuously.
 _FINGER_FORCE = 35.0
-# Integral action: share of the error taken up a tick, and the most of it, rad.
-_TRIM_SHARE = 0.08
+# Integral action: share of the error taken up in a second, and the most of it, rad.
+_TRIM_RATE = 8.0
 _LARGEST_TRIM = 0.3
 # Objects come to rest before anybody looks, seconds.
 _SETTLE_SECONDS = 1.0
@@ -77,7 +76,7 @@ class PyBulletDriver(BareDriver):
         self._kinematics = planning.kinematics()
         self._world = BulletWorld(self.scene, self._robot)
         self._cameras = cameras(scene.table_height)
-        self.control_timestep: float = _STEPS_PER_TICK * PHYSICS_TIMESTEP
+        self.control_timestep: float = PHYSICS_TIMESTEP
         self._ticks = 0
         self._felt = dict.fromkeys(felt, 0.0)
         self._wrist = WristSensor(self._world)
@@ -146,7 +145,7 @@ class PyBulletDriver(BareDriver):
     def trim(self, goal: Array, guards: Sequence[Guard] = ()) -> None:
         """Let one control tick pass with the commands shifted against what keeps the arm off `goal` (n,)."""
         off = goal - self.state().q
-        self._trim = np.clip(self._trim + _TRIM_SHARE * off, -_LARGEST_TRIM, _LARGEST_TRIM)
+        self._trim = np.clip(self._trim + _TRIM_RATE * self.control_timestep * off, -_LARGEST_TRIM, _LARGEST_TRIM)
         self._command(goal + self._trim)
         self._tick(guards)
 
@@ -268,10 +267,8 @@ class PyBulletDriver(BareDriver):
         )
 
     def _tick(self, guards: Sequence[Guard]) -> None:
-        for _ in range(_STEPS_PER_TICK):
-            self._world.call("stepSimulation")
-            self._wrist.sample()
-        self._wrist.end_tick()
+        self._world.call("stepSimulation")
+        self._wrist.sample()
         for name, most in self._felt.items():
             self._felt[name] = max(most, pressed(self._world, name))
         self._ticks += 1

@@ -10,13 +10,13 @@ from robosandbox_pybullet.world import GRAVITY, PHYSICS_TIMESTEP, BulletWorld
 
 
 class WristSensor:
-    """Measures at the joint that carries the hand, averaged over a control tick.
+    """Measures at the joint that carries the hand.
 
     Args:
         world: Whose robot; the sensor is switched on.
 
     Attributes:
-        force: What the hand gave to the rest of the world in the last tick, N in the world, shape (3,).
+        force: What the hand gave to the rest of the world in the last step, N in the world, shape (3,).
     """
 
     def __init__(self, world: BulletWorld) -> None:
@@ -25,21 +25,14 @@ class WristSensor:
         links = (world.hand, *world.fingers)
         # kg; the fingers ride on the hand.
         self._mass = sum(world.call("getDynamicsInfo", world.robot, link)[0] for link in links)
-        self._samples: list[Array] = []
         self._speed = np.zeros(3)
         self.force: Array = np.zeros(3)
 
     def sample(self) -> None:
-        """Read it after a physics step."""
+        """Read it after a physics step: what the arm gave to the hand, less what carried and accelerated the hand."""
         reaction = self._world.call("getJointState", self._world.robot, self._world.hand)[2]
-        self._samples.append(np.array(reaction[:3]))
-
-    def end_tick(self) -> None:
-        """Work out the tick's force: what the arm gave to the hand, less what carried and accelerated the hand."""
         state = self._world.call("getLinkState", self._world.robot, self._world.hand, computeLinkVelocity=True)
         rotation = np.array(pybullet.getMatrixFromQuaternion(state[5])).reshape(3, 3)
         before, self._speed = self._speed, np.array(state[6])
-        acceleration = (self._speed - before) / (len(self._samples) * PHYSICS_TIMESTEP)
-        given = rotation @ np.mean(self._samples, axis=0)
-        self.force = given - self._mass * (acceleration + [0.0, 0.0, GRAVITY])
-        self._samples = []
+        acceleration = (self._speed - before) / PHYSICS_TIMESTEP
+        self.force = rotation @ np.array(reaction[:3]) - self._mass * (acceleration + [0.0, 0.0, GRAVITY])
