@@ -96,3 +96,11 @@ def test_every_bundled_task_is_described_in_short_lines(name: str) -> None:
     for item in data["objects"]:
         assert "on" in item or "in" in item, item
         assert len(json.dumps(item, separators=(",", ":"))) < 300, item
+
+
+def test_a_cup_that_stands_on_its_rim_has_tipped_over() -> None:
+    # Rounding takes the matrix of half a turn beyond -1.
+    turned = Pose(xyz=(0.1, 0.0, 0.1), quat_xyzw=(-0.11530264154270288, -0.9933304087026004, 0.0, 0.0))
+    cup = DetectedObject(id="cup", kind="cup", size=(0.03, 0.08), colour="red", rgba=(1.0, 0.0, 0.0, 1.0), pose=turned)
+    scene = ObservedScene(time=0.0, objects=(cup,), table_height=0.04, base_xy=(0.0, 0.0))
+    assert described(scene)["cup"]["tipped_over"]

@@ -52,7 +52,7 @@ _COMPASS = np.linspace(0.0, 2.0 * np.pi, 24, endpoint=False)
 def tilt(item: DetectedObject) -> float:
     """Return the angle between an object's own z and the vertical, radians; either end up is upright but for containers."""
     upward = float(item.pose.rotation[2, 2])
-    return math.acos(min(1.0, upward if item.shape.holds_things else abs(upward)))
+    return math.acos(max(-1.0, min(1.0, upward if item.shape.holds_things else abs(upward))))
 
 
 def occupied(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
