@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
-from robosandbox.agent.course import Course, Desk, Finished, Report, begin
+from robosandbox.agent.course import Course, Desk, Finished, Remembering, Report, begin
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -157,6 +157,8 @@ class Agent(Generic[WorldT]):
         finally:
             self.listeners.remove(told.hear)
         episode = told.ended(prompt, reason, detail, usage)
+        if isinstance(planner, Remembering):
+            planner.remember(episode)
         self._emit(Ended(episode))
         return episode
 
@@ -183,7 +185,8 @@ class Agent(Generic[WorldT]):
             failure = report.failure
             if failure is None:
                 if isinstance(answer, Finished) or not course.goes_on:
-                    return FinalReason.PLAN_COMPLETE, summary(told.steps)
+                    answered = answer.answer if isinstance(answer, Plan) else ""
+                    return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
                 continue
             told.attempts.append(failure)
             final = _FINAL_ERRORS.get(type(failure.error))
@@ -199,7 +202,7 @@ class Agent(Generic[WorldT]):
             return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
         told.plan = answer if told.plan is None or not course.goes_on else _joined(told.steps, answer)
         self._emit(Planned(answer, told.replans))
-        if self.approve is not None and not self.approve(answer):
+        if answer.steps and self.approve is not None and not self.approve(answer):
             return None
         begun = len(told.steps)
         failure = self._execute(answer, told.steps, monitor, ends=not course.goes_on)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
-from robosandbox.agent.episode import FailedAttempt, Listener, Step
+from robosandbox.agent.episode import Episode, FailedAttempt, Listener, Step
 from robosandbox.agent.goal import GoalContext
 from robosandbox.protocols import Planner, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -85,6 +85,15 @@ class Director(Protocol):
 
     def begin(self, prompt: str, desk: Desk) -> Course:
         """Return the course for a prompt."""
+        ...
+
+
+@runtime_checkable
+class Remembering(Protocol):
+    """A planner that is told what came of each prompt."""
+
+    def remember(self, episode: Episode) -> None:
+        """Take note of an episode that is over."""
         ...
 
 

@@ -94,6 +94,11 @@ class Episode:
     consulted: tuple[Consulted, ...] = ()
     claim: str = ""
 
+    @property
+    def answer(self) -> str:
+        """What the person was told who asked a question; "" for orders."""
+        return self.plan.answer if self.plan else ""
+
     def record(self) -> dict[str, Any]:
         """Return the episode as JSON data."""
         return {
@@ -103,6 +108,7 @@ class Episode:
             "final_detail": self.final_detail,
             "replans": self.replans,
             "plan": self.plan.model_dump(mode="json")["steps"] if self.plan else None,
+            "answer": self.answer,
             "steps": [
                 {"call": step.call.model_dump(mode="json"), "result": step.result.model_dump(mode="json")}
                 for step in self.steps

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.dialogue import Dialogue
+from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import forget_readings, interpret
+from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
 from robosandbox.protocols import Attempt, Skill
@@ -29,9 +32,15 @@ class StubPlanner:
             forget_readings()
         self._dialogue = Dialogue(self._skills) if dialogue else None
         self._last: tuple[str, Draft] | None = None
+        self._told = ""
+
+    def remember(self, episode: Episode) -> None:
+        """Take note of what came of an order, for who asks."""
+        if not episode.answer:
+            self._told = f"“{episode.prompt}”: {episode.final_reason.replace('_', ' ')}: {episode.final_detail}"
 
     def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
-        """Return the skill calls for a sentence, or what remains of them after failures.
+        """Return the skill calls for a sentence, or what remains of them after failures; an answer to a question.
 
         Args:
             prompt: What was said.
@@ -39,6 +48,13 @@ class StubPlanner:
             history: The attempts so far, oldest first; the new plan covers what they left undone.
         """
         draft: Draft | Refusal
+        discourse = self._dialogue.discourse if self._dialogue else Discourse()
+        reply = None if history else answered(prompt, scene, discourse, self._skills, self._told)
+        if isinstance(reply, Answer):
+            discourse.mention(reply.about)
+            return Plan(steps=(), answer=reply.text)
+        if isinstance(reply, Refusal):
+            return reply
         if history:
             before = self._last[1] if self._last and self._last[0] == prompt else None
             draft = replan(prompt, scene, self._known, history, before)

@@ -50,5 +50,5 @@ class Progress:
 def summary(steps: Sequence[Step]) -> str:
     """Return what was done and what else changed meanwhile, in a line."""
     changed = [effect for step in steps for effect in step.result.side_effects]
-    done = ", ".join(str(step.call) for step in steps) or "nothing to do"
+    done = str(Plan(steps=tuple(step.call for step in steps)))
     return f"{done}; {'; '.join(changed)}" if changed else done

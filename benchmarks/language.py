@@ -135,7 +135,9 @@ def accepts(expected: str, answer: Plan | Refusal) -> bool:
     """Say whether an answer is one of those expected."""
     for alternative in re.split(r"\s*\|\s*", expected):
         if alternative.startswith("!"):
-            if isinstance(answer, Refusal) and alternative in ("!*", f"!{answer.code}"):
+            # A question that is answered moves nothing either.
+            code = answer.code if isinstance(answer, Refusal) else "unsupported" if answer.answer else ""
+            if code and alternative in ("!*", f"!{code}"):
                 return True
         elif isinstance(answer, Plan):
             calls = [part for step in answer.steps for part in _unstacked(step)]

@@ -467,7 +467,7 @@ def rows_of_the_page() -> Iterator[tuple[str, str, str]]:
         told = re.search(r"\bIn `(\w+)`:$", line)
         task = told[1] if told else task
         row = re.fullmatch(r"\| (.+?) \| (.+) \|", line)
-        if row and row[1] != "you say":
+        if row and row[1] not in ("you say", "you ask"):
             yield task, row[1], row[2].strip("`")
 
 
@@ -480,6 +480,6 @@ def test_the_page_has_rows_of_several_tasks() -> None:
 def test_sentence_is_planned_as_the_page_says(task: str, sentence: str, told: str) -> None:
     answer = planner().plan(sentence, benchmark.observed(load_task(TASKS / f"{task}.yaml").scene))
     if isinstance(answer, Plan):
-        assert benchmark.accepts(told, answer), answer
+        assert answer.answer == told or benchmark.accepts(told, answer), answer
     else:
         assert f"{answer.code}: {answer.message}" == told

@@ -26,6 +26,11 @@ class Dialogue:
         self._discourse = Discourse()
         self._open: tuple[str, Refusal, dict[str, str]] | None = None
 
+    @property
+    def discourse(self) -> Discourse:
+        """What was spoken of."""
+        return self._discourse
+
     def interpret(self, prompt: str, scene: ObservedScene) -> Draft | Refusal:
         """Return the plan for a sentence in the light of what was said before.
 

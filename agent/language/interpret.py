@@ -308,7 +308,8 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     if words[0] in QUESTIONS or (tokens[-1].text == "?" and words[0] in QUESTIONS):
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
-            message="I act and do not answer questions; tell me what to do.",
+            message="I say where things are, how many, how big, how far apart and what holds of them, and not this; "
+            "or tell me what to do.",
             candidates=tuple(skills),
         )
     bare = _only_a_thing(said.grammar)

@@ -39,8 +39,8 @@ class LiveView:
         """Show an event."""
         match event:
             case events.Planned(plan, replan):
-                steps = ", ".join(str(call) for call in plan.steps) or "nothing to do"
-                self._print("new plan" if replan else "plan", steps, "cyan")
+                if not plan.answer:
+                    self._print("new plan" if replan else "plan", str(plan), "cyan")
             case events.Thought(text):
                 self._hide()
                 self._print("thinks", " ".join(text.split())[:_LONGEST], "dim")

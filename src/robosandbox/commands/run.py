@@ -113,6 +113,7 @@ def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, jso
         print_json(
             {
                 "plan": None if refused else dump["steps"],
+                "answer": "" if refused else dump["answer"],
                 "refusal": dump if refused else None,
                 "model_usage": usage.record(),
             }
@@ -149,7 +150,7 @@ def planned(answer: Plan | Refusal) -> str:
 
     if isinstance(answer, Refusal):
         return f"refused ({answer.code}): {answer.message}"
-    return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or "nothing to do"
+    return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or str(answer)
 
 
 def _check_said(prompt: str | None, task: object) -> None:
@@ -213,6 +214,8 @@ def sentence(episode: Episode, judged: dict[str, Any] | None = None) -> str:
     """Return what was done, or why not, in a line."""
     if not episode.success:
         return f"{episode.final_reason}: {episode.final_detail}"
+    if episode.answer:
+        return episode.answer
     if judged is None:
         return f"done: {episode.final_detail}"
     numbers = ", ".join(f"{key}={value:.3f}" for key, value in judged["detail"].items())

@@ -95,7 +95,8 @@ def _log(news: News) -> None:
         case operator.Began(doing, what):
             line = f"{doing}: {what}"
         case operator.Finished(episode, _):
-            how = "done" if episode.success else episode.final_reason.replace("_", " ")
+            done = "answered" if episode.answer else "done"
+            how = done if episode.success else episode.final_reason.replace("_", " ")
             line = f"{how}: {episode.final_detail}"
         case operator.Complaint(message):
             line = f"not done: {message}"

@@ -280,7 +280,7 @@ def _said(event: AgentEvent) -> str:
         case PhaseEntered(call, phase):
             return f"{call}: {phase}"
         case Planned(plan, _):
-            return f"plan: {', '.join(map(str, plan.steps)) or 'nothing to do'}"
+            return f"plan: {plan}"
         case Consulted():
             return f"{event.tool}"
         case _:

@@ -29,9 +29,18 @@ class SkillCall(StrictModel):
 
 
 class Plan(StrictModel):
-    """Skill calls in the order in which they run."""
+    """Skill calls in the order in which they run.
+
+    Attributes:
+        steps: The calls; none where nothing has to move.
+        answer: What the person is told, where a question was asked.
+    """
 
     steps: tuple[SkillCall, ...]
+    answer: str = ""
+
+    def __str__(self) -> str:
+        return ", ".join(map(str, self.steps)) or self.answer or "nothing to do"
 
 
 class RefusalCode(StrEnum):

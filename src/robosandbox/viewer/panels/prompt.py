@@ -124,5 +124,7 @@ def _outcome(episode: events.Episode, verdict: object) -> tuple[str, str]:
         return f"refused ({episode.refusal.code}): {episode.refusal.message}", "amber"
     if not episode.success:
         return f"{episode.final_reason.replace('_', ' ')}: {episode.final_detail}", "red"
+    if episode.answer:
+        return episode.answer, "green"
     seen = "" if judged is None else "; judged on the simulated state: " + ("success" if judged else "no success")
     return f"done: {episode.final_detail}{seen}", "red" if judged is False else "green"

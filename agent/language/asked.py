@@ -1,0 +1,106 @@
+"""Which form a question has, and which things its descriptions mean."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.ground import Grounder
+from robosandbox.agent.language.intent import Ref
+from robosandbox.agent.language.question_forms import Alternatives
+from robosandbox.agent.language.tokens import SceneWords, Token, scene_words
+from robosandbox.agent.language.world import World
+from robosandbox.types import DetectedObject, ObservedScene, RefusalCode
+from robosandbox.world.predicate import View
+
+_THINGS = frozenset({"thing", "object", "item"})
+
+Span = tuple[int, int]
+Found = tuple[tuple[str, ...], str]
+
+
+def words_of(scene: ObservedScene) -> SceneWords:
+    """Return the words that a scene's ids bring."""
+    return scene_words(tuple(item.id for item in scene.objects))
+
+
+class Asked:
+    """One question in one scene: the form that it has, and what its descriptions mean.
+
+    Args:
+        tokens: The question, without marks.
+        scene: What perception sees.
+        discourse: What was spoken of before.
+    """
+
+    def __init__(
+        self,
+        tokens: tuple[Token, ...],
+        scene: ObservedScene,
+        discourse: Discourse,
+    ) -> None:
+        self.tokens = tokens
+        self.scene = scene
+        self.view = View.of(scene)
+        self.discourse = discourse
+        self._grammar = Grammar(tokens, words_of(scene))
+
+    def matches(self, parts: Sequence[Alternatives], start: int) -> Iterator[tuple[Span, ...]]:
+        """Yield the spans of words that fill a form's slots, where the whole question has that form."""
+        if not parts:
+            if start == len(self.tokens):
+                yield ()
+            return
+        part, rest = parts[0], parts[1:]
+        for end in self.ends(start) if part.is_slot else ():
+            yield from (((start, end), *more) for more in self.matches(rest, end))
+        for words in part.words:
+            end = start + len(words)
+            if tuple(token.text for token in self.tokens[start:end]) == words:
+                yield from self.matches(rest, end)
+        if part.may_be_left_out:
+            yield from self.matches(rest, start)
+
+    def ends(self, start: int) -> list[int]:
+        """Return where descriptions that begin here may end, the longest first."""
+        if start >= len(self.tokens):
+            return []
+        return sorted({end for end, _ in self._grammar.np_list(start)}, reverse=True)
+
+    def _refs(self, span: Span) -> list[Ref]:
+        start, end = span
+        return next([*refs] for stop, refs in self._grammar.np_list(start) if stop == end)
+
+    def meant(self, span: Span) -> Found:
+        """Return the ids that a description means, and its words.
+
+        Raises:
+            RefusedError: Nothing fits, or several things where one is meant.
+        """
+        grounder = Grounder(World(self.scene), self.discourse)
+        ids = [name for ref in self._refs(span) for name in grounder.many(ref, lambda name: True).ids]
+        return tuple(dict.fromkeys(ids)), self._grammar.said(*span)
+
+    def fitting(self, span: Span) -> Found:
+        """Return all that a description is true of; nothing where it is true of nothing that is seen."""
+        grounder = Grounder(World(self.scene), Discourse())
+        ids = [name for ref in self._refs(span) for name in self._things(ref) or grounder.fitting(ref)]
+        return tuple(dict.fromkeys(ids)), self._grammar.said(*span)
+
+    def _things(self, ref: Ref) -> list[str]:
+        """Return all that "things" are, of a colour where one is said: who asks means bins too, who orders does not."""
+        if not {*ref.nouns} <= _THINGS or ref.names or ref.relations or ref.ranks or ref.without or ref.not_colours:
+            return []
+        return [item.id for item in self.scene.objects if not ref.colours or item.colour in ref.colours]
+
+    def one(self, span: Span) -> DetectedObject:
+        """Return the one thing that a description means.
+
+        Raises:
+            RefusedError: Nothing fits, or several things.
+        """
+        ids, said = self.meant(span)
+        if len(ids) != 1:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one do you mean by “{said}”: {listed(ids)}?", ids)
+        return self.view.get(ids[0])

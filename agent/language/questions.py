@@ -1,0 +1,326 @@
+"""Questions about what is seen, answered from the same relations that plans are checked with; nothing moves for them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from robosandbox.agent.language.asked import Asked, Span, words_of
+from robosandbox.agent.language.chart import TooComplicatedError
+from robosandbox.agent.language.describing import (
+    apart,
+    be,
+    description,
+    from_base,
+    length,
+    measure,
+    place,
+    side_of,
+    size,
+    whereabouts,
+)
+from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
+from robosandbox.agent.language.question_forms import FORMS, VERBS, Form
+from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
+from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
+from robosandbox.world.contracts import find
+from robosandbox.world.facts import TABLE, fact
+from robosandbox.world.relations import centre, contents, gap
+from robosandbox.world.standing import standing_on
+from robosandbox.world.whereabouts import where
+
+_SAID_OF_SIDES = {
+    "left": "to the left of",
+    "right": "to the right of",
+    "front": "in front of",
+    "back": "behind",
+}
+_ARTICLES = frozenset({"the", "a", "an", "any", "some", "these", "those", "all"})
+# Words for less of a measure.
+_LESS = frozenset({"smaller", "shorter"})
+# Ratio up to which two sizes count as one. Chosen: what cannot be told by eye.
+_SAME = 0.02
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What a question is answered with.
+
+    Attributes:
+        text: A sentence or two.
+        about: Ids of what it speaks of: what "it" may refer to then.
+    """
+
+    text: str
+    about: tuple[str, ...] = ()
+
+
+def answered(
+    prompt: str, scene: ObservedScene, discourse: Discourse, skills: Sequence[str], told: str = ""
+) -> Answer | Refusal | None:
+    """Return the answer to a question.
+
+    Args:
+        prompt: What was said.
+        scene: What perception sees.
+        discourse: What was spoken of before.
+        skills: What the robot can do.
+        told: What came of the last order, as a sentence; "" before the first.
+
+    Returns:
+        None for what is no question that is known here; a refusal where it asks for what is not there or may be several things.
+    """
+    try:
+        tokens = _words(prompt, scene)
+    except TooLongError:
+        return None
+    asked = _Answers(tokens, scene, discourse, skills, told)
+    refusal: Refusal | None = None
+    try:
+        for form in FORMS:
+            for slots in asked.matches(form.parts, 0):
+                try:
+                    return asked.reply(form, slots)
+                except RefusedError as error:
+                    # Of words that are not known the grammar says more.
+                    refusal = refusal or (error.refusal if error.refusal.sure else None)
+    except TooComplicatedError:
+        return None
+    return refusal
+
+
+def _words(text: str, scene: ObservedScene) -> tuple[Token, ...]:
+    return tuple(token for token in tokenize(text, words_of(scene)) if token.kind != "mark")
+
+
+class _Answers(Asked):
+    """The answers to a question of each form.
+
+    Args:
+        tokens: The question, without marks.
+        scene: What perception sees.
+        discourse: What was spoken of before.
+        skills: What the robot can do.
+        told: What came of the last order.
+    """
+
+    def __init__(
+        self, tokens: tuple[Token, ...], scene: ObservedScene, discourse: Discourse, skills: Sequence[str], told: str
+    ) -> None:
+        super().__init__(tokens, scene, discourse)
+        self._skills = skills
+        self._told = told
+
+    def reply(self, form: Form, slots: tuple[Span, ...]) -> Answer:
+        """Return the answer of a form whose slots are filled.
+
+        Raises:
+            RefusedError: It asks for what is not there, or may be several things.
+        """
+        answer: Answer = getattr(self, f"_say_{form.about}")(*slots, **form.given)
+        return answer
+
+    def _say_all(self) -> Answer:
+        names = [item.id for item in self.scene.objects]
+        if not names:
+            return Answer("I see nothing.")
+        return Answer(
+            "; ".join(f"{name} is {place(self.scene, self.view.get(name))}" for name in names) + ".", tuple(names)
+        )
+
+    def _say_where(self, span: Span) -> Answer:
+        ids, _ = self.meant(span)
+        return Answer(" ".join(whereabouts(self.scene, self.view.get(name)) for name in ids), ids)
+
+    def _say_on(self, span: Span) -> Answer:
+        item = self.one(span)
+        above = [one.id for one in standing_on(self.view, item.id)]
+        return Answer(f"{listed(above)} {be(above)} on {item.id}." if above else f"Nothing is on {item.id}.", (*above,))
+
+    def _say_on_table(self) -> Answer:
+        names = [item.id for item in self.scene.objects if where(self.scene, item) == fact("on", item.id, TABLE)]
+        return Answer(
+            f"{listed(names)} {be(names)} on the table." if names else "Nothing stands on the table.", (*names,)
+        )
+
+    def _say_in(self, span: Span) -> Answer:
+        return self._contents(self.one(span))
+
+    def _say_beside(self, span: Span, side: str = "") -> Answer:
+        item, sides = self.one(span), [side] if side else [*SIDE_AXES]
+        others = [other for other in self.view.others(item.id) if side_of(other, item) in sides]
+        near = sorted(others, key=lambda other: gap(item, other))
+        names = tuple(other.id for other in near)
+        place = f"{_SAID_OF_SIDES[side]} {item.id}" if side else f"next to {item.id}"
+        if not side:
+            names = tuple(
+                name
+                for name in names
+                if find(fact("beside", name, item.id, (side_of(self.view.get(name), item) or "front")), self.view).holds
+            )
+        return Answer(f"{listed(names)} {be(names)} {place}." if names else f"Nothing is {place}.", names)
+
+    def _say_held(self) -> Answer:
+        held = self.scene.held
+        return Answer(f"I hold {held}.", (held,)) if held else Answer("I hold nothing: the gripper is empty.")
+
+    def _say_count(self, span: Span) -> Answer:
+        ids, said = self.fitting(span)
+        grains = sum(len(self.view.get(name).grains) for name in ids)
+        return Answer(f"{grains or len(ids)}: {listed(ids)}." if ids else f"None: I see no {said}.", ids)
+
+    def _say_count_in(self, span: Span, other: Span, relation: str) -> Answer:
+        (ids, said), target = self.fitting(span), self.one(other)
+        if relation == "on":
+            there = [one.id for one in standing_on(self.view, target.id) if one.id in ids]
+            return Answer(f"{len(there)}: {listed(there)}." if there else "None of what I see.", tuple(there))
+        within = [name for name, _ in contents(self.scene.objects, target) if name in ids]
+        names = tuple(dict.fromkeys(within))
+        return Answer(f"{len(within)}: {listed(names)}." if within else f"None: I see no {said} in {target.id}.", names)
+
+    def _say_far(self, span: Span, other: Span) -> Answer:
+        one, two = self.one(span), self.one(other)
+        far, between = apart(one, two), max(gap(one, two), 0.0)
+        return Answer(
+            f"{one.id} is {length(far)} from {two.id}, centre to centre; {length(between)} lie between them.", (one.id,)
+        )
+
+    def _say_far_apart(self, span: Span) -> Answer:
+        ids, said = self.meant(span)
+        if len(ids) != 2:
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"Which two do you mean by “{said}”?", ids)
+        one, two = (self.view.get(name) for name in ids)
+        return Answer(
+            f"{one.id} and {two.id} are {length(apart(one, two))} apart, centre to centre; "
+            f"{length(max(gap(one, two), 0.0))} lie between them.",
+            ids,
+        )
+
+    def _say_far_from_me(self, span: Span) -> Answer:
+        item = self.one(span)
+        return Answer(f"{item.id} is {length(from_base(self.scene, item))} from the robot's base.", (item.id,))
+
+    def _say_what(self, span: Span) -> Answer:
+        try:
+            ids, _ = self.meant(span)
+        except RefusedError as error:
+            alike = error.refusal.candidates
+            if error.refusal.code is not RefusalCode.AMBIGUOUS or not alike:
+                raise
+            return Answer(f"{listed(alike)} are alike in that.", tuple(alike))
+        return Answer(" ".join(description(self.scene, self.view.get(name)) for name in ids), ids)
+
+    def _say_which(self, span: Span, other: Span) -> Answer:
+        """Answer which of some things another description fits too: "which cube is the biggest"."""
+        words = " ".join(token.text for token in self.tokens[other[0] : other[1]])
+        noun = " ".join(token.text for token in self.tokens[span[0] : span[1]] if token.text not in _ARTICLES)
+        of_both = f"what is {words.removesuffix(' one')} {noun}"
+        again = _Answers(_words(of_both, self.scene), self.scene, self.discourse, self._skills, self._told)
+        if len(again.tokens) not in again.ends(2):
+            raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what “{words} {noun}” is.")
+        return again._say_what((2, len(again.tokens)))
+
+    def _say_which_in(self, span: Span, other: Span, relation: str) -> Answer:
+        return self._say_count_in(span, other, relation)
+
+    def _say_whether(self, span: Span, other: Span, relation: str) -> Answer:
+        item, target = self.one(span), self.one(other)
+        finding = find(fact(relation, item.id, target.id), self.view)
+        return self._yes(finding.holds, item, finding.is_sure)
+
+    def _say_whether_on_table(self, span: Span) -> Answer:
+        item = self.one(span)
+        return self._yes(where(self.scene, item) == fact("on", item.id, TABLE), item)
+
+    def _say_whether_beside(self, span: Span, other: Span, side: str = "") -> Answer:
+        item, target = self.one(span), self.one(other)
+        at = side_of(item, target) or "front"
+        if side:
+            far = abs(float((centre(item) - centre(target))[:2] @ np.array(SIDE_AXES[at])))
+            yes = "Yes" if at == side else "No"
+            return Answer(f"{yes}: {item.id} is {length(far)} {_SAID_OF_SIDES[at]} {target.id}.", (item.id,))
+        holds = find(fact("beside", item.id, target.id, at), self.view).holds
+        return Answer(
+            f"{'Yes' if holds else 'No'}: {length(max(gap(item, target), 0.0))} lie between them.", (item.id,)
+        )
+
+    def _say_whether_state(self, span: Span, relation: str) -> Answer:
+        item = self.one(span)
+        if relation in ("open", "closed"):
+            if not item.shape.opens:
+                return Answer(f"{item.id} neither opens nor closes.", (item.id,))
+            if item.opening is None:
+                return Answer(f"I cannot see how far {item.id} is open.", (item.id,))
+            holds = find(fact(relation, item.id), self.view).holds
+            return Answer(
+                f"{'Yes' if holds else 'No'}: {item.id} is {1e3 * abs(item.opening):.0f} mm open.", (item.id,)
+            )
+        if relation == "empty" and item.shape.holds_things:
+            inside = self._contents(item)
+            return Answer(f"{'No' if inside.about else 'Yes'}: {inside.text}", (item.id,))
+        finding = find(fact(relation, item.id), self.view)
+        return self._yes(finding.holds, item, finding.is_sure)
+
+    def _say_whether_held(self, span: Span) -> Answer:
+        item = self.one(span)
+        return self._yes(item.id == self.scene.held, item)
+
+    def _say_whether_there(self, span: Span) -> Answer:
+        ids, said = self.fitting(span)
+        if ids:
+            return Answer(f"Yes: {listed(ids)}.", ids)
+        words = [word for word in said.split() if word not in _ARTICLES]
+        none = (
+            f"nothing {' '.join(words[1:])}" if words[:1] in (["anything"], ["something"]) else f"no {' '.join(words)}"
+        )
+        return Answer(f"No: I see {none}; I see {listed([item.id for item in self.scene.objects]) or 'nothing'}.")
+
+    def _say_whether_is(self, span: Span, other: Span) -> Answer:
+        item, (fitting, _) = self.one(span), self.fitting(other)
+        return Answer(f"{'Yes' if item.id in fitting else 'No'}: {description(self.scene, item)}", (item.id,))
+
+    def _say_more(self, span: Span, other: Span, wanted: str) -> Answer:
+        (ours, said), (theirs, than) = self.fitting(span), self.fitting(other)
+        holds = len(ours) > len(theirs) if wanted == "more" else len(ours) < len(theirs)
+        return Answer(f"{'Yes' if holds else 'No'}: {len(ours)} {said}, {len(theirs)} {than}.", (*ours, *theirs))
+
+    def _say_compared(self, span: Span, other: Span, word: str) -> Answer:
+        one, two = self.one(span), self.one(other)
+        if word in ("heavier", "lighter"):
+            return Answer("I see them and do not know what they weigh.", (one.id, two.id))
+        first, second = (measure(item, word) for item in (one, two))
+        sizes = f"{one.id} measures {size(one)}, {two.id} {size(two)}."
+        if abs(first - second) <= _SAME * max(first, second):
+            return Answer(f"Neither: {sizes}", (one.id, two.id))
+        winner = one if (first > second) == (word not in _LESS) else two
+        return Answer(f"{winner.id} is {word}: {sizes}", (winner.id,))
+
+    def _say_mass(self, span: Span) -> Answer:
+        item = self.one(span)
+        return Answer(f"I see {item.id} and do not know what it weighs; its size is {size(item)}.", (item.id,))
+
+    def _say_abilities(self) -> Answer:
+        own = ", ".join(name.replace("_", " ") for name in self._skills)
+        return Answer(
+            f"I can {VERBS}; my skills are {own}. I also say where things are, how many, how big and how far apart."
+        )
+
+    def _say_last(self) -> Answer:
+        return Answer(self._told or "Nothing was done yet.")
+
+    def _yes(self, holds: bool, item: DetectedObject, is_sure: bool = True) -> Answer:
+        if not is_sure:
+            return Answer(f"I cannot tell for sure. {whereabouts(self.scene, item)}", (item.id,))
+        return Answer(f"{'Yes' if holds else 'No'}: {item.id} is {place(self.scene, item)}.", (item.id,))
+
+    def _contents(self, item: DetectedObject) -> Answer:
+        if not item.shape.holds_things:
+            return Answer(f"{item.id} holds nothing: it is {item.shape.name}.")
+        inside = [name for name, _ in contents(self.scene.objects, item)]
+        if not inside and not find(fact("empty", item.id), self.view).is_sure:
+            return Answer(f"I cannot see what is in {item.id}.")
+        names = tuple(dict.fromkeys(inside))
+        said = [f"{inside.count(name)} {name}" if self.view.get(name).shape.is_granular else name for name in names]
+        return Answer(f"{listed(said)} {be(inside)} in {item.id}." if names else f"Nothing is in {item.id}.", names)

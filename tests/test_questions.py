@@ -1,0 +1,103 @@
+"""Questions about ten scenes: answered from what is seen, and nothing moves."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+from robosandbox import open_session
+from robosandbox.agent.language.question_forms import FORMS
+from robosandbox.agent.language.questions import _Answers
+from robosandbox.agent.planner import StubPlanner
+from robosandbox.skills.catalogue import load_skills
+from robosandbox.types import ObservedScene, Plan, Refusal
+
+QUESTIONS = {
+    "pick_from_three": {
+        "what's on the table?": "red_cube, green_cube and blue_cube are on the table",
+        "how many cubes are there": "3: ",
+        "where is the green cube?": "green_cube is on the table, at (0.20, 0.00) m",
+        "are there any balls?": "No: I see no balls",
+        "is there a red cube?": "Yes: red_cube",
+        "which cube is the leftmost?": "blue_cube is a blue block",
+        "what colour is the middle cube?": "green_cube is a green block",
+        "is the red cube bigger than the green cube?": "Neither",
+        "how far apart are the red and the blue cube?": "32 cm apart",
+        "is the green cube left of the red cube?": "Yes: green_cube is 16 cm to the left of red_cube",
+        "is the green cube right of the red cube": "No: green_cube is 16 cm to the left of red_cube",
+        "are you holding anything?": "I hold nothing",
+        "what can you do?": "I can pick up",
+        "how heavy is the red cube": "do not know what it weighs",
+        "what did you just do?": "Nothing was done yet",
+    },
+    "put_in_drawer": {
+        "is the drawer open?": "No: drawer is 0 mm open",
+        "is the drawer closed": "Yes: drawer is 0 mm open",
+        "what is in the drawer?": "Nothing is in drawer",
+        "is the can standing up": "Yes: can is on the table",
+        "is the can taller than the red cube?": "can is taller",
+        "what's the smallest thing here?": "red_cube is a red block",
+        "do you know where the can is?": "can is on the table",
+        "is the can open?": "can neither opens nor closes",
+    },
+    "pour_beads": {
+        "what's in the cup?": "30 beads are in cup",
+        "how many beads are in the cup?": "30",
+        "how full is the cup": "30 beads are in cup",
+        "is the bowl empty?": "Yes: Nothing is in bowl",
+        "is the cup empty?": "No: 30 beads are in cup",
+        "where are the beads?": "beads are 30 in cup",
+        "which is bigger, the cup or the bowl?": "bowl is bigger",
+        "how big is the bowl": "150 x 150 x 60 mm",
+    },
+    "sort_by_colour": {
+        "how many red things are there?": "4: red_cube, red_can, red_ball and red_bin",
+        "are there more cans than balls?": "Yes: 2 cans",
+        "what is in the red bin?": "Nothing is in red_bin",
+        "how many cubes are in the red bin": "None",
+        "which cans are red?": "red_can is a red",
+        "is the blue can in the blue bin?": "No: blue_can is on the table",
+        "tell me how many bins there are": "2: red_bin and blue_bin",
+        "hey robot, can you tell me where the red ball is?": "red_ball is on the table",
+    },
+    "stack_five": {"how many cubes do you see?": "5: "},
+    "stack_three": {
+        "is the red cube on the blue one?": "No: red_cube is on the table",
+        "is the red cube on the table?": "Yes: red_cube is on the table",
+        "how far is the red cube from the robot?": "cm from the robot's base",
+        "what is on the red cube?": "Nothing is on red_cube",
+        "what are you holding": "I hold nothing",
+        "what do you see?": "red_cube is on the table; green_cube",
+    },
+    "pick_ball": {"what is the ball": "is a", "is the ball in the gripper?": "No: yellow_ball is on the table", "where's the ball?": "yellow_ball is on the table"},
+    "put_in_bin": {
+        "is the red cube in the bin?": "No: red_cube is on the table",
+        "is the red cube in the bin yet?": "No",
+        "what's the bin like": None,
+        "is the bin empty?": "Yes",
+    },
+    "pick_mug_rim": {"where is the mug?": "mug is on the table", "is the mug empty": "Yes: Nothing is in mug"},
+    "clear_to_bin": {"how many things are on the table": "9: ", "what is next to the bin?": "Nothing is next to grey_bin", "describe the scene": "grey_bin is on the table"},
+}  # fmt: skip
+ASKED = [(task, question) for task, questions in QUESTIONS.items() for question in questions]
+
+
+def test_every_form_has_its_answer() -> None:
+    assert not [form.about for form in FORMS if not hasattr(_Answers, f"_say_{form.about}")]
+
+
+@cache
+def scene(task: str) -> ObservedScene:
+    with open_session(task) as session:
+        return session.agent.ctx.look()
+
+
+@pytest.mark.parametrize(("task", "question"), ASKED)
+def test_question_is_answered_and_nothing_moves(task: str, question: str) -> None:
+    said = QUESTIONS[task][question]
+    answer = StubPlanner(load_skills()).plan(question, scene(task))
+    if said is None:
+        assert isinstance(answer, Refusal)
+    else:
+        assert isinstance(answer, Plan) and not answer.steps and said in answer.answer
