@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import cached_property
 
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.grammar import Grammar
 from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import Ref
-from robosandbox.agent.language.question_forms import Alternatives
+from robosandbox.agent.language.question_forms import FORMS_BY_WORD, OPENING, Alternatives, Form
 from robosandbox.agent.language.tokens import SceneWords, Token, scene_words
 from robosandbox.agent.language.world import World
 from robosandbox.types import DetectedObject, ObservedScene, RefusalCode
@@ -44,7 +45,19 @@ class Asked:
         self.scene = scene
         self.view = View.of(scene)
         self.discourse = discourse
-        self._grammar = Grammar(tokens, words_of(scene))
+
+    @cached_property
+    def _grammar(self) -> Grammar:
+        return Grammar(self.tokens, words_of(self.scene))
+
+    def forms(self) -> Iterator[tuple[int, Form]]:
+        """Yield the forms that the question may have, each with the number of its first word."""
+        starts = [0]
+        for part in OPENING:
+            starts += [start + len(words) for start in starts for words in part.words if self._follows(start, words)]
+        for start in dict.fromkeys(starts):
+            if start < len(self.tokens):
+                yield from ((start, form) for form in FORMS_BY_WORD.get(self.tokens[start].text, ()))
 
     def matches(self, parts: Sequence[Alternatives], start: int) -> Iterator[tuple[Span, ...]]:
         """Yield the spans of words that fill a form's slots, where the whole question has that form."""
@@ -57,10 +70,13 @@ class Asked:
             yield from (((start, end), *more) for more in self.matches(rest, end))
         for words in part.words:
             end = start + len(words)
-            if tuple(token.text for token in self.tokens[start:end]) == words:
+            if self._follows(start, words):
                 yield from self.matches(rest, end)
         if part.may_be_left_out:
             yield from self.matches(rest, start)
+
+    def _follows(self, start: int, words: Sequence[str]) -> bool:
+        return [token.text for token in self.tokens[start : start + len(words)]] == [*words]
 
     def ends(self, start: int) -> list[int]:
         """Return where descriptions that begin here may end, the longest first."""

@@ -6,6 +6,7 @@ description of one or more things.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 VERBS = "pick up, place, stack, push, turn, pour, open, close, tap, swap, sort, go home"
@@ -173,7 +174,16 @@ def _part(written: str) -> Alternatives:
     return Alternatives(words=words, may_be_left_out=written.endswith("?"))
 
 
-FORMS = tuple(
-    Form(about, tuple(_part(part) for part in f"{_GREETING} {_ASKING} {written}".split()), given)
-    for about, written, given in _WRITTEN
-)
+def _by_first_word(forms: Sequence[Form]) -> dict[str, tuple[Form, ...]]:
+    """Return the forms that may begin with a word, in their order; each begins with words and no slot."""
+    first: dict[str, list[Form]] = {}
+    for form in forms:
+        for words in form.parts[0].words:
+            first.setdefault(words[0], []).append(form)
+    return {word: tuple(those) for word, those in first.items()}
+
+
+# What may stand before a question: a form without slots.
+OPENING = tuple(_part(part) for part in (_GREETING, _ASKING))
+FORMS = tuple(Form(about, tuple(_part(part) for part in written.split()), given) for about, written, given in _WRITTEN)
+FORMS_BY_WORD = _by_first_word(FORMS)

@@ -22,7 +22,7 @@ from robosandbox.agent.language.describing import (
     whereabouts,
 )
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
-from robosandbox.agent.language.question_forms import FORMS, VERBS, Form
+from robosandbox.agent.language.question_forms import VERBS, Form
 from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
@@ -79,8 +79,8 @@ def answered(
     asked = _Answers(tokens, scene, discourse, skills, told)
     refusal: Refusal | None = None
     try:
-        for form in FORMS:
-            for slots in asked.matches(form.parts, 0):
+        for start, form in asked.forms():
+            for slots in asked.matches(form.parts, start):
                 try:
                     return asked.reply(form, slots)
                 except RefusedError as error:
