@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from robosandbox.errors import DrawerError, Phase, SkillError
 from robosandbox.evidence import DrawerEvidence
 from robosandbox.shapes.drawer import DrawerParts
-from robosandbox.types import ObservedScene
+from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.imagine import slid
 from robosandbox.world.predicate import Finding, View, predicate, sentence
-from robosandbox.world.relations import CLOSED_WITHIN, contents, top
+from robosandbox.world.relations import CLOSED_WITHIN, contents, stands_on, top
 
 # Share of its way from which on a drawer counts as open: what is pulled open stops at three quarters or more.
 _OPEN_SHARE = 0.5
@@ -93,6 +93,12 @@ def grip_fits(view: View, d: str) -> Finding:
     )
 
 
+def _under(view: View, high: Sequence[DetectedObject], within: Iterable[str]) -> list[str]:
+    """Return the ids of what things in a drawer stand on there."""
+    solid = [other for name in within if not (other := view.get(name)).shape.is_granular]
+    return [other.id for other in solid if any(stands_on(item, other) for item in high if item.id != other.id)]
+
+
 def _blocked(view: View, arguments: Sequence[Any], finding: Finding) -> SkillError:
     drawer = view.get(arguments[0])
     opening = drawer.opening or 0.0
@@ -115,5 +121,6 @@ def shuts(view: View, d: str) -> Finding:
         cause=f"{', '.join(item.id for item in high)} in it is higher than {d}, which does not close over it",
         help=f"clear {', '.join(item.id for item in high)} away first",
         blocking=tuple(item.id for item in high),
-        remedies=tuple(fact("on", item.id, TABLE) for item in high),
+        # Or what they stand on leaves the drawer with them.
+        remedies=tuple(fact("on", name, TABLE) for name in (*(item.id for item in high), *_under(view, high, within))),
     )
