@@ -19,7 +19,7 @@ from robosandbox.validation import did_you_mean
 from robosandbox.world.relations import centre
 
 _FONT_SCALE = 0.4  # Of OpenCV's plain font, whose capitals are then 9 pixels high. Chosen: readable at 320 x 240.
-_NEAREST = 1e-3  # Metres before a camera from which a point is in its picture.
+_NEAREST = 1e-3  # Metres before a camera from which a point is in its picture. Chosen: a lens sees nothing nearer.
 _LONGEST = 32  # Characters of an id that are drawn. Chosen: what fits beside a thing.
 
 
