@@ -83,9 +83,8 @@ class Candidates:
         moved = {name for one in way.first for name in known[one.relation].objects(one.arguments)[:1]} | {*way.cleared}
         others = [item for name in moved - ours if (item := self._failure.scene.find(name)) is not None]
         # What stays where it is unless somebody names it is moved where nothing else helps.
-        return sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others), len(way.first) + 2 * len(way.cleared) + (
-            way.call is not None
-        )
+        weight = sum(1 + _LEFT_ALONE * item.shape.stays_put for item in others)
+        return weight, len(way.first) + 2 * len(way.cleared) + way.elsewhere + (way.call is not None)
 
     def _planned(self, way: Alternative) -> Calls | None:
         """Return the calls of a way with all that they need first; None where contracts show no way."""
@@ -97,7 +96,7 @@ class Candidates:
             for one in way.first:
                 making.bring_about(one)
             for name in way.cleared:
-                making.put_aside(name)
+                making.put_aside(name, elsewhere=way.elsewhere)
             if way.call is not None:
                 making.call(way.call)
         except NoWayError:
@@ -150,11 +149,14 @@ class Candidates:
             if other.shape.opens:
                 yield Alternative(why=f"{other.id} is closed first", first=(fact("closed", other.id),), call=call)
                 continue
-            yield Alternative(why=f"{other.id} is in the way and is put aside first", cleared=(other.id,), call=call)
+            why = f"{other.id} is in the way and is put aside first"
+            yield Alternative(why=why, cleared=(other.id,), call=call)
             # What lies over the thing may come off on any side; what stands beside it goes straight away from it.
             pushes = self._pushed_away(other, item)
             for away in pushes if gap(item, other) < 0.0 else pushes[:1]:
                 yield Alternative(why=f"{other.id} is pushed out of the way first", first=(away,), call=call)
+            if other.id in self._failure.met:
+                yield Alternative(why=why, cleared=(other.id,), elsewhere=True, call=call)
             for free in self._pushed_away(item, other)[:1]:
                 yield Alternative(why=f"{item.id} is pushed free of {other.id} first", first=(free,), call=call)
         for (one, item), (two, same) in itertools.combinations(crowd, 2):

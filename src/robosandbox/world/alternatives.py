@@ -75,12 +75,14 @@ class Alternative:
         why: In a clause, for the person.
         first: What is brought about first, one after the other, by whichever skills promise it.
         cleared: Ids of what is put aside then.
+        elsewhere: Whether that goes to another place than the nearest with room, where the hand may not get to.
         call: What is called at last; None where the rest has brought it about already.
     """
 
     why: str
     first: tuple[Fact, ...] = ()
     cleared: tuple[str, ...] = ()
+    elsewhere: bool = False
     call: SkillCall | None = None
 
 

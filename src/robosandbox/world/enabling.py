@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 
@@ -21,6 +22,8 @@ _MOST_LACKING = 8
 # Space that is left between what is put aside and what is to be handled then, or the arm that reaches there, metres; chosen as half
 # of what a Panda's hand is wide.
 _HAND_ROOM = 0.10
+# How far another place to put a thing aside is from the nearest one, metres; chosen as two hands' breadths.
+_ELSEWHERE = 0.2
 _OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
 
 
@@ -68,7 +71,7 @@ class Enabling:
             raise NoWayError(str(goal))
         self._add(steps or self._by_itself(goal))
 
-    def put_aside(self, name: str) -> None:
+    def put_aside(self, name: str, *, elsewhere: bool = False) -> None:
         """Add the calls that put an object down near by where it leaves room for a hand, or the most that there is.
 
         Raises:
@@ -80,13 +83,18 @@ class Enabling:
             raise NoWayError(f"{name} stays where it is")
         around = [other for other in view.others(name) if other.id in self._about]
         best, most = None, 0.0
+        first: tuple[float, float] | None = None
         for x, y in choices(view, name):
+            if first is not None and math.dist(first, (x, y)) < _ELSEWHERE:
+                continue
             there = _at(self.scene, name, x, y).find(name) or item
             room = min((_room(there, other, self.scene.base_xy) for other in around), default=_HAND_ROOM)
             if room > most:
                 best, most = fact("at", name, x, y), room
             if room >= _HAND_ROOM:
-                break
+                if first is not None or not elsewhere:
+                    break
+                best, most, first = None, 0.0, (x, y)
         if best is None:
             raise NoWayError(f"there is no place for {name}")
         self.bring_about(best)
