@@ -243,7 +243,9 @@ class ActingCourse:
                 return {"ok": False, "error": f"steps: at most {one.limits.steps} calls are carried out for a {one.of}"}
         problems = verify(plan, scene, list(self._desk.skills.values()), constraints=self._kept).problems
         if problems:
-            call = problems[0].call
+            first = problems[0]
+            # Only the first call would be made in the scene as it is.
+            call = first.call if first.step == 1 else None
             error = None if call is None else why_not(self._desk.ctx, self._desk.skills, call)
             told = {"ok": False, "turned_down": [problem.record() for problem in problems]}
             return told if error is None else {**told, "error": error_data(error)}
