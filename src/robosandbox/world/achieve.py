@@ -100,10 +100,10 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
             found = search.reach((*goals, *back))
         moved = {*found.moved} - {subject_of(goal) for goal in (*goals, *back, *shut)}
         if not asked.put_back or not moved:
-            break
+            return Plan(steps=found.calls)
         gone = {subject_of(goal) for goal in goals}
         back = (*back, *(_place_of(name, scene, gone) for name in sorted(moved)))
-    return Plan(steps=found.calls)
+    raise NoWayError(f"{', '.join(map(subject_of, back))} cannot all be put back, since that moves other things", 0)
 
 
 def _place_of(name: str, scene: ObservedScene, gone: set[str]) -> Fact:
