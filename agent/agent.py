@@ -188,12 +188,20 @@ class Agent(Generic[WorldT]):
                     answered = answer.answer if isinstance(answer, Plan) else ""
                     return FinalReason.PLAN_COMPLETE, answered or summary(told.steps)
                 continue
-            told.attempts.append(failure)
-            final = _FINAL_ERRORS.get(type(failure.error))
-            if final or told.replans == max_replans:
-                return final or FinalReason.REPLANS_EXHAUSTED, f"{failure.failed}: {failure.error.message}"
+            final = self._final(failure, told, max_replans)
+            if final is not None:
+                return final, f"{failure.failed}: {failure.error.message}"
+
+    def _final(self, failure: FailedAttempt, told: Progress, max_replans: int) -> FinalReason | None:
+        """Take down a failure; return why it is the last, or None where the course is asked again."""
+        told.attempts.append(failure)
+        final = _FINAL_ERRORS.get(type(failure.error))
+        if final is None and told.replans == max_replans:
+            final = FinalReason.REPLANS_EXHAUSTED
+        if final is None:
             told.replans += 1
             self._emit(Replanning(told.replans, failure.error.record()))
+        return final
 
     def _reported(self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor) -> Report | None:
         """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""

@@ -15,7 +15,7 @@ from robosandbox.world.whereabouts import where
 
 # Things that are tried, the nearest first. Chosen.
 _MOST = 2
-# How high over the table a thing may come to reach, metres: as the tower of the task stack_five does.
+# How high over the table a thing may come to reach, metres; chosen as the tower of the task stack_five does.
 _HIGHEST = 0.2
 # Share of its own width that the top under a thing has at least. Chosen so that it stands as firmly as on the table.
 _AS_WIDE = 0.9
