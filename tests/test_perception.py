@@ -18,7 +18,7 @@ from robosandbox.perception.groups import group
 from robosandbox.perception.naming import Declared, invented, names_for
 from robosandbox.perception.quantiles import median, percentiles
 from robosandbox.perception.rgbd import RgbdPerception
-from robosandbox.perception.robot_mask import RobotMask
+from robosandbox.perception.robot_mask import RobotMask, _before_lens
 from robosandbox.perception.silhouette import Rows
 from robosandbox.perception.support import SIZES, support_terms, turn_terms
 from robosandbox.protocols import Simulated
@@ -602,3 +602,13 @@ def test_what_lies_in_a_drawer_goes_along_when_it_is_pushed_shut():
     assert episode.success
     assert {item.id for item in seen.objects} <= truth.keys(), "the drawer's inside is not taken for another thing"
     assert np.linalg.norm(seen.find("red_cube").pose.position - truth["red_cube"].pose.position) < 0.02
+
+
+def test_what_of_the_robot_is_behind_the_lens_is_cut_off() -> None:
+    # A bar that passes below the camera, from before it to far behind it: it is never seen above the middle.
+    bar = np.array([[0.0, 0.5, 1.0], [0.1, 0.5, 1.0], [0.0, -0.5, -3.0], [0.1, -0.5, -3.0]])
+    behind = np.array([[0.0, 0.0, -1.0], [0.0, 0.1, -2.0]])
+    points, ends = _before_lens(np.vstack([behind, bar]), np.array([0, 2, 6], dtype=np.intp))
+    assert ends.tolist() == [0, len(points)]
+    assert (points[:, 2] > 0.019).all() and (points[:, 1] > 0.2).all()
+    assert np.isclose(points[:, 1].min(), 0.255)
