@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,9 +26,13 @@ from robosandbox.recording.files import find_episodes
 from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
 from robosandbox.service.client import connect
 from robosandbox.service.client.workcell import RemoteWorkcell
+from robosandbox.service.server.loader import TaskLoader
+from robosandbox.service.server.server import SimServer
+from robosandbox.service.transport import open_listener
+from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.tasks.replay import open_replay
 from robosandbox.tasks.session import open_session
-from robosandbox.testing.processes import SimProcess
+from robosandbox.testing.processes import SimProcess, free_port
 from robosandbox.types import Pose
 from robosandbox.viewer.app import Viewer
 from robosandbox.viewer.connected import ConnectedSource
@@ -97,6 +102,20 @@ def test_what_hardware_lacks_is_answered_in_one_line(sim: SimProcess, ask: str, 
         # Time passes all the same.
         began = robot.state().robot.time
         assert robot.step(0.1).time == pytest.approx(began + 0.1, abs=0.02)
+
+
+def test_a_picture_of_a_driver_without_cameras_is_refused_by_name() -> None:
+    loader = TaskLoader(WorkcellOptions(task=_TASK, driver="hardware", perception="rgbd"))
+    host = loader.first()
+    host.sim._capabilities = replace(host.sim.capabilities, cameras={})  # type: ignore[attr-defined]
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    session, _ = open_listener(endpoint)
+    with session, SimServer(host, session, robot_id="arm-1", load=loader.load), connect(endpoint) as client:
+        robot = client.robot("arm-1")
+        assert robot.cameras == ()
+        for ask in (lambda: robot.picture("scene"), robot.observe):
+            with pytest.raises(UnsupportedError, match="cameras: the driver of panda has no cameras, and"):
+                ask()
 
 
 @pytest.mark.slow
