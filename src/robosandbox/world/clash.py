@@ -8,9 +8,10 @@ from dataclasses import replace
 from robosandbox.types import ObservedScene
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.contracts import find, lookup
-from robosandbox.world.facts import Fact, fact
+from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.imagine import taken
 from robosandbox.world.predicate import View, sentence
+from robosandbox.world.spots import free_spots
 from robosandbox.world.ways import OF_THE_HAND, Ways, subject_of
 
 
@@ -119,7 +120,12 @@ class _Clash:
         return cause
 
     def _place(self, goal: Fact, held: ObservedScene) -> None:
-        move = lookup(goal).imagine
-        self._scene = held if move is None else move(held, *goal.arguments)
-        self._placed[subject_of(goal)] = goal
-        self._left.discard(subject_of(goal))
+        name = subject_of(goal)
+        item = held.find(name)
+        spot = next(free_spots(held, item), None) if item is not None and goal.arguments[1:] == (TABLE,) else None
+        # What is to be anywhere on the table gets a place of its own there.
+        there = goal if spot is None else fact("at", name, *spot.xy)
+        move = lookup(there).imagine
+        self._scene = held if move is None else move(held, *there.arguments)
+        self._placed[name] = goal
+        self._left.discard(name)
