@@ -65,7 +65,6 @@ _FINAL_ERRORS: dict[type[SkillError], FinalReason] = {
     InternalError: FinalReason.INTERNAL_ERROR,
 }
 
-
 WorldT = TypeVar("WorldT", bound=GoalContext)
 
 
@@ -118,7 +117,7 @@ class Agent(Generic[WorldT]):
             PlannerError: The planner has no answer.
         """
         check_prompt(prompt)
-        return self.answer(prompt, self._look())
+        return self.answer(prompt, self.ctx.look())
 
     def answer(self, prompt: str, scene: ObservedScene) -> Plan | Refusal:
         """Return the planner's answer for a scene, or a refusal where its plan has a step that cannot be done.
@@ -168,7 +167,7 @@ class Agent(Generic[WorldT]):
         course = begin(planner, prompt, Desk(ctx=self.ctx, skills=self.skills, ask=self.ask, emit=self._emit))
         monitor, report = Monitor(), None
         while True:
-            scene = self._look()
+            scene = self.ctx.look()
             if report is None:
                 monitor.begin(scene)
             try:
@@ -196,12 +195,11 @@ class Agent(Generic[WorldT]):
         """Take down a failure; return why it is the last, or None where the course is asked again."""
         told.attempts.append(failure)
         final = _FINAL_ERRORS.get(type(failure.error))
-        if final is None and told.replans == max_replans:
-            final = FinalReason.REPLANS_EXHAUSTED
-        if final is None:
-            told.replans += 1
-            self._emit(Replanning(told.replans, failure.error.record()))
-        return final
+        if final is not None or told.replans == max_replans:
+            return final or FinalReason.REPLANS_EXHAUSTED
+        told.replans += 1
+        self._emit(Replanning(told.replans, failure.error.record()))
+        return None
 
     def _reported(self, answer: Plan | Finished, course: Course, told: Progress, monitor: Monitor) -> Report | None:
         """Carry out a plan, or look at what is said to be finished; None where the plan was not confirmed."""
@@ -249,9 +247,6 @@ class Agent(Generic[WorldT]):
         skill = self.skills[call.skill]
         return contract_of(skill, skill.check(call.arguments))
 
-    def _look(self) -> ObservedScene:
-        return self.ctx.look()
-
     def _execute(self, plan: Plan, steps: list[Step], monitor: Monitor, *, ends: bool) -> FailedAttempt | None:
         """Run the plan's calls, adding those that succeed to `steps`; return the first failure.
 
@@ -278,7 +273,7 @@ class Agent(Generic[WorldT]):
 
     def _undone(self, monitor: Monitor, *, at_the_end: bool) -> FailedAttempt | None:
         """Return the failure that a call has become whose effect does not hold any more."""
-        undone = monitor.undone(self._look, at_the_end=at_the_end)
+        undone = monitor.undone(self.ctx.look, at_the_end=at_the_end)
         if undone is None:
             return None
         self._emit(SkillFailed(undone.call, undone.error.record()))

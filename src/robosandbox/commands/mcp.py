@@ -33,14 +33,9 @@ def mcp(
     timeout: Annotated[float, typer.Option("--timeout", help="Simulated seconds that a skill may take.")] = 120.0,
 ) -> int:
     """Serve a robot's skills to an MCP client: of an embedded world, or with --connect of a sim process."""
-    if http is not None and not 0 <= http < 65536:
-        raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
-    if not timeout > 0.0:
-        raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
+    _check(http, timeout, realtime and bool(connection))
     if connection:
         check_remote(world)
-        if realtime:
-            raise InputError("--realtime: a sim process has its own pace; leave it or --connect out")
     if world.planner != "stub" or any(value is not None for value in (world.planner_options or {}).values()):
         from robosandbox.agent.planners import make_planner
 
@@ -48,7 +43,6 @@ def mcp(
         make_planner(world.planner, (), world.planner_options)
     if find_spec("mcp") is None:
         raise missing_extra(ModuleNotFoundError("mcp", name="mcp"), "mcp", "mcp")
-
     first = None
     if http is None:
         from robosandbox.mcp.greeting import greet
@@ -87,3 +81,12 @@ def mcp(
 
     serve(there if connection else here, port=http, first=first)
     return EXIT_DONE
+
+
+def _check(http: int | None, timeout: float, paces_other: bool) -> None:
+    if http is not None and not 0 <= http < 65536:
+        raise InputError(f"--http: {http} is no port; give 1 to 65535, or 0 for a free one")
+    if not timeout > 0.0:
+        raise InputError(f"--timeout: {timeout:g}; give seconds above 0")
+    if paces_other:
+        raise InputError("--realtime: a sim process has its own pace; leave it or --connect out")

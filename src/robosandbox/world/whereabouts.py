@@ -20,10 +20,7 @@ def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
     if item.id == scene.held:
         return fact("holding", item.id)
     if item.shape.is_granular:
-        view = View.of(scene)
-        names = [other.id for other in scene.objects if other.shape.holds_things and other.id != item.id]
-        found = (fact("inside", item.id, name) for name in names)
-        return next((one for one in found if find(one, view).holds), None)
+        return _within(scene, item)
     others = [other for other in scene.objects if other.id not in (item.id, scene.held) and not other.shape.is_granular]
     solid = next((other for other in others if not other.shape.holds_things and stands_on(item, other)), None)
     if solid is not None:
@@ -36,6 +33,14 @@ def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
     if rim is not None:
         return fact("on", item.id, rim.id)
     return fact("on", item.id, TABLE) if on_table(item, scene.table_height) else None
+
+
+def _within(scene: ObservedScene, beads: DetectedObject) -> Fact | None:
+    """Return which container beads are in; None where they are in several, or in none."""
+    names = [other.id for other in scene.objects if other.shape.holds_things]
+    found = (fact("inside", beads.id, name) for name in names)
+    view = View.of(scene)
+    return next((one for one in found if find(one, view).holds), None)
 
 
 def _aside(before: DetectedObject, after: DetectedObject) -> float:
