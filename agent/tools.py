@@ -207,6 +207,9 @@ def why_not(ctx: GoalContext, skills: Mapping[str, Skill[Any]], call: SkillCall)
     scene = ctx.look()
     try:
         arguments = skill.check(call.arguments)
+    except InvalidArgumentError:
+        return None
+    try:
         skill.require(ctx, scene, **arguments)
     except InvalidArgumentError:
         return None

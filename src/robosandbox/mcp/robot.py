@@ -58,7 +58,8 @@ class Robot:
         self._hands = cell.agent
         if isinstance(cell, EmbeddedWorkcell):
             cell.sim.subscribe(self._answer_looks)
-            self._hands = Agent(ctx=cell.ctx, skills=[*cell.skills, *MANUAL], planner=cell.agent.planner)
+            skills: list[Skill[Any]] = [*cell.skills, *MANUAL]
+            self._hands = Agent(ctx=cell.ctx, skills=skills, planner=cell.agent.planner)
             cell.ctx.skills = cell.agent.skills
 
     @property
