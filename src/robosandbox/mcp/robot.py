@@ -58,7 +58,7 @@ class Robot:
         self._hands = cell.agent
         if isinstance(cell, EmbeddedWorkcell):
             cell.sim.subscribe(self._answer_looks)
-            skills: list[Skill[Any]] = [*cell.skills, *MANUAL]
+            skills: list[Any] = [*cell.skills, *MANUAL]
             self._hands = Agent(ctx=cell.ctx, skills=skills, planner=cell.agent.planner)
             cell.ctx.skills = cell.agent.skills
 
