@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from robosandbox.shapes import CONTAINER_WALL
+from robosandbox.shapes.tray import Tray
 from robosandbox.testing import faults
 from robosandbox.testing.perturbations import park, parked
 from robosandbox.testing.sampling import DRAWS, EpisodeSampler, Perturbation, standing_at
@@ -14,6 +15,7 @@ from robosandbox.types import Pose, SceneObject, matrix_about_axis
 from robosandbox.world.relations import centre
 
 _ON_THE_WAY = ("perceive", "plan", "approach")
+_TRAY = Tray.kind  # The tray is called what it is.
 _CUBE = 0.02  # Half edge of the cubes in the tray, metres; chosen as those of the bundled tasks.
 # Space around each cube in a full tray, metres; chosen as what place_in asks for, walls included.
 _TRAY_ROOM = 0.006
@@ -42,7 +44,7 @@ def full_tray(sampler: EpisodeSampler) -> Perturbation:
     yaw, table = sampler.uniform(-math.pi, math.pi), sampler.scene.table_height
     turn = (0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0))
     size = (*inner, _TRAY_HEIGHT)
-    tray = SceneObject(id="tray", kind="tray", size=size, pose=Pose(xyz=(x, y, table), quat_xyzw=turn), mass=0.4)
+    tray = SceneObject(id=_TRAY, kind=Tray.kind, size=size, pose=Pose(xyz=(x, y, table), quat_xyzw=turn), mass=0.4)
     along = np.array([-math.sin(yaw), math.cos(yaw)]) * (_CUBE + 0.5 * _TRAY_ROOM)
     cubes = []
     for sign, (name, rgba) in zip((-1.0, 1.0), _IN_THE_TRAY.items(), strict=True):
@@ -52,9 +54,9 @@ def full_tray(sampler: EpisodeSampler) -> Perturbation:
     kept = [item for item in sampler.scene.objects if item.id != "grey_bin"]
     sampler.change(sampler.scene.model_copy(update={"objects": (tray, *cubes, *kept)}))
     swapped = [
-        ("red_cube", "inside", "tray"),
+        ("red_cube", "inside", _TRAY),
         ("blue_cube", "in_place_of", "red_cube"),
-        ("green_cube", "inside", "tray"),
+        ("green_cube", "inside", _TRAY),
     ]
     checks = [{"kind": kind, "object": one, "target": other} for one, kind, other in swapped]
     goal = "inside(red_cube, tray), inside(green_cube, tray), on(blue_cube, table)"

@@ -37,10 +37,14 @@ def where(scene: ObservedScene, item: DetectedObject) -> Fact | None:
 
 def _within(scene: ObservedScene, beads: DetectedObject) -> Fact | None:
     """Return which container beads are in; None where they are in several, or in none."""
-    names = [other.id for other in scene.objects if other.shape.holds_things]
-    found = (fact("inside", beads.id, name) for name in names)
+    vessels = [other for other in scene.objects if other.shape.holds_things]
     view = View.of(scene)
-    return next((one for one in found if find(one, view).holds), None)
+    for vessel in vessels:
+        within = fact("inside", beads.id, vessel.id)
+        # Where single beads are not known, they are where they are as a whole.
+        if find(within, view).holds if beads.grains else lies_in(beads, vessel):
+            return within
+    return None
 
 
 def _aside(before: DetectedObject, after: DetectedObject) -> float:
