@@ -184,7 +184,6 @@ def main() -> int:
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    logging.disable(logging.WARNING)
     rows = []
     try:
         with _endpoint(arguments) as (options, expert):
@@ -203,4 +202,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    logging.disable(logging.WARNING)
     raise SystemExit(main())

@@ -177,7 +177,6 @@ def main() -> int:
     parser.add_argument("--mode", nargs="+", default=["plan"], choices=("plan", "act"))
     parser.add_argument("--json", action="store_true")
     arguments = parser.parse_args()
-    logging.disable(logging.WARNING)
     draw = random.Random(arguments.seed)
     rows = [try_out(draw.choice(TASKS), mode, draw) for mode in arguments.mode for _ in range(arguments.plans)]
     sums: dict[str, Any] = {}
@@ -197,4 +196,5 @@ def main() -> int:
 
 
 if __name__ == "__main__":
+    logging.disable(logging.WARNING)
     raise SystemExit(main())
