@@ -130,4 +130,4 @@ def test_what_is_in_the_way_of_pouring_is_put_aside() -> None:
         episode = session.run("pour the beads into the bowl")
         assert episode.success, episode.final_detail
         assert isinstance(episode.attempts[0].error, CollisionError)
-        assert [repair.why for repair in episode.attempts[0].error.repairs] == ["from another start"]
+        assert episode.attempts[0].error.repairs[0].why == "from another start"
