@@ -106,8 +106,8 @@ class Agent(Generic[WorldT]):
         self.permits: list[Callable[[SkillCall], None]] = []
         self.approve: Callable[[Plan], bool] | None = None
         self.ask: Callable[[str], str] | None = None
-        self.thinks = False
-        self.left = False
+        self.thinks: bool = False
+        self.left: bool = False
 
     def plan(self, prompt: str) -> Plan | Refusal:
         """Return what the planner makes of the prompt and the scene; nothing moves.

@@ -15,6 +15,7 @@ from typing import Self
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.robots.chains import Chains, Tool, length_bound, turned
 from robosandbox.robots.limits import commandable
@@ -96,14 +97,18 @@ class Kinematics:
         position_tolerance: float = _POSITION_TOLERANCE,
         orientation_tolerance: float | None = None,
     ) -> None:
-        self.model, self.tool = model, tool
-        self.data = mujoco.MjData(model)
+        self.model: mujoco.MjModel = model
+        self.tool: Tool = tool
+        self.data: mujoco.MjData = mujoco.MjData(model)
         if qpos is not None:
             self.data.qpos[:] = qpos
-        self.joints = np.asarray(joints, dtype=np.intp)
-        self.addresses, self.dofs = model.jnt_qposadr[self.joints].copy(), model.jnt_dofadr[self.joints].copy()
+        self.joints: NDArray[np.intp] = np.asarray(joints, dtype=np.intp)
+        self.addresses: NDArray[np.int32] = model.jnt_qposadr[self.joints].copy()
+        self.dofs: NDArray[np.int32] = model.jnt_dofadr[self.joints].copy()
+        self.lower: Array
+        self.upper: Array
         self.lower, self.upper = commandable(model, joints) if limits is None else limits
-        self.position_tolerance = position_tolerance
+        self.position_tolerance: float = position_tolerance
         few = len(self.joints) < _FULL_POSE
         self.orientation_tolerance: float = orientation_tolerance or (_LOOSE if few else _STRICT)
         self.reach: float = length_bound(model, joints, tool)

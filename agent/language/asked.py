@@ -43,7 +43,7 @@ class Asked:
     ) -> None:
         self.tokens = tokens
         self.scene = scene
-        self.view = View.of(scene)
+        self.view: View = View.of(scene)
         self.discourse = discourse
 
     @cached_property

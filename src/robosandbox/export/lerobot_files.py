@@ -33,7 +33,8 @@ class FileRoll:
     """
 
     def __init__(self, root: Path, pattern: str, megabytes: int) -> None:
-        self.chunk, self.file = 0, -1
+        self.chunk: int = 0
+        self.file: int = -1
         self._root, self._pattern, self._bytes = root, pattern, megabytes * _MEGABYTE
 
     @property

@@ -59,11 +59,11 @@ class CollisionChecker:
     """
 
     def __init__(self, model: mujoco.MjModel, robot: Robot, names: Sequence[str], *, clearance: float = 0.002) -> None:
-        self.model = copy.copy(model)
+        self.model: mujoco.MjModel = copy.copy(model)
         self.robot = robot
         self.names = names
         self.clearance = clearance
-        self.data = mujoco.MjData(self.model)
+        self.data: mujoco.MjData = mujoco.MjData(self.model)
         self._robot_geoms = np.isin(model.geom_bodyid, list(robot.bodies))
         # Beads give way, so nobody plans around them.
         beads = model.geom_contype & GRAIN_BIT != 0

@@ -70,7 +70,7 @@ class LateAbilities(Abilities):
     def __init__(self, robot: Abilities) -> None:
         self.gripper, self.apertures, self.aperture = robot.gripper, robot.apertures, robot.aperture
         self.workspaces, self.max_force = robot.workspaces, robot.max_force
-        self.denied = 0
+        self.denied: int = 0
         self._robot = robot
         self._is_asking = False
         self._known: dict[tuple[object, ...], str | None] = {}

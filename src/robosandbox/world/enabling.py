@@ -54,7 +54,7 @@ class Enabling:
         held: str | None = None,
     ) -> None:
         self.calls: list[SkillCall] = []
-        self.scene = scene
+        self.scene: ObservedScene = scene
         self._skills = skills
         self._about = tuple(about)
         self._held = held if scene.held is None else scene.held
