@@ -51,7 +51,8 @@ class StubPlanner:
         discourse = self._dialogue.discourse if self._dialogue else Discourse()
         reply = None if history else answered(prompt, scene, discourse, self._skills, self._told)
         if isinstance(reply, Answer):
-            discourse.mention(reply.about)
+            if reply.about:
+                discourse.mention(reply.about)
             return Plan(steps=(), answer=reply.text)
         if isinstance(reply, Refusal):
             return reply

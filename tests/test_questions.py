@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import pytest
@@ -11,7 +12,7 @@ from robosandbox.agent.language.question_forms import FORMS
 from robosandbox.agent.language.questions import _Answers
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import ObservedScene, Plan, Refusal
+from robosandbox.types import ObservedScene, Plan, Pose, Refusal
 
 QUESTIONS = {
     "pick_from_three": {
@@ -27,7 +28,7 @@ QUESTIONS = {
         "is the green cube left of the red cube?": "Yes: green_cube is 16 cm to the left of red_cube",
         "is the green cube right of the red cube": "No: green_cube is 16 cm to the left of red_cube",
         "are you holding anything?": "I hold nothing",
-        "what can you do?": "I can pick up",
+        "what can you do?": "My skills are ",
         "how heavy is the red cube": "do not know what it weighs",
         "what did you just do?": "Nothing was done yet",
     },
@@ -101,3 +102,31 @@ def test_question_is_answered_and_nothing_moves(task: str, question: str) -> Non
         assert isinstance(answer, Refusal)
     else:
         assert isinstance(answer, Plan) and not answer.steps and said in answer.answer
+
+
+def test_what_is_not_seen_is_not_said() -> None:
+    chest = scene("put_in_drawer")
+    hidden = replace(chest, objects=tuple(replace(item, opening=None) for item in chest.objects))
+    poured = scene("pour_beads")
+    uncounted = replace(poured, objects=tuple(replace(item, grains=()) for item in poured.objects))
+    asked = {"is the drawer empty?": hidden, "is the drawer open?": hidden, "how many beads are there?": uncounted}
+    for question, seen in asked.items():
+        answer = StubPlanner(load_skills()).plan(question, seen)
+        assert isinstance(answer, Plan) and "cannot" in answer.answer and "Yes" not in answer.answer, answer
+
+
+def test_one_place_is_on_no_side_of_itself() -> None:
+    tower = scene("pick_from_three")
+    one, two, three = tower.objects
+    stacked = replace(tower, objects=(one, replace(two, pose=Pose(xyz=(*one.pose.xyz[:2], 0.1))), three))
+    for question in (f"is {two.id} in front of {one.id}?", f"is {two.id} behind {one.id}?"):
+        answer = StubPlanner(load_skills()).plan(question, stacked)
+        assert isinstance(answer, Plan) and answer.answer.startswith("No: "), answer
+
+
+def test_a_question_without_things_leaves_what_was_spoken_of() -> None:
+    planner = StubPlanner(load_skills(), dialogue=True)
+    planner.plan("where is the red cube?", scene("pick_from_three"))
+    planner.plan("what are you holding?", scene("pick_from_three"))
+    answer = planner.plan("pick it up", scene("pick_from_three"))
+    assert isinstance(answer, Plan) and [str(call) for call in answer.steps] == ["pick(object=red_cube)"]

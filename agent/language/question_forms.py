@@ -9,8 +9,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-VERBS = "pick up, place, stack, push, turn, pour, open, close, tap, swap, sort, go home"
-
 _SEE = "do_you_see|can_you_see|you_see|are_there|is_there|there_are|are_here|are_visible|have_you|do_you_have|are_left"
 _NOW = "now|right_now|at_the_moment|currently|please|then|exactly|still|already|yet"
 _IN = "in|inside|inside_of|within"
@@ -21,7 +19,7 @@ _LEFT = "left_of|to_the_left_of|on_the_left_of|on_the_left_side_of"
 _RIGHT = "right_of|to_the_right_of|on_the_right_of|on_the_right_side_of"
 _FRONT = "in_front_of|before"
 _BACK = "behind|in_back_of"
-_ARE = "is|are|was|were|lies|lie|sits|sit|stands|stand"
+_ARE = "is|are|lies|lie|sits|sit|stands|stand"
 
 # What each form asks about, the form, and what it gives besides what fills its slots. The first that fits is answered.
 _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
@@ -56,7 +54,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("count_in", f"how_many * are|is|do_you_see|are_there {_IN} *", {"relation": "inside"}),
     ("count_in", f"how_many * are|is|do_you_see|are_there {_ON} *", {"relation": "on"}),
     ("count", f"how_many * {_SEE} {_NOW}?", {}),
-    ("count", f"how_many * {_ARE} there|here|{_ON.split('|')[0]}_the_table", {}),
+    ("count", f"how_many * {_ARE} there|here|on_the_table", {}),
     ("count", "how_many * there_are|you_see|are_there", {}),
     ("count", "how_many *", {}),
     ("more", "are_there|do_you_see more * than *", {"wanted": "more"}),
@@ -72,8 +70,8 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("what", "what are|is the size|colour|color|shape|dimensions|height|width of *", {}),
     ("mass", "how heavy is|are *", {}),
     ("mass", "what|how_much does|do * weigh", {}),
-    ("which_in", f"which|what * {_ARE} {_IN} *", {"relation": "inside"}),
-    ("which_in", f"which|what * {_ARE} {_ON} *", {"relation": "on"}),
+    ("count_in", f"which|what * {_ARE} {_IN} *", {"relation": "inside"}),
+    ("count_in", f"which|what * {_ARE} {_ON} *", {"relation": "on"}),
     ("which", f"which|what of? * {_ARE} *", {}),
     ("whether_there", f"is|are there any|a|an|some|still|even? * {_NOW}?|here?", {}),
     ("whether_there", "do|can you see|spot|find|have any|some? *", {}),

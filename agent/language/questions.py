@@ -22,12 +22,12 @@ from robosandbox.agent.language.describing import (
     whereabouts,
 )
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
-from robosandbox.agent.language.question_forms import VERBS, Form
+from robosandbox.agent.language.question_forms import Form
 from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
-from robosandbox.world.relations import centre, contents, gap
+from robosandbox.world.relations import centre, contents, gap, loose
 from robosandbox.world.standing import standing_on
 from robosandbox.world.whereabouts import where
 
@@ -149,18 +149,16 @@ class _Answers(Asked):
         return self._contents(self.one(span))
 
     def _say_beside(self, span: Span, side: str = "") -> Answer:
-        item, sides = self.one(span), [side] if side else [*SIDE_AXES]
-        others = [other for other in self.view.others(item.id) if side_of(other, item) in sides]
-        near = sorted(others, key=lambda other: gap(item, other))
-        names = tuple(other.id for other in near)
-        place = f"{_SAID_OF_SIDES[side]} {item.id}" if side else f"next to {item.id}"
-        if not side:
-            names = tuple(
-                name
-                for name in names
-                if find(fact("beside", name, item.id, (side_of(self.view.get(name), item) or "front")), self.view).holds
-            )
-        return Answer(f"{listed(names)} {be(names)} {place}." if names else f"Nothing is {place}.", names)
+        item = self.one(span)
+        others = [other for other in self.view.others(item.id) if self._stands(other, item, side)]
+        names = tuple(other.id for other in sorted(others, key=lambda other: gap(item, other)))
+        there = f"{_SAID_OF_SIDES[side]} {item.id}" if side else f"next to {item.id}"
+        return Answer(f"{listed(names)} {be(names)} {there}." if names else f"Nothing is {there}.", names)
+
+    def _stands(self, item: DetectedObject, other: DetectedObject, side: str) -> bool:
+        """Tell whether a thing is on that side of another; without a side, whether it stands next to it."""
+        at = side_of(item, other)
+        return at == side if side else bool(at) and find(fact("beside", item.id, other.id, at), self.view).holds
 
     def _say_held(self) -> Answer:
         held = self.scene.held
@@ -168,8 +166,12 @@ class _Answers(Asked):
 
     def _say_count(self, span: Span) -> Answer:
         ids, said = self.fitting(span)
-        grains = sum(len(self.view.get(name).grains) for name in ids)
-        return Answer(f"{grains or len(ids)}: {listed(ids)}." if ids else f"None: I see no {said}.", ids)
+        if not ids:
+            return Answer(f"None: I see no {said}.")
+        seen = [self.view.get(name) for name in ids]
+        if any(item.shape.is_granular and not item.grains for item in seen):
+            return Answer(f"I see {listed(ids)} and cannot count them.", ids)
+        return Answer(f"{sum(len(loose(item)) for item in seen)}: {listed(ids)}.", ids)
 
     def _say_count_in(self, span: Span, other: Span, relation: str) -> Answer:
         (ids, said), target = self.fitting(span), self.one(other)
@@ -222,9 +224,6 @@ class _Answers(Asked):
             raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what “{words} {noun}” is.")
         return again._say_what((2, len(again.tokens)))
 
-    def _say_which_in(self, span: Span, other: Span, relation: str) -> Answer:
-        return self._say_count_in(span, other, relation)
-
     def _say_whether(self, span: Span, other: Span, relation: str) -> Answer:
         item, target = self.one(span), self.one(other)
         finding = find(fact(relation, item.id, target.id), self.view)
@@ -236,32 +235,30 @@ class _Answers(Asked):
 
     def _say_whether_beside(self, span: Span, other: Span, side: str = "") -> Answer:
         item, target = self.one(span), self.one(other)
-        at = side_of(item, target) or "front"
-        if side:
-            far = abs(float((centre(item) - centre(target))[:2] @ np.array(SIDE_AXES[at])))
-            yes = "Yes" if at == side else "No"
-            return Answer(f"{yes}: {item.id} is {length(far)} {_SAID_OF_SIDES[at]} {target.id}.", (item.id,))
-        holds = find(fact("beside", item.id, target.id, at), self.view).holds
-        return Answer(
-            f"{'Yes' if holds else 'No'}: {length(max(gap(item, target), 0.0))} lie between them.", (item.id,)
-        )
+        yes = "Yes" if self._stands(item, target, side) else "No"
+        at = side_of(item, target)
+        if not side:
+            return Answer(f"{yes}: {length(max(gap(item, target), 0.0))} lie between them.", (item.id,))
+        if not at:
+            return Answer(f"{yes}: {item.id} and {target.id} are at one place seen from above.", (item.id,))
+        far = abs(float((centre(item) - centre(target))[:2] @ np.array(SIDE_AXES[at])))
+        return Answer(f"{yes}: {item.id} is {length(far)} {_SAID_OF_SIDES[at]} {target.id}.", (item.id,))
 
     def _say_whether_state(self, span: Span, relation: str) -> Answer:
         item = self.one(span)
-        if relation in ("open", "closed"):
-            if not item.shape.opens:
-                return Answer(f"{item.id} neither opens nor closes.", (item.id,))
-            if item.opening is None:
-                return Answer(f"I cannot see how far {item.id} is open.", (item.id,))
-            holds = find(fact(relation, item.id), self.view).holds
-            return Answer(
-                f"{'Yes' if holds else 'No'}: {item.id} is {1e3 * abs(item.opening):.0f} mm open.", (item.id,)
-            )
-        if relation == "empty" and item.shape.holds_things:
-            inside = self._contents(item)
-            return Answer(f"{'No' if inside.about else 'Yes'}: {inside.text}", (item.id,))
         finding = find(fact(relation, item.id), self.view)
-        return self._yes(finding.holds, item, finding.is_sure)
+        yes = "Yes" if finding.holds else "No"
+        if relation == "empty":
+            inside = self._contents(item)
+            is_told = item.shape.holds_things and finding.is_sure
+            return Answer(f"{yes}: {inside.text}" if is_told else inside.text, (item.id,))
+        if relation not in ("open", "closed"):
+            return self._yes(finding.holds, item, finding.is_sure)
+        if not item.shape.opens:
+            return Answer(f"{item.id} neither opens nor closes.", (item.id,))
+        if item.opening is None:
+            return Answer(f"I cannot see how far {item.id} is open.", (item.id,))
+        return Answer(f"{yes}: {item.id} is {1e3 * abs(item.opening):.0f} mm open.", (item.id,))
 
     def _say_whether_held(self, span: Span) -> Answer:
         item = self.one(span)
@@ -303,9 +300,7 @@ class _Answers(Asked):
 
     def _say_abilities(self) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)
-        return Answer(
-            f"I can {VERBS}; my skills are {own}. I also say where things are, how many, how big and how far apart."
-        )
+        return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
 
     def _say_last(self) -> Answer:
         return Answer(self._told or "Nothing was done yet.")
