@@ -11,10 +11,11 @@ from robosandbox.errors import ErrorCode
 from robosandbox.evidence import CollisionEvidence
 from robosandbox.types import DIRECTION_AXES, Array, DetectedObject, SkillCall
 from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
-from robosandbox.world.enabling import Enabling, NoWayError
+from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import bottom, centre, gap, support, top
+from robosandbox.world.search import NoWayError
 from robosandbox.world.standing import TIPPED, standing_on, tilt
 from robosandbox.world.ways import Plannable
 

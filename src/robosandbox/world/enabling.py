@@ -14,6 +14,7 @@ from robosandbox.world.contracts import contract_of, find, first_refuted, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import View, predicates
 from robosandbox.world.relations import centre, gap
+from robosandbox.world.search import NoWayError
 from robosandbox.world.verifier import verify
 from robosandbox.world.ways import Plannable
 
@@ -25,10 +26,6 @@ _HAND_ROOM = 0.10
 # How far another place to put a thing aside is from the nearest one, metres; chosen as two hands' breadths.
 _ELSEWHERE = 0.2
 _OF_THE_HAND = ("holding", "hand_empty", "hand_ready")
-
-
-class NoWayError(Exception):
-    """No calls were found that bring something about."""
 
 
 class Enabling:

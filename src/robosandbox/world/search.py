@@ -49,7 +49,7 @@ class NoWayError(Exception):
         depth: How far from the goals it was found: the nearest cause is told.
     """
 
-    def __init__(self, cause: str, depth: int) -> None:
+    def __init__(self, cause: str, depth: int = 0) -> None:
         super().__init__(cause)
         self.depth = depth
 
