@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Generic, TypeVar
 
-from robosandbox.agent.course import Course, Desk, Finished, Remembering, Report, begin
+from robosandbox.agent.course import Course, Desk, Finished, GivenPlan, Remembering, Report, begin
 from robosandbox.agent.episode import (
     AgentEvent,
     Ended,
@@ -27,6 +27,7 @@ from robosandbox.agent.episode import (
 )
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.goal_planner import GoalPlanner, is_goal
+from robosandbox.agent.overheard import overheard
 from robosandbox.agent.progress import Progress, summary
 from robosandbox.agent.usage import metered
 from robosandbox.errors import (
@@ -41,7 +42,7 @@ from robosandbox.errors import (
     RoboSandboxError,
     SkillError,
 )
-from robosandbox.protocols import Attempt, Planner, Skill
+from robosandbox.protocols import Planner, Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
     Intent,
@@ -88,6 +89,7 @@ class Agent(Generic[WorldT]):
         permits: Called with each call before anything moves for it; one that raises a SkillError stops it.
         approve: Asked about each plan before the first of its calls; None approves all.
         ask: Puts a question of a planner to the person and returns the answer; None where nobody is there to answer.
+        streams: Whether listeners are told what a model writes while it writes.
         thinks: Whether the planner is being asked.
         left: Set by whoever interrupts `run`, before a KeyboardInterrupt: the planner is not waited for any longer.
     """
@@ -106,6 +108,7 @@ class Agent(Generic[WorldT]):
         self.permits: list[Callable[[SkillCall], None]] = []
         self.approve: Callable[[Plan], bool] | None = None
         self.ask: Callable[[str], str] | None = None
+        self.streams: bool = False
         self.thinks: bool = False
         self.left: bool = False
 
@@ -125,7 +128,9 @@ class Agent(Generic[WorldT]):
         Raises:
             PlannerError: The planner has no answer.
         """
-        return self._refused_if_hopeless(self._planner_for(prompt).plan(prompt, scene, ()), scene)
+        with overheard(self._emit if self.streams else None):
+            answer = self._planner_for(prompt).plan(prompt, scene, ())
+        return self._refused_if_hopeless(answer, scene)
 
     def run(self, prompt: str) -> Episode:
         """Carry out a prompt.
@@ -145,13 +150,13 @@ class Agent(Generic[WorldT]):
         Returns:
             What came of it; its prompt is the plan in words.
         """
-        return self._run(", ".join(map(str, plan.steps)), _Given(plan), 0)
+        return self._run(", ".join(map(str, plan.steps)), GivenPlan(plan), 0)
 
     def _run(self, prompt: str, planner: Planner, max_replans: int) -> Episode:
         told = Progress()
         self.listeners.append(told.hear)
         try:
-            with metered() as usage:
+            with metered() as usage, overheard(self._emit if self.streams else None):
                 reason, detail = self._carry_out(prompt, planner, told, max_replans)
         finally:
             self.listeners.remove(told.hear)
@@ -206,7 +211,11 @@ class Agent(Generic[WorldT]):
         if isinstance(answer, Finished):
             told.claim = answer.summary
             return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
-        told.plan = answer if told.plan is None or not course.goes_on else _joined(told.steps, answer)
+        told.plan = (
+            answer
+            if told.plan is None or not course.goes_on
+            else Plan(steps=(*(step.call for step in told.steps), *answer.steps))
+        )
         self._emit(Planned(answer, told.replans))
         if answer.steps and self.approve is not None and not self.approve(answer):
             return None
@@ -317,17 +326,6 @@ class Agent(Generic[WorldT]):
             listener(event)
 
 
-class _Given:
-    """A planner that has one plan, whatever is asked."""
-
-    def __init__(self, plan: Plan) -> None:
-        self._plan = plan
-
-    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
-        del prompt, scene, history
-        return self._plan
-
-
 def check_prompt(prompt: str) -> None:
     """Refuse a prompt that no sentence needs.
 
@@ -339,11 +337,6 @@ def check_prompt(prompt: str) -> None:
             f"prompt: {prompt[:20]!r}... has {len(prompt):,} characters; at most {MAX_PROMPT_LENGTH:,}; "
             "say it in a sentence or two"
         )
-
-
-def _joined(done: Sequence[Step], plan: Plan) -> Plan:
-    """Return what was done, and what is to be done now, as one plan."""
-    return Plan(steps=(*(step.call for step in done), *plan.steps))
 
 
 def _reason_of(error: PlannerError) -> FinalReason:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from dataclasses import dataclass, field
 
-from robosandbox.agent.force import ForceGuard
+from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.drivers import require
@@ -14,7 +14,7 @@ from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
-from robosandbox.types import Intent, Limits, ObservedScene, SkillCall
+from robosandbox.types import Intent, Limits, ObservedScene, SkillCall, force_limits
 from robosandbox.world.alternatives import Failure
 
 _log = logging.getLogger(__name__)
@@ -58,6 +58,7 @@ class AgentContext(GoalContext):
     limits: Limits | None = None
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
+    _force: ForceGuard | None = field(default=None, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
@@ -66,9 +67,26 @@ class AgentContext(GoalContext):
         for limits in self._all_limits():
             if limits.workspace is not None:
                 self.sim.guards.append(WorkspaceGuard(self.sim, limits.workspace))
-            if limits.max_force is not None:
-                require(self.sim, "contact", f"limits.max_force, {limits.max_force:g} N, is kept with it")
-                self.sim.guards.append(ForceGuard(self.sim, limits.max_force))
+        has = self.sim.capabilities
+        if has.contact is not None or has.wrist_wrench:
+            self._force = ForceGuard(self.sim, *force_limits(*self._all_limits()))
+            self.sim.guards.append(self._force)
+            return
+        for limits in self._all_limits():
+            force = limits.max_force_n or limits.max_unintended_force_n
+            if force is not None:
+                require(
+                    self.sim, "contact", f"limits.max_force_n, {force:g} N, is kept with it, or with a wrist_wrench"
+                )
+        _log.warning(
+            "force: the driver of %s tells neither contact nor a wrench at the wrist, so that no limit of force is kept",
+            self.sim.spec.name,
+        )
+
+    @property
+    def max_force_n(self) -> float:
+        """With how many newtons a skill may press what it is to move."""
+        return force_limits(*self._all_limits())[0]
 
     def _all_limits(self) -> list[Limits]:
         """Return the robot's own limits, and this context's."""
@@ -84,11 +102,13 @@ class AgentContext(GoalContext):
         return self.perception.planning(self.sim, seen)
 
     def permit(self, call: SkillCall) -> None:
-        """Check a call against the workspace before anything moves.
+        """Check a call against the workspace before anything moves, and take note of what it means to touch.
 
         Raises:
             LimitError: It leads outside.
         """
+        if self._force is not None:
+            self._force.mean(meant_by(call, self.seen.held if self.seen else None))
         for limits in self._all_limits():
             if limits.workspace is not None:
                 check_call(call, self.look(), limits.workspace)

@@ -7,13 +7,13 @@ too, and says itself when the prompt is done.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
 from robosandbox.agent.episode import Episode, FailedAttempt, Listener, Step
 from robosandbox.agent.goal import GoalContext
-from robosandbox.protocols import Planner, Skill
+from robosandbox.protocols import Attempt, Planner, Skill
 from robosandbox.types import ObservedScene, Plan, Refusal
 
 
@@ -117,6 +117,18 @@ class PlannedCourse:
         if report is not None and report.failure is not None:
             self._attempts = (*self._attempts, report.failure)
         return self._planner.plan(self._prompt, scene, self._attempts)
+
+
+class GivenPlan:
+    """A planner that has one plan, whatever is asked."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = plan
+
+    def plan(self, prompt: str, scene: ObservedScene, history: Sequence[Attempt] = ()) -> Plan | Refusal:
+        """Return the plan."""
+        del prompt, scene, history
+        return self._plan
 
 
 def begin(planner: Planner, prompt: str, desk: Desk) -> Course:

@@ -75,7 +75,7 @@ class Episode:
         attempts: The plans that ended early.
         refusal: The planner's no, at first or after a failure.
         error: The last failure; None after a success.
-        model_usage: What language models were asked meanwhile; no requests where none was.
+        model_usage: What language models were asked meanwhile, and every exchange with them; none where none was asked.
         consulted: What a director looked up, tried out and asked between its calls, in order.
         claim: What a director says was done; "" without one.
     """
@@ -125,6 +125,7 @@ class Episode:
             "refusal": self.refusal.model_dump(mode="json") if self.refusal else None,
             "error": self.error.model_dump(mode="json") if self.error else None,
             "model_usage": self.model_usage.record(),
+            "transcript": self.model_usage.transcript(),
             "consulted": [
                 {"tool": one.tool, "arguments": dict(one.arguments), "answer": dict(one.answer)}
                 for one in self.consulted
@@ -145,6 +146,19 @@ class Thought:
     """A director says why it does what comes next; its own words, nothing measured."""
 
     text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Writing:
+    """A model is writing its answer; none of it is checked, and none of it is done before it is.
+
+    Attributes:
+        thought: What was added to its thought.
+        calls: Calls that are complete now.
+    """
+
+    thought: str = ""
+    calls: tuple[SkillCall, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,6 +228,7 @@ class Ended:
 AgentEvent = (
     Started
     | Thought
+    | Writing
     | Consulted
     | Planned
     | SkillStarted

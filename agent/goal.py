@@ -9,8 +9,9 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
+from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Skill
-from robosandbox.types import Intent, ObservedScene
+from robosandbox.types import Intent, ObservedScene, Plan
 
 
 @dataclass(kw_only=True)
@@ -31,6 +32,14 @@ class GoalContext(ABC):
     @abstractmethod
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
+
+    def simulate(self, plan: Plan) -> dict[str, Any]:
+        """Return what would come of a plan, as whoever has the world and a twin of it says.
+
+        Raises:
+            UnsupportedError: Nobody has one.
+        """
+        raise UnsupportedError(f"simulate: nobody has a twin to try {plan} on; use `check`")
 
     def cancel(self) -> None:
         """Stop what runs, from any thread: it ends in a CancelledError, with the arm holding."""

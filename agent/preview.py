@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -79,15 +79,20 @@ class _Touches:
                 self.found[name] = None
 
 
-def preview(ctx: AgentContext, plan: Plan, skills: Mapping[str, Skill[Any]]) -> Preview:
+def preview(
+    ctx: AgentContext, plan: Plan, skills: Mapping[str, Skill[Any]], *, tick: Callable[[], None] | None = None
+) -> Preview:
     """Carry out a plan on the twin of a world; the world itself is left alone.
 
     Args:
         ctx: The world.
         plan: What to try.
         skills: What it may call, by name.
+        tick: Called at each control tick; a SkillError that it raises ends the trial.
     """
     twin = ctx.twin()
+    if tick is not None:
+        twin.sim.subscribe(tick)
     # The calls are there already, so that its planner is never asked.
     agent = Agent(ctx=twin, skills=list(skills.values()), planner=GoalPlanner(()))
     start = twin.sim.time

@@ -6,7 +6,7 @@ A tool's arguments are a model whose docstring is its description. What is answe
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Protocol, runtime_checkable
 
 from pydantic import Field, ValidationError, field_validator
@@ -30,6 +30,7 @@ from robosandbox.world.verifier import MAX_STEPS, Checkable, Constraints, verify
 _DECIMALS = 4
 _MOST_GOALS = 20  # Number of relations in one list. Chosen far above what a sentence asks.
 _LONGEST = 600  # Characters of a sentence for the person. Chosen: three lines or so.
+_LONGEST_PROGRAM = 4_000  # Characters of a program. Chosen: a hundred lines.
 _UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
 
 Steps = Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS, description="The calls in order.")]
@@ -102,6 +103,12 @@ class FinishArguments(StrictModel):
     holds: Annotated[Relations, Field(description=f"What holds now, to be checked. {_RELATIONS_HELP}")] = ()
 
 
+class ProgramArguments(StrictModel):
+    """Carry out a short Python program. Each skill is a function of its arguments and returns what was measured; `scene()` returns what <scene> has, as it is then, `holds("on(a, b)")` whether a relation holds. Each call is checked before it is made; the first that fails ends the program. No imports, files or attributes of the host."""
+
+    code: Annotated[str, Field(min_length=1, max_length=_LONGEST_PROGRAM, description="The program.")]
+
+
 def description(arguments: type[StrictModel]) -> str:
     """Return what a tool with these arguments does."""
     return " ".join((arguments.__doc__ or "").split())
@@ -130,16 +137,29 @@ def checked(
 
 
 def simulated(
-    ctx: GoalContext, plan: Plan, skills: Mapping[str, Skill[Any]], constraints: Constraints | None = None
+    ctx: GoalContext,
+    plan: Plan,
+    skills: Mapping[str, Skill[Any]],
+    constraints: Constraints | None = None,
+    *,
+    tick: Callable[[], None] | None = None,
 ) -> dict[str, Any]:
-    """Return what came of a plan on the twin of a world."""
-    if not isinstance(ctx, AgentContext):
-        return {"ok": False, "error": "there is no twin of a world in another process; use `check`"}
+    """Return what came of a plan on the twin of a world, which the process has that has the world.
+
+    Args:
+        ctx: The world.
+        plan: What to try.
+        skills: What it may call, by name.
+        constraints: What the person asked besides.
+        tick: Called at each control tick of a twin here; a SkillError that it raises ends the trial.
+    """
     verdict = checked(plan, ctx.look(), list(skills.values()), constraints)
     if not verdict["ok"]:
         return verdict
+    if not isinstance(ctx, AgentContext):
+        return ctx.simulate(plan)
     begin = ctx.twin().look()
-    tried = preview(ctx, plan, skills)
+    tried = preview(ctx, plan, skills, tick=tick)
     data: dict[str, Any] = {
         "ok": tried.success,
         "seconds": tried.seconds,

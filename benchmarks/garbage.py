@@ -19,7 +19,7 @@ from pydantic import TypeAdapter
 
 from robosandbox.errors import ErrorCode, InvalidMessageError
 from robosandbox.service.client import connect
-from robosandbox.service.messages import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, decode
+from robosandbox.service.messages import PROTOCOL, Ask, Clock, GoalRef, Load, Message, Reset, SendGoal, Simulate, decode
 from robosandbox.testing.processes import SimProcess
 from robosandbox.types import Truth
 
@@ -28,6 +28,7 @@ QUERYABLES: dict[str, type[Message]] = {
     "info": Ask,
     "truth": Ask,
     "checkpoint": Ask,
+    "simulate": Simulate,
     "obs/state": Ask,
     "obs/objects": Ask,
     "reset": Reset,
@@ -145,6 +146,8 @@ class Nonsense:
             return {"protocol": PROTOCOL, "goal_id": foreign}
         if model is Reset:
             return {"protocol": PROTOCOL, "checkpoint": self._rng.choice(NAMES)[:64]}
+        if model is Simulate:
+            return {"protocol": PROTOCOL, "steps": [{"skill": self._rng.choice(NAMES), "arguments": {}}]}
         if model is Load:
             return {"protocol": PROTOCOL, "task": self._rng.choice(NAMES)[:64]}
         if model is Clock:

@@ -1,18 +1,18 @@
-"""How well sentences are understood: right, rightly refused, wrong motion, missed; by category, with timing.
+"""How well sentences are understood: right, rightly refused, wrongly refused, wrong motion; by who speaks, with timing.
 
-    uv run benchmarks/language.py [--planner NAME --base-url URL --model NAME --cassette FILE]
-                                  [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+    uv run benchmarks/language.py [--learned] [--sealed] [--prompts FILE ...] [--scene FILE] [--paraphrase N] [--json]
+                                  [--refusals N] [--planner NAME --base-url URL --model NAME --cassette FILE]
 
-A prompts file holds a scene and sentences by category, each with every acceptable plan: `pick(can); place_in(bin_a)`, with `|`
-between alternatives, `*` for anything, `low..high` for a range, `any order [...] [...]`, and `!ambiguous` for a refusal
-(`!*` for one of any code).
+Without a choice the learned sentences are scored: those of tests/prompts that the grammar may be mended for. The sealed ones
+of tests/prompts/sealed are figures only: what fails there is counted and not shown. `sentences.py` tells the format of a file.
+With --refusals some that were refused are printed for a person to read: is each true, and of help?
+Intervals are Wilson's, of 95 %. In JSON `missed` are the wrongly refused.
 """
 
 from __future__ import annotations
 
 import argparse
 import inspect
-import itertools
 import json
 import random
 import re
@@ -20,47 +20,24 @@ import statistics
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import yaml
+from sentences import KINDS, LEARNED, PARAMETERS, SEALED, Prompt, accepts, load_prompts, load_scene
 
 from robosandbox.agent.planners import make_planner
 from robosandbox.errors import InputError, PlannerError, UnsupportedError
-from robosandbox.perception.colour import colour_name
 from robosandbox.protocols import Planner, Skill, SkillContext
 from robosandbox.skills.base import Skill as BaseSkill
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal, Scene, SkillCall, SkillResult
+from robosandbox.tasks.interval import wilson_interval
+from robosandbox.types import Plan, Refusal, SkillResult
 
-CORPUS = Path(__file__).parent.parent / "tests" / "prompts"
-PARAMETERS: dict[str, tuple[str, ...]] = {
-    "pick": ("object",),
-    "place_on": ("target",),
-    "place_in": ("container",),
-    "place_beside": ("target", "side"),
-    "place_at": ("x", "y"),
-    "stack": ("object", "target"),
-    "push": ("object", "direction", "distance"),
-    "pour": ("target",),
-    "open_drawer": ("drawer",),
-    "close_drawer": ("drawer",),
-    "tap": ("object",),
-    "home": (),
-}
-NUMBER_TOLERANCE = 0.011
-
-
-@dataclass(frozen=True)
-class Prompt:
-    """A sentence in a scene and what is acceptable for it."""
-
-    text: str
-    category: str
-    expected: str
-    scene: ObservedScene
+VERDICTS = ("right", "refused_right", "wrong_motion", "missed")
+# Sections of fewer sentences than this that name no kind of speaker are summed up in the table; JSON has them all.
+FEWEST_SHOWN = 100
 
 
 @dataclass(frozen=True)
@@ -72,125 +49,6 @@ class Outcome:
     answer: Plan | Refusal
     seconds: float
     cpu_seconds: float
-
-
-def observed(scene: Scene, held: str | None = None) -> ObservedScene:
-    """Return the scene as ground-truth perception would see it."""
-    places = {item.id: item.pose for item in scene.objects}
-    for item in scene.objects:
-        if item.inside is not None:
-            x, y, z = places[item.inside].xyz
-            places[item.id] = Pose(xyz=(x, y, z + 0.01))
-    return ObservedScene(
-        time=0.0,
-        table_height=scene.table_height,
-        base_xy=(-0.3, 0.0),
-        held=held,
-        objects=tuple(
-            DetectedObject(
-                id=item.id,
-                kind=item.kind,
-                size=item.size,
-                colour=colour_name(item.rgba),
-                rgba=item.rgba,
-                pose=places[item.id],
-                opening=item.open if item.shape.opens else None,
-                tag=item.tag,
-                grains=(places[item.id].xyz,) * item.count,
-            )
-            for item in scene.objects
-        ),
-    )
-
-
-def _read(path: Path) -> dict[str, Any]:
-    """Return what a YAML file holds; the corpus is 2.8 MB, so libyaml reads it where PyYAML has it."""
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-    data: dict[str, Any] = yaml.load(path.read_text(encoding="utf-8"), Loader=loader)
-    return data
-
-
-def load_prompts(path: Path, scene: ObservedScene | None = None) -> list[Prompt]:
-    """Return the prompts of a file, in its own scene or in the one given."""
-    data = _read(path)
-    own = dict(data["scene"])
-    held = own.pop("held", None)
-    seen = scene or observed(Scene.model_validate(own), held)
-    return [
-        Prompt(str(text), category, str(expected), seen)
-        for category, sentences in data["prompts"].items()
-        for text, expected in sentences.items()
-    ]
-
-
-def load_scene(path: Path) -> ObservedScene:
-    """Return the scene of a task or prompts file."""
-    own = dict(_read(path)["scene"])
-    own.pop("robot_urdf", None)
-    own.pop("robot_config", None)
-    return observed(Scene.model_validate({k: v for k, v in own.items() if k != "held"}), own.get("held"))
-
-
-def accepts(expected: str, answer: Plan | Refusal) -> bool:
-    """Say whether an answer is one of those expected."""
-    for alternative in re.split(r"\s*\|\s*", expected):
-        if alternative.startswith("!"):
-            # A question that is answered moves nothing either.
-            code = answer.code if isinstance(answer, Refusal) else "unsupported" if answer.answer else ""
-            if code and alternative in ("!*", f"!{code}"):
-                return True
-        elif isinstance(answer, Plan):
-            calls = [part for step in answer.steps for part in _unstacked(step)]
-            for steps in _orders(re.sub(r"stack\(([\w/]+|\*), ([\w/]+|\*)\)", r"pick(\1); place_on(\2)", alternative)):
-                if _same(steps, calls):
-                    return True
-    return False
-
-
-def _unstacked(call: SkillCall) -> list[SkillCall]:
-    """Return the two calls that `stack` is: the same motion however it is planned."""
-    if call.skill != "stack":
-        return [call]
-    return [
-        SkillCall(skill="pick", arguments={"object": call.arguments["object"]}),
-        SkillCall(skill="place_on", arguments={"target": call.arguments["target"]}),
-    ]
-
-
-def _orders(expected: str) -> Iterator[list[str]]:
-    if expected.startswith("any order"):
-        groups = [[step.strip() for step in group.split(";")] for group in re.findall(r"\[([^\]]*)\]", expected)]
-        tail = [step.strip() for step in expected.rpartition("]")[2].split(";") if step.strip()]
-        for order in itertools.permutations(groups):
-            yield [step for group in order for step in group] + tail
-    else:
-        yield [step.strip() for step in expected.split(";") if step.strip()]
-
-
-def _same(expected: Sequence[str], steps: Sequence[SkillCall]) -> bool:
-    return len(expected) == len(steps) and all(_fits(e, s) for e, s in zip(expected, steps, strict=True))
-
-
-def _fits(expected: str, call: SkillCall) -> bool:
-    match = re.fullmatch(r"(\w+)\((.*)\)", expected)
-    if match is None or match[1] != call.skill:
-        return False
-    wanted = [value.strip() for value in match[2].split(",")] if match[2] else []
-    names = PARAMETERS[call.skill]
-    return len(wanted) == len(names) and all(
-        _value_fits(w, call.arguments.get(name)) for w, name in zip(wanted, names, strict=True)
-    )
-
-
-def _value_fits(wanted: str, value: Any) -> bool:
-    if wanted == "*":
-        return True
-    if isinstance(value, (int, float)):
-        low, dots, high = wanted.partition("..")
-        if dots:
-            return float(low) - 1e-6 <= value <= float(high) + 1e-6
-        return abs(float(wanted) - value) <= NUMBER_TOLERANCE
-    return str(value) in wanted.split("/")
 
 
 def catalogue() -> list[Skill]:
@@ -220,12 +78,16 @@ def run(prompts: Sequence[Prompt], planner: Planner) -> list[Outcome]:
         start, cpu_start = time.perf_counter(), time.process_time()
         answer = planner.plan(prompt.text, prompt.scene)
         seconds, cpu_seconds = time.perf_counter() - start, time.process_time() - cpu_start
-        if accepts(prompt.expected, answer):
-            verdict = "right" if isinstance(answer, Plan) else "refused_right"
-        else:
-            verdict = "wrong_motion" if isinstance(answer, Plan) else "missed"
-        outcomes.append(Outcome(prompt, verdict, answer, seconds, cpu_seconds))
+        outcomes.append(Outcome(prompt, verdict(prompt.expected, answer), answer, seconds, cpu_seconds))
     return outcomes
+
+
+def verdict(expected: str, answer: Plan | Refusal) -> str:
+    """Judge an answer; one that moves nothing, as to a question, is no wrong motion."""
+    moves = isinstance(answer, Plan) and bool(answer.steps)
+    if accepts(expected, answer):
+        return "right" if moves else "refused_right"
+    return "wrong_motion" if moves else "missed"
 
 
 PREFIXES = (
@@ -269,7 +131,7 @@ def paraphrases(prompts: Sequence[Prompt], count: int, seed: int) -> list[Prompt
             text += rng.choice(SUFFIXES)
         if rng.random() < 0.3:
             text = _slip(text, rng)
-        made.append(Prompt(text, "paraphrase", source.expected, source.scene))
+        made.append(replace(source, text=text, category="paraphrase"))
     return made
 
 
@@ -285,18 +147,32 @@ def _slip(text: str, rng: random.Random) -> str:
 
 def summary(outcomes: Sequence[Outcome]) -> dict[str, Any]:
     """Return the figures of a run."""
-    count = Counter(outcome.verdict for outcome in outcomes)
-    by_category: dict[str, Counter[str]] = {}
-    for outcome in outcomes:
-        by_category.setdefault(outcome.prompt.category, Counter())[outcome.verdict] += 1
-    verdicts = ("right", "refused_right", "wrong_motion", "missed")
     return {
-        "sentences": len(outcomes),
-        **{verdict: count[verdict] for verdict in verdicts},
-        "share_right": (count["right"] + count["refused_right"]) / max(len(outcomes), 1),
-        "by_category": {name: {v: c[v] for v in verdicts} for name, c in sorted(by_category.items())},
+        **_figures(outcomes),
+        "by_kind": _grouped(outcomes, lambda outcome: outcome.prompt.kind),
+        "by_category": _grouped(outcomes, lambda outcome: outcome.prompt.category),
         "milliseconds": quantiles([1e3 * outcome.seconds for outcome in outcomes]),
         "cpu_milliseconds": quantiles([1e3 * outcome.cpu_seconds for outcome in outcomes]),
+    }
+
+
+def _grouped(outcomes: Sequence[Outcome], group: Callable[[Outcome], str]) -> dict[str, Any]:
+    groups: dict[str, list[Outcome]] = {}
+    for outcome in outcomes:
+        groups.setdefault(group(outcome), []).append(outcome)
+    return {name: _figures(members) for name, members in sorted(groups.items())}
+
+
+def _figures(outcomes: Sequence[Outcome]) -> dict[str, Any]:
+    """Return counts, shares and their intervals."""
+    count, total = Counter(outcome.verdict for outcome in outcomes), len(outcomes)
+    good = count["right"] + count["refused_right"]
+    return {
+        "sentences": total,
+        **{name: count[name] for name in VERDICTS},
+        "share_right": good / max(total, 1),
+        "share_right_95": wilson_interval(good, total) if total else (0.0, 1.0),
+        "share_wrong_motion_95": wilson_interval(count["wrong_motion"], total) if total else (0.0, 1.0),
     }
 
 
@@ -315,53 +191,99 @@ def answer_text(answer: Plan | Refusal) -> str:
     return "; ".join(map(str, answer.steps)) if isinstance(answer, Plan) else f"<{answer.code}> {answer.message}"
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def table(report: dict[str, Any]) -> list[str]:
+    """Return the figures by kind of speaker as lines of text."""
+    width = max(len(kind) for kind in (*KINDS, "other sections"))
+    lines = [
+        f"{'':{width}}  sentences   right  rightly refused  wrongly refused  wrong motion   right or rightly refused"
+    ]
+    kinds = report["by_kind"]
+    shown = [kind for kind in KINDS if kind in kinds]
+    shown += [kind for kind in kinds if kind not in KINDS and kinds[kind]["sentences"] >= FEWEST_SHOWN]
+    rest = Counter[str]()
+    for kind in kinds.keys() - shown:
+        rest.update({name: kinds[kind][name] for name in ("sentences", *VERDICTS)})
+    rows = [(kind, kinds[kind]) for kind in shown]
+    rows += [("other sections", rest)] if rest["sentences"] else []
+    for name, row in [*rows, ("all", report)]:
+        low, high = wilson_interval(row["right"] + row["refused_right"], row["sentences"])
+        lines.append(
+            f"{name:{width}.{width}} {row['sentences']:10} {row['right']:7} {row['refused_right']:16} {row['missed']:16} {row['wrong_motion']:13}"
+            f"   {100 * (row['right'] + row['refused_right']) / row['sentences']:5.1f} % [{100 * low:.1f}, {100 * high:.1f}]"
+        )
+    return lines
+
+
+def refusals(outcomes: Sequence[Outcome], count: int, seed: int) -> list[str]:
+    """Return refusals to read, seeded, each with its sentence and what was seen; none of the sealed part."""
+    refused = [outcome for outcome in outcomes if isinstance(outcome.answer, Refusal) and not outcome.prompt.sealed]
+    return [
+        f"{outcome.prompt.text!r}\n    {answer_text(outcome.answer)}\n    seen: {', '.join(item.id for item in outcome.prompt.scene.objects)}"
+        for outcome in random.Random(seed).sample(refused, min(count, len(refused)))
+    ]
+
+
+def _chosen(options: argparse.Namespace) -> list[Prompt]:
+    scene = load_scene(options.scene) if options.scene else None
+    paths = list(options.prompts or ())
+    paths += SEALED if options.sealed else ()
+    paths += LEARNED if options.learned or not paths else ()
+    prompts = [prompt for path in paths for prompt in load_prompts(path, scene)]
+    return prompts + paraphrases(prompts, options.paraphrase, options.seed)
+
+
+def _arguments() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--prompts", type=Path, nargs="*", help="prompt files (default: tests/prompts/*.yaml)")
+    parser.add_argument("--learned", action="store_true", help="the sentences that the grammar may be mended for")
+    parser.add_argument("--sealed", action="store_true", help="those that it may not")
+    parser.add_argument("--prompts", type=Path, nargs="*", help="prompt files")
     parser.add_argument("--scene", type=Path, help="use this file's scene instead of each file's own")
     parser.add_argument("--paraphrase", type=int, default=0, metavar="N", help="add N seeded rewordings")
+    parser.add_argument("--refusals", type=int, metavar="N", help="print N seeded refusals to read, and no figures")
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--planner", default="stub", help="name of an installed planner")
     parser.add_argument("--base-url", help="where its model is served")
     parser.add_argument("--model", help="the model's name there")
     parser.add_argument("--cassette", type=Path, help="record what is said with the model, or replay it")
     parser.add_argument("--json", action="store_true")
+    return parser
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    parser = _arguments()
     options = parser.parse_args(argv)
-    scene = load_scene(options.scene) if options.scene else None
-    prompts = [p for path in options.prompts or sorted(CORPUS.glob("*.yaml")) for p in load_prompts(path, scene)]
-    prompts += paraphrases(prompts, options.paraphrase, options.seed)
     chosen = {"base_url": options.base_url, "model": options.model, "cassette": options.cassette}
     try:
-        outcomes = run(prompts, make_planner(options.planner, catalogue(), chosen))
-    except (InputError, PlannerError) as error:
+        outcomes = run(_chosen(options), make_planner(options.planner, catalogue(), chosen))
+    except (InputError, PlannerError, OSError) as error:
         parser.error(str(error))
+    if options.refusals:
+        print("\n".join(refusals(outcomes, options.refusals, options.seed)))
+        return 0
     report = summary(outcomes)
-    bad = [outcome for outcome in outcomes if outcome.verdict in ("wrong_motion", "missed")]
+    report["failures"] = [
+        {
+            "prompt": o.prompt.text,
+            "verdict": o.verdict,
+            "expected": o.prompt.expected,
+            "answer": answer_text(o.answer),
+        }
+        for o in outcomes
+        if o.verdict in ("wrong_motion", "missed") and not o.prompt.sealed
+    ]
     if options.json:
-        report["failures"] = [
-            {
-                "prompt": o.prompt.text,
-                "verdict": o.verdict,
-                "expected": o.prompt.expected,
-                "answer": answer_text(o.answer),
-            }
-            for o in bad
-        ]
         json.dump(report, sys.stdout, indent=2)
         print()
         return 0
-    for outcome in bad:
+    for failure in report["failures"]:
         print(
-            f"{outcome.verdict}: {outcome.prompt.text!r}\n    want {outcome.prompt.expected}\n    got  {answer_text(outcome.answer)}"
+            f"{failure['verdict']}: {failure['prompt']!r}\n    want {failure['expected']}\n    got  {failure['answer']}"
         )
-    for name, figures in report["by_category"].items():
-        print(f"{name:22} " + "  ".join(f"{verdict} {n}" for verdict, n in figures.items()))
-    wall, cpu = report["milliseconds"], report["cpu_milliseconds"]
+    print("\n".join(table(report)))
+    cpu, (_, most) = report["cpu_milliseconds"], report["share_wrong_motion_95"]
     print(
-        f"\n{report['sentences']} sentences: {report['right']} right, {report['refused_right']} rightly refused, "
-        f"{report['wrong_motion']} wrong motion, {report['missed']} missed ({100 * report['share_right']:.1f}%); "
-        f"median {wall['median']:.2f} ms, p99 {wall['p99']:.2f} ms, max {wall['max']:.2f} ms; of the CPU "
-        f"median {cpu['median']:.2f} ms, p99 {cpu['p99']:.2f} ms, max {cpu['max']:.2f} ms"
+        f"\nwrong motions: {report['wrong_motion']}, at most {100 * most:.2f} % of such sentences; "
+        f"CPU a sentence: median {cpu['median']:.2f} ms, p99 {cpu['p99']:.2f} ms, max {cpu['max']:.2f} ms"
     )
     return 0
 

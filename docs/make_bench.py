@@ -23,8 +23,8 @@ What the bundled tasks reach with the bundled Panda: seed 0 is the task as it is
 simulated state; *claimed otherwise* counts episodes in which the agent said something else; *touched* those in which the arm, or what it held,
 touched what it was not to touch. Simulated seconds and replans are medians. 95% intervals.
 
-| task | success | claimed otherwise | touched | simulated s | replans | worst force N |
-|---|---|---|---|---|---|---|
+| task | success | claimed otherwise | touched | simulated s | replans | worst force N | on what it moved N |
+|---|---|---|---|---|---|---|---|
 """
 
 
@@ -65,6 +65,7 @@ def line(name: str, rows: Sequence[Mapping[str, Any]]) -> str:
         f"{statistics.median(row['sim_secs'] for row in rows):.1f}",
         f"{statistics.median(row['replans'] for row in rows):g}",
         f"{max(row['worst_force_n'] or 0.0 for row in rows):.1f}",
+        f"{max(row.get('worst_intended_force_n') or 0.0 for row in rows):.1f}",
     )
     return f"| {' | '.join(map(str, fields))} |"
 

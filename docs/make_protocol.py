@@ -36,10 +36,17 @@ KEYS: tuple[tuple[str, str, type[wire.Message] | str, type[wire.Message] | str, 
     ("load", "query", wire.Load, wire.TrueState, "load another task; refused as busy while a goal runs"),
     ("clock", "query", wire.Clock, wire.TrueState, "let simulated time pass"),
     ("checkpoint", "query", wire.Ask, wire.Saved, f"keep the world as it is; the last {wire.KEPT_CHECKPOINTS} kept"),
+    (
+        "simulate",
+        "query",
+        wire.Simulate,
+        wire.Trial,
+        "try calls out on the twin; refused as busy while a goal runs",
+    ),
     ("alive", "liveliness token", "", "", "the sim is there"),
     ("client/<client_id>", "liveliness token", "", "", "declared by a client: when it goes, its goals are cancelled"),
 )
-REQUESTS = (wire.Ask, wire.SendGoal, wire.GoalRef, wire.Reset, wire.Load, wire.Clock)
+REQUESTS = (wire.Ask, wire.SendGoal, wire.GoalRef, wire.Reset, wire.Load, wire.Clock, wire.Simulate)
 ANSWERS = (
     *(
         wire.Info,
@@ -50,6 +57,7 @@ ANSWERS = (
         wire.Objects,
         wire.TrueState,
         wire.Saved,
+        wire.Trial,
         wire.Picture,
     ),
     errors.ErrorRecord,

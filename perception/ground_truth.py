@@ -50,7 +50,7 @@ class GroundTruthPerception:
         if self._seen is not None and self._seen[0] == sim.episode and self._seen[1].time == sim.time:
             # A second look at the same moment would show the same.
             return self._seen[1]
-        truth, base = sim.truth(), sim.spec.base_position
+        truth, base = sim.truth(for_judging=False), sim.spec.base_position
         seen = ObservedScene(
             time=truth.time,
             objects=tuple(replace(item.detected(), colour=colour_name(item.rgba)) for item in truth.objects.values()),
@@ -65,7 +65,7 @@ class GroundTruthPerception:
     def _looked_at(self, sim: Driver) -> Simulated:
         """Return the sim as a simulated world; asking an object for all members of a protocol takes as long as a look."""
         if self._sim is None or sim is not self._sim:
-            self._sim = simulated(sim, "ground-truth perception reads it (--perception rgbd looks through cameras)")
+            self._sim = simulated(sim, "ground-truth perception reads it; the perception rgbd looks through cameras")
             self._modelled = self._sim if isinstance(self._sim, Modelled) else None
             self._seen = None
         return self._sim

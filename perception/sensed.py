@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+
+import numpy as np
 
 from robosandbox.drivers import Capabilities
 from robosandbox.errors import UnsupportedError
@@ -39,6 +41,11 @@ class SensedSim:
         """Return the largest force that the robot feels, and on which link; not what it touches."""
         force, link, _ = self._sim.strongest_contact()
         return force, link, "something" if link else ""
+
+    def forces(self) -> Mapping[str, Array]:
+        """Return all that the robot presses and pulls with, N in the world, shape (3,), as of one thing: it is not told which."""
+        found = tuple(self._sim.forces().values())
+        return {"something": np.sum(found, axis=0)} if found else {}
 
     def force_on(self, object_id: str | None) -> Array:
         """Return what a force sensor at the wrist feels, N in the world, shape (3,); it cannot tell of which object."""

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from robosandbox.robots.chains import Chains, Tool, length_bound, turned
+from robosandbox.robots.descent import bounded_step, turn_of_axis
 from robosandbox.robots.limits import commandable
 from robosandbox.robots.robot import Robot
 from robosandbox.types import Array
@@ -227,7 +228,7 @@ class Kinematics:
             mujoco.mj_kinematics(self.model, data)
             point, rotation = self._tcp()
             error[:3] = position - point
-            error[3:] = _turn_of_axis(rotation, orientation) if free_turn else self._turn_to_target()
+            error[3:] = turn_of_axis(rotation, orientation) if free_turn else self._turn_to_target()
             position_error, orientation_error = (
                 float(np.sqrt(error[:3] @ error[:3])),
                 float(np.sqrt(error[3:] @ error[3:])),
@@ -310,43 +311,8 @@ class Kinematics:
         target[3:] *= weight
         hessian = weighted.T @ weighted
         hessian.flat[:: len(q) + 1] += _DAMPING * float(target @ target) + _MIN_DAMPING
-        dq = _bounded_step(q, hessian, weighted.T @ target, self.lower, self.upper)
+        dq = bounded_step(q, hessian, weighted.T @ target, self.lower, self.upper)
         largest = float(np.abs(dq).max())
         if largest > _MAX_STEP:
             dq *= _MAX_STEP / largest
         return np.clip(q + dq, self.lower, self.upper)
-
-
-def _turn_of_axis(rotation: Array, approach: Array) -> Array:
-    """Return the rotation vector (3,) that turns the approach axis of `rotation` (3, 3) into `approach` (3,)."""
-    axis = rotation[:, 2]
-    turn = _cross(axis, approach)
-    length = float(np.sqrt(turn @ turn))
-    angle = float(np.arctan2(length, axis @ approach))
-    if length < 1e-6:
-        # Opposite directions: about any axis across.
-        turned: Array = rotation[:, 0] * (angle if angle > 1.0 else 0.0)
-        return turned
-    return turn * (angle / length)
-
-
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors, and this is the inner loop."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
-def _bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper: Array) -> Array:
-    """Return the Newton step (n,) from `q` (n,); a joint that it pushes against its limit is held and it is solved again."""
-    try:
-        step: Array = np.asarray(np.linalg.solve(hessian, gradient), dtype=float)
-    except np.linalg.LinAlgError:
-        # Of lengths beyond all measure the damping is lost in rounding: nothing is reached.
-        return np.zeros(len(q))
-    blocked = ((q + step < lower) & (q <= lower)) | ((q + step > upper) & (q >= upper))
-    if blocked.any() and not blocked.all():
-        free = np.flatnonzero(~blocked)
-        step = np.zeros(len(q))
-        step[free] = np.linalg.solve(hessian[np.ix_(free, free)], gradient[free])
-    return step

@@ -11,9 +11,9 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.progress import doing
+from robosandbox.robots.fitting import fit_roles
 from robosandbox.robots.gripper.calibrate import servo_map
 from robosandbox.robots.gripper.collision import ensure_solid_tool, refine_fingers
-from robosandbox.robots.gripper.contact_model import fit_grip
 from robosandbox.robots.gripper.geometry import DerivedGripper
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
@@ -30,7 +30,6 @@ from robosandbox.robots.spec import RobotFiles
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
 
-TCP_SITE = "robosandbox_tcp"
 WRIST_CAMERA = "robosandbox_wrist"
 
 
@@ -255,9 +254,7 @@ def measure(
     """
     spec, path = imported.spec, imported.path
     try:
-        tcp_site = _place_tcp(spec, sidecar)
-        if sidecar.gripper and imported.options is None:
-            fit_grip(imported, sidecar.gripper, tcp_site)
+        tcp_site = fit_roles(imported, sidecar)
         model = compile_spec(spec, path.name)
         check_home(sidecar, model)
         check_actuators(sidecar, model)
@@ -281,15 +278,6 @@ def measure(
         notes=tuple(imported.notes),
         options=imported.options,
     )
-
-
-def _place_tcp(spec: mujoco.MjSpec, sidecar: Sidecar) -> str:
-    inject = sidecar.ee_site.inject
-    if inject is None:
-        return str(sidecar.ee_site.name)
-    x, y, z, w = inject.quat_xyzw or (0.0, 0.0, 0.0, 1.0)
-    spec.body(inject.attach_body).add_site(name=TCP_SITE, pos=inject.xyz, quat=[w, x, y, z], size=[0.005] * 3, group=4)
-    return TCP_SITE
 
 
 def _driven_joint(model: mujoco.MjModel, actuator: int) -> int:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.sim.world import World
-from robosandbox.types import Array
+from robosandbox.types import Array, Touch, frozen_array
+
+_NORMAL_AND_TANGENTS = np.arange(3)
 
 
 class Contacts:
@@ -37,13 +40,39 @@ class Contacts:
             for body, other in ((first, second), (second, first)):
                 name = owners.get(body)
                 if name is not None and owners.get(other) != name:
-                    word = "robot" if other in robot.bodies else owners.get(other, world.names[other])
-                    touching.setdefault(name, set()).add(word)
+                    touching.setdefault(name, set()).add(self._word(other))
                 for side, bodies in enumerate(fingers):
                     if other in bodies:
                         sides.setdefault(body, set()).add(side)
         held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == 2]
         return touching, held[0] if held else None
+
+    def on_objects(self) -> dict[str, list[Touch]]:
+        """Return the contacts of each object that carry force; beads against beads are left out."""
+        world, data = self._world, self._data
+        touches: dict[str, list[Touch]] = {name: [] for name in world.parts}
+        local = np.zeros(6)
+        for index in range(data.ncon):
+            contact = data.contact[index]
+            first, second = (int(world.model.geom_bodyid[geom]) for geom in contact.geom)
+            names = world.owners.get(first), world.owners.get(second)
+            if names[0] == names[1]:
+                continue
+            mujoco.mj_contactForce(world.model, data, index, local)
+            if not local[0] > 0.0:
+                continue
+            # The contact frame's first axis points from its first geom to its second, and so does the force on the second.
+            force = contact.frame.reshape(3, 3).T @ local[:3]
+            x, y, z = (float(c) for c in contact.pos)
+            for name, other, sign in ((names[0], second, -1.0), (names[1], first, 1.0)):
+                if name is not None:
+                    a, b, c = (float(value) for value in sign * force)
+                    touches[name].append(Touch(other=self._word(other), point=(x, y, z), force=(a, b, c)))
+        return touches
+
+    def _word(self, body: int) -> str:
+        world = self._world
+        return "robot" if body in world.robot.bodies else world.owners.get(body, world.names[body])
 
     def of_arm(self) -> tuple[tuple[str, str], ...]:
         """Return the pairs (robot body, other body) that touch, without the robot's own."""
@@ -80,21 +109,59 @@ class Contacts:
                 found.append((float(force[0]), first, second))
         return found
 
+    def forces(self) -> dict[str, Array]:
+        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
+
+        A thing is an object by its id, its parts included, or a body that belongs to none, by its name.
+        """
+        world = self._world
+        total: dict[str, Array] = {}
+        # What presses on a link loads the joints before it; asked at every tick, and mostly nothing does.
+        if not np.count_nonzero(self._data.qfrc_constraint[world.robot.dof_indices]):
+            return total
+        found = self._with_robot()
+        names = [world.owners.get(outer, world.names[outer]) for _, _, outer in found]
+        pressed = self._pressed(found)
+        if len(set(names)) == 1:
+            return {names[0]: frozen_array(pressed.sum(axis=0))}
+        for name, force in zip(names, pressed, strict=True):
+            total[name] = total[name] + force if name in total else force
+        return {name: frozen_array(force) for name, force in total.items()}
+
     def force_on(self, name: str | None) -> Array:
         """Return the sum of what the robot presses and pulls an object with, or all objects, N in the world, shape (3,)."""
-        world, data = self._world, self._data
         found = [each for each in self._with_robot() if self._is(each[2], name)]
-        if not found:
-            return np.zeros(3)
-        indices = [index for index, _, _ in found]
-        forces = np.zeros((len(found), 6))
-        for row, index in zip(forces, indices, strict=True):
-            mujoco.mj_contactForce(world.model, data, index, row)
-        # The contact frame's first axis points from its first geom to its second, and so does the force.
-        towards = np.where(world.robot_geoms[data.contact.geom[indices, 0]], 1.0, -1.0)
-        frames = data.contact.frame[indices].reshape(-1, 3, 3)
-        total: Array = np.einsum("k,kji,kj->i", towards, frames, forces[:, :3])
+        total: Array = self._pressed(found).sum(axis=0)
         return total
+
+    def _pressed(self, found: Sequence[tuple[int, int, int]]) -> Array:
+        """Return the force of the robot in each of these contacts, as `_with_robot` lists them, N in the world, (k, 3)."""
+        if not found:
+            return np.zeros((0, 3))
+        contact = self._data.contact
+        indices = np.array([index for index, _, _ in found])
+        # The contact frame's first axis points from its first geom to its second, and so does the force.
+        towards = np.where(self._world.robot_geoms[contact.geom[indices, 0]], 1.0, -1.0)
+        frames = contact.frame[indices].reshape(-1, 3, 3)
+        pressed: Array = towards[:, None] * (self._local(indices)[:, :, None] * frames).sum(axis=1)
+        return pressed
+
+    def _local(self, indices: NDArray[np.intp]) -> Array:
+        """Return the forces of contacts in their own frames, normal first, N, (k, 3)."""
+        model, data = self._world.model, self._data
+        addresses = data.contact.efc_address[indices]
+        if (
+            model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
+            and addresses.min() >= 0
+            and data.contact.dim[indices].min() >= 3
+        ):
+            # With elliptic cones the solver's rows are these forces; asking for each contact takes five times as long.
+            rows: Array = data.efc_force[addresses[:, None] + _NORMAL_AND_TANGENTS]
+            return rows
+        forces = np.zeros((len(indices), 6))
+        for row, index in zip(forces, indices.tolist(), strict=True):
+            mujoco.mj_contactForce(model, data, index, row)
+        return forces[:, :3]
 
     def _is(self, body: int, name: str | None) -> bool:
         """Tell whether a body is of the named object, or of any where there is no name."""

@@ -137,6 +137,7 @@ class MuJoCoBackend(SensedSimulation):
         other.adopt(self._loaded)
         other._trim = self._trim.copy()
         other._grip = self._grip
+        other._felt = dict(self._felt)
         other.restore(self.snapshot())
         return other
 

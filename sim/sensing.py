@@ -16,6 +16,7 @@ from robosandbox.sim.contacts import Contacts
 from robosandbox.sim.control import ControlledSimulation
 from robosandbox.sim.rendering import OffscreenRenderer
 from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
+from robosandbox.sim.solids import Solids
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
 from robosandbox.sim.world import World
@@ -23,6 +24,7 @@ from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen
 
 # MuJoCo's cameras look along -z with y up.
 _OPTICAL = np.diag([1.0, -1.0, -1.0])
+_NOTHING = frozen_array(np.zeros(3))
 
 
 class SensedSimulation(ControlledSimulation):
@@ -46,6 +48,8 @@ class SensedSimulation(ControlledSimulation):
         self._renderers: dict[tuple[int, tuple[int, int]], OffscreenRenderer] = {}
         self._past: deque[tuple[float, Array]] = deque()
         self._specs: dict[str, CameraSpec] | None = None
+        self._solids: Solids | None = None
+        self._pressing: tuple[tuple[int, float], Mapping[str, Array]] = ((0, -1.0), {})
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -122,11 +126,20 @@ class SensedSimulation(ControlledSimulation):
         )
         return self.sensor.sense(frame)
 
-    def truth(self) -> Truth:
-        """Return the simulated state; for judging and ground-truth perception."""
+    def truth(self, *, for_judging: bool = True) -> Truth:
+        """Return the simulated state.
+
+        Args:
+            for_judging: Say also what objects are made of and what presses on them; ground-truth perception, which looks all
+                the time, needs neither.
+        """
         world, data = self._loaded, self._live
         mujoco.mj_kinematics(world.model, data)
-        touching, held = Contacts(world, data).by_object()
+        contacts = Contacts(world, data)
+        touching, held = contacts.by_object()
+        touches = contacts.on_objects() if for_judging else {}
+        if self._solids is None or self._solids.world is not world:
+            self._solids = Solids(world)
         objects = {
             item.id: object_truth(
                 world,
@@ -135,6 +148,8 @@ class SensedSimulation(ControlledSimulation):
                 size=self._mesh_sizes.get(item.id, item.size),
                 contacts=tuple(sorted(touching.get(item.id, ()))),
                 felt=self._felt.get(item.id, 0.0),
+                solids=self._solids.of(data, item.id) if for_judging else (),
+                touches=tuple(touches[item.id]) if for_judging else None,
             )
             for item in world.scene.objects
         }
@@ -166,9 +181,19 @@ class SensedSimulation(ControlledSimulation):
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         return Contacts(self._loaded, self._live).strongest()
 
+    def forces(self) -> Mapping[str, Array]:
+        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,)."""
+        # Guards, meters and skills ask for it in one control tick.
+        moment = (self.episode, self._live.time)
+        if moment != self._pressing[0]:
+            self._pressing = (moment, Contacts(self._loaded, self._live).forces())
+        return self._pressing[1]
+
     def force_on(self, object_id: str | None) -> Array:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
-        return Contacts(self._loaded, self._live).force_on(object_id)
+        if object_id is None:
+            return Contacts(self._loaded, self._live).force_on(None)
+        return self.forces().get(object_id, _NOTHING)
 
     def grip_on(self, object_id: str | None) -> float:
         """Return with how much force each side of the gripper presses on an object, N; None is whatever is there."""

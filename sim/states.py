@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from robosandbox.sim.world import World
-from robosandbox.types import ObjectTruth, Pose, SceneObject, Vec3, frozen_array
+from robosandbox.types import Convex, ObjectTruth, Pose, SceneObject, Touch, Vec3, frozen_array
 
 
 def object_truth(
@@ -17,6 +18,8 @@ def object_truth(
     size: tuple[float, ...],
     contacts: tuple[str, ...],
     felt: float,
+    solids: tuple[Convex, ...],
+    touches: tuple[Touch, ...] | None,
 ) -> ObjectTruth:
     """Return an object's state.
 
@@ -27,6 +30,8 @@ def object_truth(
         size: As `ObjectTruth` has it.
         contacts: As `ObjectTruth` has them.
         felt: As `ObjectTruth` has it.
+        solids: As `ObjectTruth` has them.
+        touches: As `ObjectTruth` has them.
     """
     model, parts = world.model, world.parts[item.id]
     dofs = model.body_dofadr[parts]
@@ -56,4 +61,16 @@ def object_truth(
         grains=grains,
         felt=felt,
         tag=item.tag,
+        solids=solids,
+        touches=touches,
+        weight=float(model.body_mass[parts].sum()) * float(np.linalg.norm(model.opt.gravity)),
+        mass_centre=_mass_centre(model, data, parts),
     )
+
+
+def _mass_centre(model: mujoco.MjModel, data: mujoco.MjData, parts: NDArray[np.intp]) -> Vec3:
+    """Return where the mass of some bodies has its middle; body frames alone have to be up to date."""
+    masses = model.body_mass[parts]
+    turned = np.einsum("kij,kj->ki", data.xmat[parts].reshape(-1, 3, 3), model.body_ipos[parts])
+    x, y, z = (masses @ (data.xpos[parts] + turned)) / masses.sum()
+    return float(x), float(y), float(z)

@@ -44,6 +44,8 @@ from robosandbox.world.relations import CLOSED_WITHIN
 _STAND_OFF = 0.012
 # Metres beyond shut that the hand goes; chosen within CLOSED_WITHIN, and little enough for servos to give.
 _PRESS = 0.002
+# Metres before the end of a push within which the drawer meets its stop; chosen as perception's error beyond _PRESS.
+_STOP_WITHIN = 0.006
 # Pushes until it is given up; chosen as in `pick`.
 _STROKES = 3
 _PITCHES = tuple(np.radians([0.0, 25.0, 45.0]))
@@ -132,7 +134,7 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards)
+        force = slide(arm, drawer, _STAND_OFF, opening_of(drawer) + _PRESS, inwards, stop=_STOP_WITHIN)
         withdraw(arm, drawer)
         return force
     raise most_telling(failures)

@@ -2,30 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from robosandbox.errors import CollisionError, GraspError, Phase, TrackingError
+from robosandbox.errors import CollisionError, GraspError, LimitError, Phase, SkillError, TrackingError
 from robosandbox.evidence import GraspEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import ease
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
-from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    LIFT_HEIGHT,
-    Manipulator,
-)
-from robosandbox.skills.primitives.sensing import (
-    LoadMeter,
-    changed,
-    check_closed,
-    check_open,
-    lift_error,
-)
-from robosandbox.types import Array, DetectedObject, Grasp, Pose, SkillResult
+from robosandbox.skills.primitives.lifting import alone, rise_with
+from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
+from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
+from robosandbox.skills.primitives.sensing import changed, check_closed, check_open
+from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
 from robosandbox.world.relations import bottom, gap, moved
@@ -34,9 +27,10 @@ _LEAST_RISE = 0.5
 _CLOSED_ON_NOTHING = 0.5
 # Grasps that are tried; chosen: of 480 perturbed episodes 477 recover with three (docs/measured.md).
 _ATTEMPTS = 3
+# What a load did not come up for, as a grasp that was carried out has shown; it tells more than that no other can be planned.
+_OF_LOAD = ("immovable", "too_heavy", "caught", "wedged", "braced")
 # Looks on the way that may find something moved and plan anew; chosen so that a thing that never rests is given up.
 _LOOKS = 5
-_FINAL = ("immovable", "too_heavy", "gripper_stuck")
 # Metres that an eased object may slide; chosen as what easing itself moves it, many times over.
 _SLID = 0.001
 # Metres to a neighbour within which it may be touched while the object rises; chosen as a finger's clearance (halved
@@ -84,14 +78,13 @@ class Pick(Skill):
             return _lift_held(arm, target)
         excluded: list[Grasp] = []
         looks, least_aperture, felt = 0, 0.0, np.zeros(3)
+        failure: SkillError | None = None
         scene = arm.start
         while True:
-            seen = arm.find(object, scene)
-            if felt.any():
-                seen = _shifted(seen, felt)
+            seen = _shifted(arm.find(object, scene), felt)
             if scene is not arm.start:
                 self.require(ctx, scene, object=object)
-            plan = plan_grasp(arm, seen, scene, excluded, least_aperture)
+            plan = self._planned(arm, seen, scene, excluded, least_aperture, failure)
             try:
                 arm.open(plan.aperture, wait=False)
                 follow_free(arm, plan.approach, Phase.APPROACH)
@@ -100,20 +93,41 @@ class Pick(Skill):
                     looks, scene = looks + 1, arm.settle(object)
                     continue
                 return self._execute(arm, target, plan)
-            except (GraspError, TrackingError) as error:
-                if isinstance(error.evidence, GraspEvidence) and error.evidence.reason in _FINAL:
-                    arm.open()
-                    back_off(arm, error)
+            except (GraspError, TrackingError, LimitError) as error:
+                if isinstance(error, LimitError) and not _pressed(error):
+                    raise
+                failure = error
+                excluded.append(in_frame(plan.grasp, seen))
+                # No other grasp frees fingers that stick.
+                last = len(excluded) >= _ATTEMPTS or _reason(error) == "gripper_stuck"
+                if last and isinstance(error, TrackingError):
                     raise
                 if isinstance(error, MetError) and error.other == object:
                     felt = felt + _towards(arm, plan, error.body)
                     least_aperture = arm.geometry.max_aperture
-                excluded.append(in_frame(plan.grasp, seen))
-                if len(excluded) >= _ATTEMPTS:
-                    raise
-                arm.open()
+                # As far as the fingers came: beside a wall there is no more room.
+                arm.open(plan.aperture)
                 back_off(arm, error)
+                if last:
+                    raise
                 scene = arm.look()
+
+    def _planned(
+        self,
+        arm: Manipulator,
+        seen: DetectedObject,
+        scene: ObservedScene,
+        excluded: Sequence[Grasp],
+        least_aperture: float,
+        failure: SkillError | None,
+    ) -> GraspPlan:
+        """Return a grasp that was not tried yet; where none is left, what the last one failed of counts."""
+        try:
+            return plan_grasp(arm, seen, scene, excluded, least_aperture)
+        except SkillError:
+            if failure is not None and _reason(failure) in _OF_LOAD:
+                raise failure from None
+            raise
 
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
         grasp = plan.grasp
@@ -163,36 +177,44 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
 
     Raises:
         GraspError: It did not come up.
+        LimitError: It pulls harder than the robot may, which is too little to tell why.
     """
     scene = arm.look()
     arm.use(scene, held=target.id)
     # What it stands on, in or against it leaves by going up.
-    others = [item for item in scene.objects if item.id != target.id]
+    others = [item for item in scene.objects if item.id != target.id and not is_over(item, target)]
     arm.motion.allow("table", *(item.id for item in others if gap(target, item) < _BESIDE))
     load = LoadMeter(arm.sim, target.id)
     end = arm.sim.subscribe(load)
     try:
         try:
-            rise = arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+            rise = rise_with(arm, target, scene, width)
         except CollisionError:
             arm.motion.allow("table", *(item.id for item in others))
-            rise = arm.rise(LIFT_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+            rise = rise_with(arm, target, scene, width)
     except TrackingError:
-        raise lift_error(arm, target, width, load.pull) from None
+        raise lift_error(arm, target, width, load) from None
+    except LimitError as error:
+        if target.id not in _pressed(error) and "something" not in _pressed(error):
+            raise
+        cause = lift_error(arm, target, width, load)
+        if _reason(cause) == "slipped":
+            # The arm stopped at its limit before anything let go: no more is known.
+            raise
+        raise cause from None
     finally:
         end()
+    alone(arm, target, scene, width, rise)
     # What slips out is still moving.
-    after = _still_held(arm, target, width, rise, load.pull)
+    after = _still_held(arm, target, width, rise, load)
     ease(arm, after)
     if moved(after, arm.find(target.id, arm.look())) > _SLID:
         # Less friction than was reckoned with: as hard as can be, then.
         arm.close()
-    return _still_held(arm, target, width, rise, load.pull)
+    return _still_held(arm, target, width, rise, load)
 
 
-def _still_held(
-    arm: Manipulator, target: DetectedObject, width: float, rise: float, pull: float | None
-) -> DetectedObject:
+def _still_held(arm: Manipulator, target: DetectedObject, width: float, rise: float, load: LoadMeter) -> DetectedObject:
     """Return where a lifted object is seen when it is still.
 
     Raises:
@@ -201,12 +223,14 @@ def _still_held(
     scene = arm.settle(target.id)
     after = arm.find(target.id, scene)
     if scene.held != target.id or bottom(after) - bottom(target) < _LEAST_RISE * rise:
-        raise lift_error(arm, target, width, pull)
+        raise lift_error(arm, target, width, load)
     return after
 
 
 def _shifted(target: DetectedObject, shift: Array) -> DetectedObject:
     """Return the object as if it lay elsewhere by `shift` (3,)."""
+    if not shift.any():
+        return target
     return replace(target, pose=Pose.from_matrix(target.pose.position + shift, target.pose.rotation))
 
 
@@ -216,6 +240,15 @@ def _towards(arm: Manipulator, plan: GraspPlan, body: str) -> Array:
     closing = plan.grasp.tcp_pose.rotation[:, 1] * [1.0, 1.0, 0.0]
     shift: Array = arm.planning.finger_side(body) * spare * closing
     return shift
+
+
+def _reason(error: SkillError) -> str:
+    return error.evidence.reason if isinstance(error.evidence, GraspEvidence) else ""
+
+
+def _pressed(error: LimitError) -> tuple[str, ...]:
+    """Return what the arm was stopped at for pressing too hard; nothing where a limit of place stopped it."""
+    return error.evidence.met() if error.evidence is not None else ()
 
 
 def _missed(arm: Manipulator, grasp: Grasp, width: float) -> GraspError:

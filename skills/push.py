@@ -22,6 +22,7 @@ from robosandbox.skills.primitives.manipulator import (
     most_telling,
     raised,
 )
+from robosandbox.skills.primitives.pressing import Pressed, press_along
 from robosandbox.types import (
     DIRECTION_AXES,
     Array,
@@ -36,7 +37,7 @@ from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.changes import PUSH_RELATIVE_TOLERANCE, PUSH_TOLERANCE
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
-from robosandbox.world.relations import bottom, centre, displacement, support, top
+from robosandbox.world.relations import bottom, centre, displacement, gap, support, top
 
 # Strokes of one push; chosen: most take one, and one passed by the object is turned for the next.
 _STROKES = 4
@@ -53,6 +54,8 @@ _TIP_HOLD = 0.012
 _PUSH_SPEED = 0.12
 # Metres that a stroke has to move the object not to count as missed; chosen as perception's error.
 _PROGRESS = 0.002
+# Metres to a thing within which the object stands against it; chosen above perception's error.
+_AGAINST = 0.005
 
 
 class Push(Skill):
@@ -118,42 +121,87 @@ class Push(Skill):
         if arm.sim.spec.gripper is not None:
             arm.open(0.0, wait=False)
         allowance = max(PUSH_TOLERANCE, PUSH_RELATIVE_TOLERANCE * distance)
-        missed, before = 0, -np.inf
-        for stroke in range(_STROKES):
-            scene = arm.look()
-            target = arm.find(object, scene)
-            along = displacement(start, target, direction).detail["along_mm"] / 1000.0
-            if along >= distance - allowance / 2.0:
-                break
-            # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
-            missed += along - before < _PROGRESS
-            before = along
-            try:
-                _stroke(arm, target, scene, np.array([*DIRECTION_AXES[direction], 0.0]), distance - along, missed)
-            except MetError as met:
-                back_off(arm, met)
-                if stroke == _STROKES - 1:
-                    raise
-        after = arm.find(object, arm.settle(object))
+        axis = np.array([*DIRECTION_AXES[direction], 0.0])
+        pressed = _strokes(arm, start, direction, distance, allowance)
+        scene = arm.settle(object)
+        after = arm.find(object, scene)
         relation = displacement(start, after, direction, distance - allowance)
         gone = relation.detail["along_mm"] / 1000.0
         if not relation.holds or gone > distance + 2.0 * allowance:
-            across = relation.detail["across_mm"] / 1000.0
-            raise PushError(
-                f"{object} went {gone * 1000:.0f} mm {direction} and {across * 1000:.0f} mm aside in place of "
-                f"{distance * 1000:.0f} mm; look again and push the rest",
-                phase=Phase.VERIFY,
-                evidence=PushEvidence(object=object, wanted=distance, along=gone, across=across),
+            evidence = PushEvidence(
+                object=object,
+                wanted=distance,
+                along=gone,
+                across=relation.detail["across_mm"] / 1000.0,
+                reason="resisted" if pressed is not None and not pressed.arrived else "missed",
+                force=None if pressed is None or pressed.force is None else round(pressed.force, 2),
+                blocking=_ahead(scene, after, axis),
             )
+            raise PushError(_why(evidence, direction, ctx.max_force_n), phase=Phase.VERIFY, evidence=evidence)
+        force = {} if pressed is None or pressed.force is None else {"force_n": pressed.force}
         return SkillResult(
-            skill=self.name,
-            detail={"object": object, "direction": direction, **relation.detail},
+            skill=self.name, detail={"object": object, "direction": direction, **relation.detail, **force}
         )
+
+
+def _strokes(
+    arm: Manipulator, start: DetectedObject, direction: Direction, distance: float, allowance: float
+) -> Pressed | None:
+    """Push an object until it is there, or resists, or the last stroke is done; return what the last one came to."""
+    axis = np.array([*DIRECTION_AXES[direction], 0.0])
+    missed, before = 0, -np.inf
+    pressed: Pressed | None = None
+    for stroke in range(_STROKES):
+        scene = arm.look()
+        target = arm.find(start.id, scene)
+        along = displacement(start, target, direction).detail["along_mm"] / 1000.0
+        stayed = along - before < _PROGRESS
+        if along >= distance - allowance / 2.0 or (stayed and pressed is not None and not pressed.arrived):
+            break
+        # A hand that passed by the object, as between two fixed fingers, is turned for the next stroke.
+        missed += stayed
+        before = along
+        try:
+            pressed = _stroke(arm, target, scene, axis, distance - along, missed)
+        except MetError as met:
+            back_off(arm, met)
+            if stroke == _STROKES - 1:
+                raise
+    return pressed
+
+
+def _why(evidence: PushEvidence, direction: Direction, most: float) -> str:
+    """Return the sentence of a push that did not do what was asked."""
+    said = (
+        f"{evidence.object} went {evidence.along * 1000:.0f} mm {direction} and {evidence.across * 1000:.0f} mm aside in "
+        f"place of {evidence.wanted * 1000:.0f} mm"
+    )
+    if evidence.reason == "missed":
+        return f"{said}; look again and push the rest"
+    held = (
+        f"{', '.join(evidence.blocking)} is in its way"
+        if evidence.blocking
+        else "it is too heavy or too rough to slide, or something that is not seen holds it"
+    )
+    return (
+        f"{said}: it resists {evidence.force:.0f} N, and limits.max_force_n allows {most:g}; {held}: clear its way, carry it, "
+        "or allow more"
+    )
+
+
+def _ahead(scene: ObservedScene, target: DetectedObject, axis: Array) -> tuple[str, ...]:
+    """Return what the object stands against on the side that it is pushed to."""
+    others = (item for item in scene.objects if item.id not in (target.id, scene.held))
+    return tuple(
+        item.id
+        for item in others
+        if gap(target, item) < _AGAINST and float((centre(item) - centre(target)) @ axis) > 0.0
+    )
 
 
 def _stroke(
     arm: Manipulator, target: DetectedObject, scene: ObservedScene, axis: Array, distance: float, missed: int
-) -> None:
+) -> Pressed:
     """Put the fingers behind the object and push it once."""
     failures: list[SkillError] = []
     arm.ctx.enter(Phase.PLAN)
@@ -176,12 +224,12 @@ def _stroke(
             continue
         follow_free(arm, approach, Phase.APPROACH)
         follow_free(arm, descent, Phase.DESCEND)
-        arm.follow(push, Phase.PUSH, yielding=True)
+        pressed = press_along(arm, push, target.id, most=arm.ctx.max_force_n, before=_STAND_OFF)
         arm.use(arm.look())
         # Pressed against the object, a hand of weak servos sinks onto the table.
         arm.motion.allow("table", target.id)
         arm.rise(HOVER_HEIGHT, Phase.RETREAT)
-        return
+        return pressed
     raise most_telling(failures)
 
 

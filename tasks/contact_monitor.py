@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from robosandbox.agent.force import meant_by
 from robosandbox.sim.modelled import Modelled
 from robosandbox.types import SkillCall
 from robosandbox.world.relations import contents
 
-_DESTINATIONS = frozenset({"target", "container"})
 _TABLE = "table"
 
 
@@ -22,23 +24,24 @@ class ContactMonitor:
     Attributes:
         touched: The pairs that touched, as "link on object".
         worst_force: The largest normal force between such a pair, N.
+        worst_intended_force: The most that the robot pressed or pulled what it was to move, N; the sides of a grip cancel.
     """
 
     def __init__(self, sim: Modelled) -> None:
         self._sim = sim
         self.touched: set[str] = set()
         self.worst_force: float = 0.0
+        self.worst_intended_force: float = 0.0
         self._moved: frozenset[str] = frozenset()
         self._allowed: frozenset[str] = frozenset()
         sim.subscribe(self._look)
 
     def begin(self, call: SkillCall) -> None:
         """Take note of the call that comes next; fits `Agent.permits`."""
-        truth = self._sim.truth()
+        truth = self._sim.truth(for_judging=False)
         named = {name: value for name, value in call.arguments.items() if value in truth.objects}
-        destinations = {value for name, value in named.items() if name in _DESTINATIONS}
-        moved = {value for name, value in named.items() if name not in _DESTINATIONS}
-        moved |= {truth.held} if truth.held else set()
+        moved = meant_by(call, truth.held) & set(truth.objects)
+        destinations = set(named.values()) - moved
         beside = {other for name in moved for other in truth.objects[name].contacts}
         seen = [item.detected() for item in truth.objects.values()]
         vessels = [item for item in seen if item.id in destinations and item.shape.holds_things]
@@ -48,10 +51,13 @@ class ContactMonitor:
 
     def reset(self) -> None:
         """Forget what was seen: a new episode begins."""
-        self.touched, self.worst_force = set(), 0.0
+        self.touched, self.worst_force, self.worst_intended_force = set(), 0.0, 0.0
         self._moved = self._allowed = frozenset()
 
     def _look(self) -> None:
+        for name, pressed in self._sim.forces().items():
+            if name in self._moved:
+                self.worst_intended_force = max(self.worst_intended_force, float(np.linalg.norm(pressed)))
         for body, other, force in self._sim.contacts_around(self._moved):
             if body in self._moved and other in self._allowed:
                 continue

@@ -8,11 +8,11 @@ from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
 from robosandbox.drivers import simulated
 from robosandbox.protocols import Driver, Simulated
-from robosandbox.tasks.evaluate import true_state
+from robosandbox.tasks.evaluate import aside, evaluate, true_state
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.task import Task
 from robosandbox.tasks.workcell import Workcell, nobody_judges
-from robosandbox.types import Array, Checkpoint, Observation, Truth
+from robosandbox.types import Array, Checkpoint, Observation, Truth, Verdict
 
 
 class EmbeddedWorkcell(Workcell[AgentContext]):
@@ -60,6 +60,18 @@ class EmbeddedWorkcell(Workcell[AgentContext]):
         if look is None:
             raise nobody_judges()
         return look()
+
+    def judge(self) -> Verdict:
+        """Tell whether the task has succeeded; in a copy of the world where there is one, so that this one stays as it is.
+
+        Raises:
+            UnsupportedError: The driver knows no truth and has no referee.
+        """
+        copy = aside(self.sim)
+        look = true_state(copy)
+        if look is None:
+            raise nobody_judges()
+        return evaluate(self.task.success, self.start, look, copy.wait)
 
     def wait(self, seconds: float) -> None:
         """Let time pass, the arm holding."""

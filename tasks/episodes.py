@@ -150,6 +150,7 @@ class EpisodeRunner:
             versions=versions(),
             touched=tuple(sorted(monitor.touched)) if monitor else (),
             worst_force_n=round(monitor.worst_force, 3) if monitor else None,
+            worst_intended_force_n=round(monitor.worst_intended_force, 3) if monitor else None,
             model_usage=usage,
         )
 

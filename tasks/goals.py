@@ -8,13 +8,13 @@ from typing import Any, Literal
 from pydantic import field_validator
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.attitude import Upright
-from robosandbox.tasks.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
-from robosandbox.tasks.place_checks import At
+from robosandbox.tasks.judge.attitude import Upright
+from robosandbox.tasks.judge.checks import AtHome, Beside, Check, Closed, Inside, Lifted, On, Opened
+from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.place_checks import At
 from robosandbox.types import Truth
 from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import Fact, parse_facts
-from robosandbox.world.relations import Relation
 
 # How far a drawer is open that counts as open, millimetres; chosen as half of the way of the smallest bundled one.
 _OPEN_MM = 60.0
@@ -56,13 +56,18 @@ class Goal(Check):
         """Return the check of each relation, by the relation itself."""
         yield from ((f"relations[{number}]", check) for number, check in enumerate(self._checks()))
 
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
+    def evaluate(self, start: Truth, now: Truth) -> Finding:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self._checks()]
         detail: dict[str, float] = {}
-        for one, relation in zip(parse_facts(self.relations), found, strict=True):
-            detail.update({f"{one}.{key}": value for key, value in relation.detail.items()})
-        return Relation(all(found), detail)
+        for one, finding in zip(parse_facts(self.relations), found, strict=True):
+            detail.update({f"{one}.{key}": value for key, value in finding.detail.items()})
+        return Finding(all(found), detail)
+
+    def settled(self, start: Truth, now: Truth) -> Iterator[str]:
+        """Yield those of each."""
+        for check in self._checks():
+            yield from check.settled(start, now)
 
     def _checks(self) -> list[Check]:
         return [_check(one) for one in parse_facts(self.relations)]

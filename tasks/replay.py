@@ -11,7 +11,6 @@ from robosandbox.recording.episode import RecordedEpisode
 from robosandbox.sim.modelled import Modelled, modelled
 from robosandbox.sim.step_recorder import Ragged
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.tasks.evaluate import evaluate
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Verdict
@@ -94,7 +93,7 @@ class Replay:
         if result is not None and result.judged is not None:
             while self.row < result.ended:
                 self.step()
-            verdict = evaluate(self.session.task.success, self.session.start, sim.truth, self._wait)
+            verdict = self.session.judge()
         while self.row + 1 < len(self._actions):
             self.step()
         truth = sim.truth()
@@ -113,10 +112,6 @@ class Replay:
                 (name, then.get(name, "none"), version) for name, version in now.items() if then.get(name) != version
             ),
         )
-
-    def _wait(self, seconds: float) -> None:
-        for _ in range(max(1, round(seconds / self.sim.control_timestep))):
-            self.step()
 
     def _push(self, row: int) -> Array | None:
         begin, end = self._pushes.offsets[row : row + 2]

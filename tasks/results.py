@@ -72,6 +72,7 @@ class Row:
         assists: Interventions in the physics on the robot's behalf: there are none.
         touched: Contacts of the arm, or of what it moved, with what it was not to touch, as "link on object".
         worst_force_n: The largest normal force in such a contact; None where contacts cannot be watched.
+        worst_intended_force_n: The most that the robot pressed or pulled what it was to move, N, its grip apart; None likewise.
         model_usage: Requests, tokens and seconds of language models; None where none was asked.
     """
 
@@ -91,6 +92,7 @@ class Row:
     assists: tuple[str, ...] = ()
     touched: tuple[str, ...] = ()
     worst_force_n: float | None = None
+    worst_intended_force_n: float | None = None
     model_usage: dict[str, Any] | None = None
 
     @classmethod

@@ -20,8 +20,8 @@ from robosandbox.plugins import make_plugin
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Skill
 from robosandbox.sim.objects.weight import weighed
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.tasks.checks import AtHome
 from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.options import WorkcellOptions

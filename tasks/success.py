@@ -7,8 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from robosandbox.tasks.attitude import Upright
-from robosandbox.tasks.checks import (
+from robosandbox.tasks.goals import Goal
+from robosandbox.tasks.judge.attitude import Upright
+from robosandbox.tasks.judge.checks import (
     AtHome,
     Beside,
     Check,
@@ -19,14 +20,13 @@ from robosandbox.tasks.checks import (
     MovedAbove,
     On,
     Opened,
-    Poured,
     Tapped,
     Undisturbed,
 )
-from robosandbox.tasks.goals import Goal
-from robosandbox.tasks.place_checks import At, InPlaceOf
+from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.place_checks import At, InPlaceOf
+from robosandbox.tasks.judge.poured import Poured
 from robosandbox.types import Truth
-from robosandbox.world.relations import Relation
 
 
 class AllOf(Check):
@@ -39,10 +39,15 @@ class AllOf(Check):
         """Return the checks inside this one, each with its field."""
         yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
 
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
+    def evaluate(self, start: Truth, now: Truth) -> Finding:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Relation(all(found), merged(self.checks, found))
+        return Finding(all(found), merged(self.checks, found))
+
+    def settled(self, start: Truth, now: Truth) -> Iterator[str]:
+        """Yield those of each."""
+        for check in self.checks:
+            yield from check.settled(start, now)
 
 
 class AnyOf(Check):
@@ -55,10 +60,16 @@ class AnyOf(Check):
         """Return the checks inside this one, each with its field."""
         yield from ((f"checks[{index}]", check) for index, check in enumerate(self.checks))
 
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
+    def evaluate(self, start: Truth, now: Truth) -> Finding:
         """Evaluate each."""
         found = [check.evaluate(start, now) for check in self.checks]
-        return Relation(any(found), merged(self.checks, found))
+        return Finding(any(found), merged(self.checks, found))
+
+    def settled(self, start: Truth, now: Truth) -> Iterator[str]:
+        """Yield those of each that holds."""
+        for check in self.checks:
+            if check.evaluate(start, now):
+                yield from check.settled(start, now)
 
 
 class NotOf(Check):
@@ -71,10 +82,10 @@ class NotOf(Check):
         """Return the checks inside this one, each with its field."""
         yield "check", self.check
 
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
+    def evaluate(self, start: Truth, now: Truth) -> Finding:
         """Evaluate it and turn the answer round."""
         found = self.check.evaluate(start, now)
-        return Relation(not found.holds, found.detail)
+        return Finding(not found.holds, found.detail)
 
 
 Criterion = Annotated[
@@ -101,7 +112,7 @@ Criterion = Annotated[
 ]
 
 
-def merged(checks: Sequence[Check], found: Sequence[Relation]) -> dict[str, float]:
+def merged(checks: Sequence[Check], found: Sequence[Finding]) -> dict[str, float]:
     """Return the measurements of several checks, each under the object that it is about if they are about several."""
     found_by_name: dict[str, float] = {}
     subjects = [_subject(check) for check in checks]

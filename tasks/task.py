@@ -9,7 +9,7 @@ from typing import Annotated, Any, Self
 from pydantic import Field, field_validator, model_validator
 
 from robosandbox.tasks.bundled import ALL_SUITES, STANDARD_SUITE
-from robosandbox.tasks.checks import TABLE, Check, On, Tapped
+from robosandbox.tasks.judge.checks import TABLE, Check, On, Tapped
 from robosandbox.tasks.success import Criterion
 from robosandbox.types import IDENTIFIER, MAX_PROMPT_LENGTH, Finite, Limits, Randomize, Scene, StrictModel
 from robosandbox.validation import did_you_mean

@@ -3,10 +3,13 @@
 Without `--all` a sample of the long families runs and none of the slow tests; those marked `gl` run where pictures can be made.
 """
 
+import atexit
 import itertools
 import os
+import shutil
 import subprocess
 import sys
+import tempfile
 from collections import Counter
 
 import hypothesis
@@ -15,6 +18,10 @@ import pytest
 # Tests start some two hundred Python processes, and without bytecode each compiles all that it imports: seconds of CPU.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+
+# What is learnt of a scripted server on a random port must not meet the next server there, nor the person's own.
+os.environ["XDG_STATE_HOME"] = tempfile.mkdtemp(prefix="robosandbox-state-")
+atexit.register(shutil.rmtree, os.environ["XDG_STATE_HOME"], ignore_errors=True)
 
 # Hypothesis's own limit of 200 ms an example is wall time, which other processes use up, too.
 hypothesis.settings.register_profile("robosandbox", deadline=None)
@@ -74,6 +81,16 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
     if marked and subprocess.run([sys.executable, "-c", _PROBE], capture_output=True).returncode:
         for item in marked:
             item.add_marker(pytest.mark.skip(reason="no OpenGL library renders on this machine"))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Print the figures that tests recorded, such as how many sentences are understood."""
+    for reports in terminalreporter.stats.values():
+        for report in reports:
+            for name, figures in getattr(report, "user_properties", ()):
+                if name.startswith("figures of ") and report.when == "call":
+                    terminalreporter.section(name)
+                    terminalreporter.write_line(figures)
 
 
 def _left_out(items: list[pytest.Item]) -> list[pytest.Item]:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from robosandbox.agent.episode import AgentEvent, Consulted, Episode, FinalReason, Planned, Thought
-from robosandbox.agent.llm import modes
+from robosandbox.agent.llm import known
 from robosandbox.errors import InputError
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.session import open_session
@@ -23,7 +23,7 @@ FINISH = ("finish", '{"summary": "It is in the bin.", "holds": ["inside(red_cube
 
 @pytest.fixture(autouse=True)
 def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(modes, "_OF_THIS_PROCESS", modes.KnownModes())
+    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
     for name in ("OPENAI_BASE_URL", "HTTP_PROXY", "http_proxy", "ALL_PROXY", "all_proxy"):
         monkeypatch.delenv(name, raising=False)
 
@@ -249,15 +249,16 @@ def test_a_server_without_tools_is_told_results_as_text(world: EmbeddedWorkcell)
     script = [
         NO_SCHEMA,
         fails(400, "no tools"),
+        fails(400, "no tools"),
         says('{"name": "look", "arguments": {}}'),
         says('{"refuse": {"code": "unsupported", "message": "No."}}'),
     ]
     with ScriptedServer(*script) as server:
         episode = act(world, server)
     assert episode.refusal is not None
-    newest = server.requests[3]["messages"][-1]
+    newest = server.requests[4]["messages"][-1]
     assert (
-        newest["role"] == "user" and "<result>" in json.dumps(newest["content"]) and "tools" not in server.requests[3]
+        newest["role"] == "user" and "<result>" in json.dumps(newest["content"]) and "tools" not in server.requests[4]
     )
 
 

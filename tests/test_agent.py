@@ -26,7 +26,8 @@ class Clock:
         self.loop = ControlLoop()
         self.guards = self.loop.guards
         self.subscribe = self.loop.subscribe
-        self.spec = SimpleNamespace(limits=None)
+        self.spec = SimpleNamespace(limits=None, name="nothing")
+        self.capabilities = SimpleNamespace(contact=None, wrist_wrench=False)
 
     def step(self, seconds: float) -> None:
         for _ in range(round(seconds / 0.01)):

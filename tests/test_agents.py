@@ -1,11 +1,16 @@
 """What the loop around a model is worth: a scripted expert acts over HTTP, and a spoiler's plans move nothing."""
 
+import importlib.util
+import json
 import random
 import sys
 from pathlib import Path
 from types import ModuleType
 
 import pytest
+
+from robosandbox.tasks.session import open_session
+from robosandbox.testing.gold import gold_goal
 
 BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 
@@ -14,7 +19,7 @@ BENCHMARKS = Path(__file__).resolve().parents[1] / "benchmarks"
 def benchmark(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> ModuleType:
     monkeypatch.syspath_prepend(str(BENCHMARKS))
     sys.modules.pop(request.param, None)
-    return __import__(request.param)
+    return __import__(str(request.param))
 
 
 @pytest.mark.parametrize("benchmark", ["spoiled"], indirect=True)
@@ -30,12 +35,63 @@ def test_nothing_moves_of_a_spoiled_plan(benchmark: ModuleType, mode: str) -> No
     "arguments",
     [
         ["--tasks", "put_in_bin", "stack_two"],
-        ["--upsets", "--tasks", "nudged", "occupied"],
+        ["--upsets", "nudged", "occupied"],
         pytest.param(["--seeds", "3"], marks=pytest.mark.slow),
     ],
 )
-def test_the_expert_that_acts_does_what_is_asked(
-    benchmark: ModuleType, monkeypatch: pytest.MonkeyPatch, arguments: list[str]
+def test_the_expert_that_acts_does_what_is_asked(benchmark: ModuleType, arguments: list[str]) -> None:
+    assert benchmark.main(["--seeds", "1", *arguments]) == 0
+
+
+@pytest.mark.parametrize("benchmark", ["agents"], indirect=True)
+def test_a_run_that_was_cut_off_goes_on_and_its_rows_make_a_page(
+    benchmark: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys, "argv", ["agents.py", "--seeds", "1", *arguments])
-    assert benchmark.main() == 0
+    rows = tmp_path / "rows.jsonl"
+    told = ["--planner", "expert", "--resume", str(rows), "--transcripts", str(tmp_path / "said")]
+    assert benchmark.main([*told, "--tasks", "pick_cube_franka", "--seeds", "1"]) == 0
+    first = rows.read_text()
+    assert benchmark.main([*told, "--tasks", "pick_cube_franka", "--seeds", "2", "--prompts", "3", "--json"]) == 0
+    assert rows.read_text().startswith(first) and len(rows.read_text().splitlines()) == 5
+    report = json.loads(capsys.readouterr().out.partition("\n\n")[2].partition("\n")[2])
+    assert report["task"]["rows"] == 2 and report["prompt"]["refused_right"] == 1
+    (one, *_) = sorted((tmp_path / "said").iterdir())
+    transcript = json.loads(one.read_text())["transcript"]
+    assert transcript[-1]["answered"] and transcript[-1]["output_tokens"] == 100 and transcript[-1]["mode"] == "tools"
+    page = _league().page([json.loads(line) for line in rows.read_text().splitlines()])
+    assert "| expert | 2/2" in page and "| expert | 3 prompts | 2 | 1 | 0 | 0 |" in page
+
+
+@pytest.mark.parametrize("benchmark", ["agents"], indirect=True)
+def test_sealed_sentences_are_counted_and_not_shown(
+    benchmark: ModuleType, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    files = sorted((BENCHMARKS.parent / "tests" / "prompts" / "sealed").glob("*.yaml"))[:1]
+    rows = tmp_path / "rows.jsonl"
+    assert benchmark.main(["--planner", "stub", "--sentences", *map(str, files), "--resume", str(rows)]) == 0
+    found = [json.loads(line) for line in rows.read_text().splitlines()]
+    assert found and not any(row["said"] or row["detail"] for row in found)
+    assert {row["verdict"] for row in found} <= {"right", "refused_right", "wrong_motion", "missed"}
+
+
+@pytest.mark.parametrize("benchmark", ["agents"], indirect=True)
+@pytest.mark.parametrize(
+    ("task", "goal"),
+    [
+        ("put_in_drawer", "inside(red_cube, drawer), closed(drawer)"),
+        ("pick_can", "holding(can)"),
+        ("push_left", None),
+    ],
+)
+def test_a_tasks_success_is_said_in_relations(benchmark: ModuleType, task: str, goal: str | None) -> None:
+    with open_session(task, what_if=False) as session:
+        assert gold_goal(session) == goal
+
+
+def _league() -> ModuleType:
+    path = BENCHMARKS.parent / "docs" / "make_league.py"
+    spec = importlib.util.spec_from_file_location("make_league", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module

@@ -12,7 +12,9 @@ from robosandbox.errors import InputError
 from robosandbox.motion.sampling import find_knots
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.report import to_yaml
 from robosandbox.robots.infer.sidecar import infer
+from robosandbox.robots.loader import load_robot
 from robosandbox.robots.sidecar import GripperAttachment
 from robosandbox.testing.robot_check import check_robot
 
@@ -177,3 +179,61 @@ def test_fingers_that_start_locked_into_each_other_are_measured_all_the_same(tmp
     gripper = infer(_bare_arm(tmp_path), gripper=tmp_path / "locked.xml").sidecar.gripper
     assert gripper.open_qpos == pytest.approx(0.04, abs=0.002)
     assert gripper.closed_qpos < 0.012
+
+
+def _spun(folder):
+    """Return the toy with a propeller that turns without end where its fingers are, and a picture that is not there."""
+    text = (TOYS / "toy.urdf").read_text()
+    propeller = (
+        '<link name="prop"><visual><geometry><mesh filename="prop.stl"/></geometry></visual>'
+        '<collision><geometry><sphere radius="0.01"/></geometry></collision></link>'
+        '<joint name="gripper" type="continuous"><parent link="hand"/><child link="prop"/><origin xyz="-0.02 0 0"/>'
+        '<axis xyz="1 0 0"/><limit effort="1" velocity="3"/></joint>'
+    )
+    path = folder / "spun.urdf"
+    path.write_text(text.replace("</robot>", f"{propeller}</robot>"))
+    return path
+
+
+def test_what_spins_without_end_is_no_finger_and_a_picture_that_is_not_there_a_note(tmp_path):
+    found = infer(_spun(tmp_path))
+    assert found.sidecar.gripper is not None and found.sidecar.gripper.joints == ("g1", "g2")
+    assert "link 'prop': its visual mesh 'prop.stl' is not there: not drawn" in found.notes
+
+
+def test_a_mesh_that_is_collided_with_has_to_be_there(tmp_path):
+    def model(collides):
+        path = tmp_path / "arm.xml"
+        drawn = f'<geom type="mesh" mesh="plate" contype="{collides}" conaffinity="0"/>'
+        text = (TOYS / "toy_jaw.xml").read_text()
+        text = text.replace("<worldbody>", '<asset><mesh name="plate" file="plate.stl"/></asset><worldbody>', 1)
+        body = re.search(r"<body [^>]*>", text)
+        path.write_text(text[: body.end()] + drawn + text[body.end() :])
+        return path
+
+    assert "the visual mesh 'plate.stl' is not there: not drawn" in import_model(model(0)).notes
+    with pytest.raises(InputError, match=r"no file 'plate.stl'"):
+        import_model(model(1))
+
+
+@pytest.mark.parametrize("name", ["toy.urdf", "toy_jaw.xml", "toy_tendon.xml"])
+def test_loading_measures_the_gripper_that_inference_told_of(name, tmp_path):
+    found = infer(TOYS / name)
+    path = tmp_path / "sidecar.yaml"
+    path.write_text(to_yaml(found))
+    robot = load_robot(TOYS / name, path)
+    widest = f"{1000 * robot.gripper.geometry.max_aperture:.0f} mm"
+    assert found.findings["gripper.open_qpos"].evidence == f"driven over its range, its pads are {widest} apart there"
+    assert found.findings["gripper"].evidence.endswith(f"opens to {widest}")
+    assert (robot.sidecar.gripper.open_qpos, robot.sidecar.gripper.closed_qpos) == (
+        found.sidecar.gripper.open_qpos,
+        found.sidecar.gripper.closed_qpos,
+    )
+
+
+def test_check_says_what_inference_saw_of_a_gripper(tmp_path):
+    side = yaml.safe_load(to_yaml(infer(TOYS / "toy.urdf")))
+    side["gripper"]["closed_qpos"] = side["gripper"]["open_qpos"] * 0.6
+    report = _check("toy.urdf", side, tmp_path)
+    said = next(item.detail for item in report.checks if item.field == "gripper.closed_qpos" and not item.ok)
+    assert "does not close: it would at" in said and "its pads are" in said

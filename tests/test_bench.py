@@ -8,7 +8,7 @@ from robosandbox.commands.bench import split_lists
 from robosandbox.commands.bench_report import RULE, header, line, summary
 from robosandbox.errors import InputError
 from robosandbox.tasks.bench import BenchSettings, Row, Tally, run_bench
-from robosandbox.tasks.checks import Undisturbed
+from robosandbox.tasks.judge.checks import Undisturbed
 from robosandbox.tasks.loader import bundled_tasks, find_task, tasks_of_suite
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import AllOf

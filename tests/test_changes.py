@@ -13,7 +13,8 @@ from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.errors import InputError
 from robosandbox.robots.check.changes import changes, compile_file, table
-from robosandbox.robots.loader import TCP_SITE, RobotModel, load_robot
+from robosandbox.robots.fitting import TCP_SITE
+from robosandbox.robots.loader import RobotModel, load_robot
 from robosandbox.sim.world import ROBOT_PREFIX, build_world
 from robosandbox.types import Scene
 

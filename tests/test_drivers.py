@@ -13,6 +13,7 @@ import pytest
 
 from robosandbox.agent.agent import Agent
 from robosandbox.agent.context import AgentContext
+from robosandbox.agent.force import ForceGuard
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.drivers import Capabilities, driver_factory, load_driver
 from robosandbox.errors import ErrorCode, InputError, UnsupportedError
@@ -152,8 +153,19 @@ def test_ground_truth_is_refused_where_there_is_none(hardware: Hardware) -> None
 
 def test_a_limit_of_force_is_refused_where_no_contact_is_felt(hardware: Hardware) -> None:
     scene = find_task("pick_cube_franka").scene
-    with pytest.raises(UnsupportedError, match=r"contact: .* limits.max_force, 20 N"):
-        context(hardware, scene, Limits(max_force=20.0))
+    with pytest.raises(UnsupportedError, match=r"contact: .* limits.max_force_n, 20 N"):
+        context(hardware, scene, Limits(max_force_n=20.0))
+
+
+def test_without_a_sense_of_force_it_is_said_once_that_no_limit_is_kept(
+    hardware: Hardware, caplog: pytest.LogCaptureFixture
+) -> None:
+    scene = find_task("pick_cube_franka").scene
+    ctx = context(hardware, scene)
+    assert not any(isinstance(guard, ForceGuard) for guard in hardware.guards) and ctx.max_force_n == 60.0
+    assert [record.message for record in caplog.records if "no limit of force is kept" in record.message] == [
+        "force: the driver of panda tells neither contact nor a wrench at the wrist, so that no limit of force is kept"
+    ]
 
 
 def test_commands_take_effect_after_the_latency(hardware: Hardware) -> None:

@@ -181,6 +181,15 @@ def test_sim_at_a_router_cannot_act_on_another(kit: Kit, bench: ModuleType) -> N
         pytest.skip("sims meet at a router only")
     with open_connector(config_file=kit.config("sim"), timeout=30) as other:
         bench.meet(other)
-        asked = ("skill/home/send_goal", "skill/home/cancel_goal", "reset", "load", "clock", "checkpoint", "truth")
+        asked = (
+            "skill/home/send_goal",
+            "skill/home/cancel_goal",
+            "reset",
+            "load",
+            "clock",
+            "checkpoint",
+            "simulate",
+            "truth",
+        )
         for suffix in asked:
             assert not list(other.get(f"robosandbox/robot/{suffix}", payload=b"?", timeout=10)), suffix

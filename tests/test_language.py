@@ -1,39 +1,21 @@
-"""Sentences: the corpus, what is refused, and that no text at all can break the planner."""
+"""Sentences: what a rule is for, what is refused, and that no text at all can break the planner."""
 
 from __future__ import annotations
 
-import importlib.util
 import re
-import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from hypothesis import HealthCheck, given, settings, strategies as st
+from scored import sentences
 
 from robosandbox.agent.planner import StubPlanner
 from robosandbox.tasks.loader import load_task
 from robosandbox.types import DetectedObject, ObservedScene, Plan, Pose, Refusal
-
-PROMPTS = Path(__file__).parent / "prompts"
-
-
-def _load_benchmark() -> ModuleType:
-    path = Path(__file__).parent.parent / "benchmarks" / "language.py"
-    spec = importlib.util.spec_from_file_location("language_benchmark", path)
-    assert spec and spec.loader
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-benchmark = _load_benchmark()
-FILES = sorted(PROMPTS.glob("*.yaml"))
 
 
 @dataclass(frozen=True)
@@ -42,7 +24,7 @@ class Named:
 
 
 def planner(*names: str, dialogue: bool = False) -> StubPlanner:
-    skills = [Named(name) for name in names or benchmark.PARAMETERS]
+    skills = [Named(name) for name in names or sentences.PARAMETERS]
     return StubPlanner(skills, dialogue=dialogue)  # type: ignore[arg-type]
 
 
@@ -79,30 +61,6 @@ def calls(answer: Plan | Refusal) -> list[str]:
 def code(answer: Plan | Refusal) -> str:
     assert isinstance(answer, Refusal), answer
     return str(answer.code)
-
-
-@pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-@pytest.mark.sample(every=12)
-def test_no_sentence_of_the_corpus_moves_wrongly_and_98_percent_are_right(path: Path) -> None:
-    outcomes = benchmark.run(benchmark.load_prompts(path), planner())
-    report = benchmark.summary(outcomes)
-    assert [o.prompt.text for o in outcomes if o.verdict == "wrong_motion"] == []
-    missed = [o.prompt.text for o in outcomes if o.verdict == "missed"]
-    assert report["share_right"] >= 0.98, missed
-
-
-@pytest.mark.slow
-def test_corpus_has_400_sentences_in_six_scenes() -> None:
-    assert len(FILES) >= 6
-    assert sum(len(benchmark.load_prompts(path)) for path in FILES) >= 400
-
-
-@pytest.mark.slow
-def test_paraphrases_never_move_wrongly() -> None:
-    prompts = [p for path in FILES for p in benchmark.load_prompts(path)]
-    report = benchmark.summary(benchmark.run(benchmark.paraphrases(prompts, 300, seed=7), planner()))
-    assert report["wrong_motion"] == 0
-    assert report["share_right"] > 0.9
 
 
 def test_same_sentence_gives_same_plan() -> None:
@@ -375,7 +333,7 @@ def timed_plan(prompt: str) -> float:
     if isinstance(answer, Plan):
         known = {item.id for item in TABLE.objects}
         for step in answer.steps:
-            assert set(step.arguments) == set(benchmark.PARAMETERS[step.skill])
+            assert set(step.arguments) == set(sentences.PARAMETERS[step.skill])
             assert all(
                 value in known for key, value in step.arguments.items() if key in ("object", "target", "container")
             )
@@ -399,7 +357,7 @@ def test_any_text_gives_a_plan_or_a_refusal(prompt: str) -> None:
 @cache
 def corpus() -> list[str]:
     """Every sentence of the corpus, read when a test asks: reading takes seconds."""
-    return [prompt.text for path in FILES for prompt in benchmark.load_prompts(path)]
+    return [prompt.text for path in sentences.LEARNED for prompt in sentences.load_prompts(path)]
 
 
 SENTENCE = st.deferred(lambda: st.sampled_from(corpus()))
@@ -417,7 +375,7 @@ def test_mutated_sentences_give_a_plan_or_a_refusal(one: str, other: str, random
 
 def test_a_sentence_broken_off_anywhere_gives_a_plan_or_a_refusal() -> None:
     timed_plan("hello swap the ball and the can so they")
-    some = (prompt.text for path in FILES[::9] for prompt in benchmark.load_prompts(path))
+    some = (prompt.text for path in sentences.LEARNED[::9] for prompt in sentences.load_prompts(path))
     for k, sentence in enumerate(some):
         words = sentence.split()
         cut = k % max(len(words), 1)
@@ -478,8 +436,8 @@ def test_the_page_has_rows_of_several_tasks() -> None:
 
 @pytest.mark.parametrize(("task", "sentence", "told"), list(rows_of_the_page()))
 def test_sentence_is_planned_as_the_page_says(task: str, sentence: str, told: str) -> None:
-    answer = planner().plan(sentence, benchmark.observed(load_task(TASKS / f"{task}.yaml").scene))
+    answer = planner().plan(sentence, sentences.observed(load_task(TASKS / f"{task}.yaml").scene))
     if isinstance(answer, Plan):
-        assert answer.answer == told or benchmark.accepts(told, answer), answer
+        assert answer.answer == told or sentences.accepts(told, answer), answer
     else:
         assert f"{answer.code}: {answer.message}" == told

@@ -17,7 +17,7 @@ from hypothesis import given, strategies as st
 from pydantic_ai.messages import ModelResponse, TextPart
 
 from robosandbox.agent.episode import FailedAttempt, FinalReason
-from robosandbox.agent.llm import modes
+from robosandbox.agent.llm import known
 from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.auto import AutoPlanner
 from robosandbox.agent.llm.forms import MisuseError, find_answer
@@ -44,7 +44,7 @@ PICK = plan(("pick", {"object": "red_cube"}))
 
 @pytest.fixture(autouse=True)
 def _nothing_is_known_of_servers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(modes, "_OF_THIS_PROCESS", modes.KnownModes())
+    monkeypatch.setattr(known, "_OF_THIS_PROCESS", known.KnownEndpoints())
 
 
 @pytest.fixture(autouse=True)
@@ -151,12 +151,18 @@ def test_a_server_without_json_schema_is_asked_for_a_tool_call_and_that_is_remem
 
 def test_a_server_that_takes_neither_is_asked_for_text() -> None:
     said = says('{"steps": [{"skill": "pick", "arguments": {"object": "red_cube"}}]}')
-    with ScriptedServer(fails(400, "no schema"), fails(422, "no tools"), said, said) as server:
+    with ScriptedServer(*[fails(422, "no tools")] * 3, said, said) as server:
         asking = planner(server)
         assert picks(asking.plan("pick up the red cube", SCENE))
         assert picks(asking.plan("pick up the red cube", SCENE))
-    assert not {"response_format", "tools"} & {*server.requests[2], *server.requests[3]}
-    assert "no other text" in messages(server.requests[2])
+    assert not {"response_format", "tools"} & {*server.requests[3], *server.requests[4]}
+    assert "no other text" in messages(server.requests[3])
+
+
+def test_a_server_that_cannot_be_told_that_a_tool_must_be_called_is_offered_the_tools() -> None:
+    with ScriptedServer(fails(400, "no schema"), fails(400, "tool_choice: only auto"), PICK) as server:
+        assert picks(ask(server))
+    assert server.requests[2]["tools"] and server.requests[2].get("tool_choice", "auto") == "auto"
 
 
 def test_a_server_that_takes_the_schema_and_does_not_keep_it_is_asked_in_the_next_way() -> None:
@@ -479,10 +485,10 @@ def test_no_server_is_unavailable() -> None:
     ],
 )
 def test_a_request_that_is_wrong_is_not_repeated(status: int, error: type[Exception], says_: str) -> None:
-    with ScriptedServer(*[fails(status, "no such thing")] * 3) as server, pytest.raises(error, match=says_):
+    with ScriptedServer(*[fails(status, "no such thing")] * 4) as server, pytest.raises(error, match=says_):
         ask(server)
     # A refused request may be one that the server takes in another form.
-    assert len(server.requests) == (3 if status == 400 else 1)
+    assert len(server.requests) == (4 if status == 400 else 1)
 
 
 def test_planning_works_inside_a_running_loop() -> None:

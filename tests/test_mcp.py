@@ -4,10 +4,12 @@ import asyncio
 import base64
 import contextlib
 import json
+import shutil
 import socket
 import subprocess
 import sys
 from collections.abc import AsyncIterator, Awaitable, Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import anyio
@@ -37,19 +39,26 @@ async def over_stdio(*arguments: str) -> AsyncIterator[Client]:
         yield client
 
 
-@contextlib.asynccontextmanager
-async def over_http(*arguments: str) -> AsyncIterator[Client]:
+@contextlib.contextmanager
+def http_server(*arguments: str) -> Iterator[str]:
+    """Serve over HTTP and yield the address; the server ends without a fault when it is asked to."""
     process = subprocess.Popen([*PROGRAM, "--http", "0", *arguments], stderr=subprocess.PIPE, text=True)
     try:
         assert process.stderr is not None
-        line = await asyncio.to_thread(process.stderr.readline)
+        line = process.stderr.readline()
         assert line.startswith("serving on http://127.0.0.1:"), line + process.stderr.read()
-        async with Client(line.split()[-1]) as client:
-            yield client
+        yield line.split()[-1]
         process.terminate()
-        assert await asyncio.to_thread(process.wait, 20) == 0
+        assert process.wait(20) == 0
     finally:
         process.kill()
+
+
+@contextlib.asynccontextmanager
+async def over_http(*arguments: str) -> AsyncIterator[Client]:
+    with http_server(*arguments) as url:
+        async with Client(url) as client:
+            yield client
 
 
 def here(session: EmbeddedWorkcell, timeout: float = 120.0) -> Robot:
@@ -128,6 +137,13 @@ async def _lists_tools(client: Client) -> None:
         assert listed[skill.name].description.startswith(skill.description)
 
 
+def _keeps_to_its_schema(tool: types.Tool, result: types.CallToolResult) -> bool:
+    from jsonschema import Draft202012Validator
+
+    assert tool.output_schema is not None
+    return bool(Draft202012Validator(tool.output_schema).is_valid(result.structured_content))
+
+
 async def _picks_and_places(client: Client) -> None:
     phases: list[str] = []
 
@@ -172,8 +188,12 @@ async def _cancels(client: Client) -> None:
 
 
 async def _sees_errors(client: Client) -> None:
+    listed = {tool.name: tool for tool in (await client.list_tools()).tools}
     gone = await client.call_tool("pick", {"object": "elephant"})
-    assert gone.is_error
+    assert gone.is_error and _keeps_to_its_schema(listed["pick"], gone)
+    unread = await client.call_tool("check", {"steps": []})
+    assert unread.is_error and _keeps_to_its_schema(listed["check"], unread)
+    assert _keeps_to_its_schema(listed["look"], await client.call_tool("look"))
     error = structured(gone)["error"]
     assert error["code"] == "object_not_found" and "red_cube" in error["evidence"]["seen"]
     wrong = structured(await client.call_tool("push", {"object": "red_cube", "direction": "up"}))["error"]
@@ -311,6 +331,7 @@ def test_a_client_works_in_a_sim_process_through_the_server() -> None:
                 await _picks_and_places(client)
                 await _sees_errors(client)
                 await _plans_and_refuses(client)
+                await _simulates_runs_resets_and_judges(client)
 
     asyncio.run(visit())
 
@@ -431,3 +452,32 @@ def test_wrong_options_are_one_line_and_exit_2(
     assert run_app(app, "robo-sandbox", ["mcp", *arguments]) == EXIT_USAGE
     out, err = capsys.readouterr()
     assert out == "" and err.count("\n") == 1 and named in err
+
+
+@pytest.fixture(scope="module")
+def visitor(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Install the official JavaScript client beside the script that drives it."""
+    if shutil.which("npm") is None:
+        pytest.skip("no npm here")
+    folder = tmp_path_factory.mktemp("visitor")
+    shutil.copy(Path(__file__).parent / "support" / "mcp_visitor.mjs", folder)
+    subprocess.run(["npm", "install", "--silent", "@modelcontextprotocol/sdk@1"], cwd=folder, check=True, timeout=300)
+    return folder / "mcp_visitor.mjs"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["stdio", "http"])
+def test_the_official_javascript_client_looks_checks_simulates_runs_cancels_resets_and_judges(
+    visitor: Path, way: str
+) -> None:
+    options = ["--task", "put_in_bin", "--realtime"]
+    with contextlib.ExitStack() as stack:
+        where = [*PROGRAM, *options]
+        if way == "http":
+            where = [stack.enter_context(http_server(*options))]
+        done = subprocess.run(
+            ["node", str(visitor), way, *where], capture_output=True, text=True, timeout=600, check=False
+        )
+    assert done.returncode == 0, done.stderr
+    held = json.loads(done.stdout)
+    assert {"look", "check", "simulate", "run with progress", "cancel", "reset", "judge after"} <= {*held}

@@ -62,7 +62,13 @@ QUESTIONS = {
         "tell me how many bins there are": "2: red_bin and blue_bin",
         "hey robot, can you tell me where the red ball is?": "red_ball is on the table",
     },
-    "stack_five": {"how many cubes do you see?": "5: "},
+    "stack_five": {
+        "how many cubes do you see?": "5: ",
+        "which cube is closest to you?": "red_cube is a red block",
+        "what is to the left of the blue cube?": "yellow_cube and white_cube are to the left of blue_cube",
+        "is there a purple cube?": "No: I see no purple cube",
+        "how far is the white cube from the blue cube?": "white_cube is 19 cm from blue_cube",
+    },
     "stack_three": {
         "is the red cube on the blue one?": "No: red_cube is on the table",
         "is the red cube on the table?": "Yes: red_cube is on the table",
@@ -78,7 +84,7 @@ QUESTIONS = {
         "what's the bin like": None,
         "is the bin empty?": "Yes",
     },
-    "pick_mug_rim": {"where is the mug?": "mug is on the table", "is the mug empty": "Yes: Nothing is in mug"},
+    "pick_mug_rim": {"where is the mug?": "mug is on the table", "is the mug empty": "Yes: Nothing is in mug", "is the can left of the mug?": "No: yellow_can is 16 cm to the right of mug", "what is on the grey block?": "Nothing is on grey_block"},
     "clear_to_bin": {"how many things are on the table": "9: ", "what is next to the bin?": "Nothing is next to grey_bin", "describe the scene": "grey_bin is on the table"},
 }  # fmt: skip
 ASKED = [(task, question) for task, questions in QUESTIONS.items() for question in questions]

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.checks import AtHome
+from robosandbox.tasks.judge.checks import AtHome
 from robosandbox.tasks.loader import bundled_tasks, find_task
 from robosandbox.tasks.randomize import CLEARANCE, draw_layout, groups_of
 from robosandbox.tasks.task import Task

@@ -24,8 +24,8 @@ from robosandbox.recording.recorder import Recorder
 from robosandbox.recording.settings import RecordSettings, VideoSettings, open_recorder
 from robosandbox.recording.skill import RecordedSkill
 from robosandbox.tasks.bench import BenchSettings, run_bench
-from robosandbox.tasks.checks import Lifted
 from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.judge.checks import Lifted
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.replay import Replay, open_replay
 from robosandbox.tasks.session import open_session

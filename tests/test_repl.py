@@ -16,10 +16,11 @@ import pexpect
 import pyte
 import pytest
 
+from robosandbox.cache import state_file
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, EXIT_FAILED, EXIT_UNAVAILABLE, EXIT_USAGE, run_app
 from robosandbox.commands.shell.completion import endings, verbs_for
-from robosandbox.commands.shell.history import history_file, open_history
+from robosandbox.commands.shell.history import open_history
 from robosandbox.commands.shell.link import Link
 from robosandbox.commands.shell.shell import Shell
 from robosandbox.commands.shell.showing import object_names, scene_table
@@ -231,11 +232,11 @@ def test_ctrl_c_stops_a_goal_or_an_endless_thought_and_leaves_the_conversation(p
 
 @pytest.mark.slow
 def test_a_model_is_talked_to_ctrl_c_stops_its_thinking_and_its_faults_are_a_line(people):
-    pytest.importorskip("pydantic_ai")
+    modes = pytest.importorskip("robosandbox.agent.llm.modes")
     picks = plan(("pick", {"object": "red_cube"}))
     stalled = Answer(body=picks.body, send=20, then="stall")
     # Each way of asking is tried, and refused.
-    refusals = [fails(400, "no such field")] * 3
+    refusals = [fails(400, "no such field")] * len(modes.Mode)
     with ScriptedServer(stalled, stalled, picks, *refusals) as server:
         person = people("--planner", "openai", "--model", "scripted", "--base-url", server.url)
         for line in ("pick up the red cube", "/plan pick up the red cube"):
@@ -549,8 +550,8 @@ def test_every_kind_of_object_is_shown_with_its_full_size():
 
 @pytest.mark.slow
 def test_history_is_where_xdg_has_it_and_a_read_only_disk_is_no_hindrance(tmp_path):
-    assert history_file({"XDG_STATE_HOME": "/somewhere"}) == Path("/somewhere/robosandbox/history")
-    assert history_file({"XDG_STATE_HOME": "not/absolute"}) == Path.home() / ".local/state/robosandbox/history"
+    assert state_file("history", {"XDG_STATE_HOME": "/somewhere"}) == Path("/somewhere/robosandbox/history")
+    assert state_file("history", {"XDG_STATE_HOME": "not/absolute"}) == Path.home() / ".local/state/robosandbox/history"
     kept = open_history(tmp_path / "new" / "history")
     kept.append_string("go home")
     assert "go home" in (tmp_path / "new" / "history").read_text()

@@ -84,7 +84,7 @@ def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> N
     rows = {}
     for name, remote in (("embedded", None), ("remote", RemoteWorkcell(robot))):
         # Contacts are watched in worlds of our own only.
-        apart = {"secs": 0.0, "touched": (), "worst_force_n": None}
+        apart = {"secs": 0.0, "touched": (), "worst_force_n": None, "worst_intended_force_n": None}
         rows[name] = [{**row.record(), **apart} for row in run_bench(tasks, 2, remote=remote)]
     assert rows["remote"] == rows["embedded"]
     assert all(row["success"] for row in rows["remote"])

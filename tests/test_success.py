@@ -11,10 +11,12 @@ from hypothesis import given, strategies as st
 from pydantic import TypeAdapter
 
 from robosandbox.errors import InputError
-from robosandbox.tasks.checks import Check
 from robosandbox.tasks.evaluate import evaluate
+from robosandbox.tasks.judge.checks import Check
+from robosandbox.tasks.judge.rest import rests_for_good
 from robosandbox.tasks.success import Criterion
-from robosandbox.types import ObjectKind, ObjectTruth, Pose, Truth, Verdict, frozen_array
+from robosandbox.types import ObjectKind, ObjectTruth, Pose, SceneObject, Touch, Truth, Verdict, frozen_array
+from robosandbox.types.solids import solids_as_written
 
 SIZES: dict[ObjectKind, tuple[float, ...]] = {
     "box": (0.02, 0.02, 0.02),
@@ -33,19 +35,38 @@ def truth(time: float = 0.0, q: float = 0.0, touched: str = "", **objects: Where
         home_q=frozen_array([0.0, 0.0]),
         table_height=0.04,
         objects={
-            name: ObjectTruth(
-                id=name,
-                kind=kind,
-                size=SIZES[kind],
-                rgba=(1, 0, 0, 1),
-                pose=Pose(xyz=xyz),
-                linear_velocity=np.zeros(3),
-                angular_velocity=np.zeros(3),
-                contacts=("robot",) if name == touched else (),
+            name: placed(
+                ObjectTruth(
+                    id=name,
+                    kind=kind,
+                    size=SIZES[kind],
+                    rgba=(1, 0, 0, 1),
+                    pose=Pose(xyz=xyz),
+                    linear_velocity=np.zeros(3),
+                    angular_velocity=np.zeros(3),
+                    contacts=("robot",) if name == touched else (),
+                ),
             )
             for name, (kind, xyz) in objects.items()
         },
     )
+
+
+def placed(item: ObjectTruth, **changes: Any) -> ObjectTruth:
+    """The object with changes, made of what its shape is made of, where it is."""
+    item = replace(item, **changes)
+    written = SceneObject(id=item.id, kind=item.kind, size=item.size, pose=item.pose)
+    return replace(item, solids=solids_as_written(written, item.pose, item.opening))
+
+
+def judged(criterion: Check, now: Truth) -> Verdict:
+    """Judge in a world in which all stays as it is while time goes on."""
+    clock = [now.time]
+
+    def wait(seconds: float) -> None:
+        clock[0] += seconds
+
+    return evaluate(criterion, START, lambda: replace(now, time=clock[0]), wait)
 
 
 def check(**fields: Any) -> Check:
@@ -82,7 +103,7 @@ START = truth(a=A_LOW, b=B_LOW)
     ],
 )  # fmt: skip
 def test_criterion_says(fields: dict[str, Any], now: Truth, holds: bool) -> None:
-    verdict = evaluate(check(**fields), START, lambda: now, lambda _: None)
+    verdict = judged(check(**fields), now)
     assert verdict.success is holds
 
 
@@ -145,15 +166,31 @@ LIFTED = {"kind": "lifted", "object": "a", "min_mm": 50}
 
 
 def test_hold_fails_what_does_not_last() -> None:
-    assert judged_while_falling({**LIFTED, "hold_s": 1.0}, falls_after=2.0).success
+    assert judged_while_falling({**LIFTED, "hold_s": 1.0}, falls_after=2.5).success
     verdict = judged_while_falling({**LIFTED, "hold_s": 1.0}, falls_after=0.5)
     assert not verdict.success and math.isclose(verdict.detail["held_s"], 0.6)
 
 
+def test_what_moves_on_and_on_is_not_done_and_what_comes_to_lie_still_is() -> None:
+    clock = [0.0]
+
+    def wait(seconds: float) -> None:
+        clock[0] += seconds
+
+    def judged_until(stops: float) -> Verdict:
+        clock[0] = 0.0
+        moved = lambda: truth(time=clock[0], a=("box", (0.1 + 0.02 * min(clock[0], stops), 0.0, 0.06)), b=B_LOW)  # noqa: E731
+        return evaluate(check(**FORWARD), START, moved, wait)
+
+    assert judged_until(3.0).success
+    verdict = judged_until(99.0)
+    assert not verdict.success and math.isclose(verdict.detail["moving_s"], 6.0)
+
+
 def test_each_check_of_all_holds_for_its_own_time() -> None:
     home = {"kind": "at_home", "hold_s": 3.0}
-    assert judged_while_falling({"kind": "all", "checks": [{**LIFTED, "hold_s": 1.0}, home]}, falls_after=2.0).success
-    assert not judged_while_falling({"kind": "all", "hold_s": 3.0, "checks": [LIFTED, home]}, falls_after=2.0).success
+    assert judged_while_falling({"kind": "all", "checks": [{**LIFTED, "hold_s": 1.0}, home]}, falls_after=2.5).success
+    assert not judged_while_falling({"kind": "all", "hold_s": 3.0, "checks": [LIFTED, home]}, falls_after=2.5).success
 
 
 def test_hold_reaches_into_not() -> None:
@@ -163,7 +200,7 @@ def test_hold_reaches_into_not() -> None:
 
 
 def test_detail_of_a_single_check_is_what_the_bench_prints() -> None:
-    verdict = judged_while_falling(LIFTED, falls_after=2.0)
+    verdict = judged_while_falling(LIFTED, falls_after=2.5)
     assert {key: round(value, 3) for key, value in verdict.detail.items()} == {"dz_mm": 140.0, "min_mm": 50.0}
 
 
@@ -175,7 +212,7 @@ EPS = 1e-4
 def world(**changes: Any) -> Truth:
     """The start with some fields of `a` replaced, all else as it was."""
     start = truth(a=A_LOW, b=("box", (0.3, 0.3, 0.06)))
-    return replace(start, objects={**start.objects, "a": replace(start.objects["a"], **changes)})
+    return replace(start, objects={**start.objects, "a": placed(start.objects["a"], **changes)})
 
 
 def at(x: float, y: float, z: float) -> Truth:
@@ -198,7 +235,7 @@ def opened(opening: float) -> Truth:
 
 
 def replace_object(state: Truth, **changes: Any) -> Truth:
-    return replace(state, objects={**state.objects, "a": replace(state.objects["a"], **changes)})
+    return replace(state, objects={**state.objects, "a": placed(state.objects["a"], **changes)})
 
 
 def joints(*errors: float) -> Truth:
@@ -240,7 +277,7 @@ def instead_of_b(x: float, up: float) -> Truth:
         (IN_TRAY, lambda v: in_tray(v, 0.004), -0.060, True),
         (IN_TRAY, lambda v: in_tray(v, 0.004, "bowl"), 0.050, False),
         (IN_TRAY, lambda v: in_tray(0.0, v), 0.050, False),
-        (IN_TRAY, lambda v: in_tray(0.0, v), -0.005, True),
+        (IN_TRAY, lambda v: in_tray(0.0, v), -0.001, True),
         (LEFT_OF_B, lambda v: beside_b(v), 0.100, False),
         (LEFT_OF_B, lambda v: beside_b(v), -0.005, True),
         (LEFT_OF_B, lambda v: beside_b(0.03, v), 0.005, False),
@@ -345,7 +382,7 @@ def test_all_any_and_not_are_those_of_logic(first: bool, second: bool, third: bo
     states = {"a": first, "b": second, "c": third}
     now = truth(**{name: ("drawer", (0.0, 0.3 * index, 0.04)) for index, name in enumerate(states)})
     now = replace(
-        now, objects={name: replace(now.objects[name], opening=0.0 if shut else 0.08) for name, shut in states.items()}
+        now, objects={name: placed(now.objects[name], opening=0.0 if shut else 0.08) for name, shut in states.items()}
     )
     checks = [{"kind": "closed", "object": name} for name in states]
     assert bool(check(kind="all", checks=checks).evaluate(now, now)) is (first and second and third)
@@ -402,3 +439,64 @@ def test_references_are_what_a_task_file_must_have() -> None:
     kinds = {kind for _, _, kinds in check(**IN_TRAY).references() for kind in kinds}
     assert {"bin", "drawer", "bowl", "cup"} <= kinds and "box" not in kinds
     assert [set(kinds) for _, _, kinds in check(**CLOSED).references()] == [{"drawer"}]
+
+
+# What carries a thing, and whether it is at rest: by forces at its contacts.
+
+
+def standing(force: float = 0.25, other: str = "table", **changes: Any) -> ObjectTruth:
+    """`a` on the table, as heavy as 1 N, with a force at each corner of its face."""
+    corners = [(x, y, 0.04) for x in (-0.02, 0.02) for y in (-0.02, 0.02)]
+    touches = tuple(Touch(other=other, point=corner, force=(0.0, 0.0, force)) for corner in corners)
+    fields = {"touches": touches, "weight": 1.0, "mass_centre": (0.0, 0.0, 0.06), "contacts": (other,), **changes}
+    return replace(START.objects["a"], **fields)
+
+
+def alone(item: ObjectTruth, time: float = 0.0) -> Truth:
+    return replace(START, time=time, objects={"a": item})
+
+
+@pytest.mark.parametrize(
+    ("item", "rests"),
+    [
+        (standing(), True),
+        (standing(mass_centre=(0.0195, 0.0, 0.06)), False),
+        (standing(force=0.2), False),
+        (standing(linear_velocity=np.array([0.006, 0.0, 0.0])), False),
+        (standing(linear_velocity=np.array([0.0049, 0.0, 0.0])), True),
+        (standing(linear_velocity=np.array([0.0049, 0.0, 0.0]), mass_centre=(0.01895, 0.0, 0.54)), False),
+        (standing(touches=None), False),
+        (standing(touches=()), False),
+        (standing(weight=None), False),
+        (standing(other="robot"), False),
+    ],
+)
+def test_nothing_is_waited_for_where_nothing_can_move_by_itself(item: ObjectTruth, rests: bool) -> None:
+    assert rests_for_good(alone(item), alone(item)) is rests
+
+
+def test_what_the_robot_holds_is_watched_for_a_while() -> None:
+    held = alone(standing(other="robot"))
+    for seconds, crept, rests in ((0.2, 0.0, False), (0.3, 0.0, True), (0.3, 0.0002, False)):
+        later = standing(other="robot", pose=Pose(xyz=(0.0, 0.0, 0.06 - crept)))
+        assert rests_for_good(held, alone(later, time=seconds)) is rests
+
+
+@pytest.mark.parametrize(("share", "holds"), [(0.7, True), (0.3, False)])
+def test_on_is_what_bears_most_of_a_thing(share: float, holds: bool) -> None:
+    touches = tuple(
+        Touch(other=other, point=(0.1, 0.0, 0.08), force=(0.0, 0.0, force))
+        for other, force in (("b", share), ("table", 1.0 - share))
+    )
+    now = replace_object(truth(a=A_ON_B, b=B_LOW), touches=touches, weight=1.0)
+    assert check(**ON_B).evaluate(START, now).holds is holds
+
+
+def test_what_lies_on_a_drawers_handle_is_not_in_the_drawer() -> None:
+    def at(x: float, bottom: float) -> Truth:
+        return truth(a=("sphere", (x, 0.0, 0.04 + bottom + 0.01)), tray=("drawer", (0.0, 0.0, 0.04)))
+
+    assert check(**IN_TRAY).evaluate(at(0.0, 0.009), at(0.0, 0.009))
+    on_the_handle = at(-0.09, 0.06)
+    finding = check(**IN_TRAY).evaluate(on_the_handle, on_the_handle)
+    assert not finding and finding.detail["margin_mm"] > 0.0 and finding.detail["below_rim_mm"] > 0.0

@@ -202,7 +202,7 @@ def test_constraints_are_kept(constraints: Constraints, relation: str) -> None:
     [
         (Limits(workspace=Workspace(y=(-0.1, 0.5))), "tap red_cube", "reachable"),
         (Limits(workspace=Workspace(y=(-0.5, 0.1))), "stack red_cube blue_cube", "reachable_over"),
-        (Limits(max_force=0.2), "tap red_cube", "may_press"),
+        (Limits(max_force_n=0.2), "tap red_cube", "may_press"),
     ],
 )
 def test_limits_are_kept(limits: Limits, text: str, relation: str) -> None:

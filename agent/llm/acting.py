@@ -7,9 +7,10 @@ events, confirmation, limits and Ctrl-C act as for every plan.
 
 from __future__ import annotations
 
+import json
 from collections import deque
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 from pydantic_ai import Agent, DeferredToolRequests, DeferredToolResults
@@ -24,10 +25,11 @@ from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint
-from robosandbox.agent.llm.forms import find_calls
-from robosandbox.agent.llm.modes import KnownModes
+from robosandbox.agent.llm.forms import Tool, find_calls
+from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm.ledger import Ledger
 from robosandbox.agent.llm.pictures import cameras_of, marked_picture, png
-from robosandbox.agent.llm.planner import LLMPlanner, constraints_of, prompt_budget
+from robosandbox.agent.llm.planner import LLMPlanner, prompt_budget
 from robosandbox.agent.llm.prompt import act_instructions, question
 from robosandbox.agent.llm.robot import describe_robot
 from robosandbox.agent.llm.service import Service, run_apart
@@ -39,23 +41,26 @@ from robosandbox.agent.tools import (
     AskArguments,
     CheckArguments,
     FinishArguments,
+    ProgramArguments,
     RefuseArguments,
     SimulateArguments,
     checked,
     error_data,
-    not_holding,
     outcome,
-    relations,
     rounded,
     simulated,
     wanted,
     why_not,
     wrong_arguments,
 )
+from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import InputError, RenderingError
 from robosandbox.types import ObservedScene, Plan, Refusal, SkillCall
 from robosandbox.world.described import describe_scene
 from robosandbox.world.verifier import Constraints, verify
+
+if TYPE_CHECKING:
+    from robosandbox.agent.llm.programmed import RunningProgram
 
 # How many earlier requests of a session a model is told of. Chosen: what "it" and "again" reach back to.
 _REMEMBERED = 6
@@ -78,7 +83,15 @@ class ActingPlanner(LLMPlanner):
         self._earlier.append({"request": prompt, "calls": []})
         budgets = (self._prompt, self._session)
         return ActingCourse(
-            prompt, desk, self._settings, self._player, self._modes, budgets, earlier=earlier, note=self._earlier[-1]
+            prompt,
+            desk,
+            self._settings,
+            self._player,
+            self._known,
+            budgets,
+            certain=self.certain,
+            earlier=earlier,
+            note=self._earlier[-1],
         )
 
 
@@ -90,8 +103,9 @@ class ActingCourse:
         desk: World, skills, and who can be asked.
         settings: Model, endpoint and limits.
         player: A cassette to answer from in place of the endpoint.
-        modes: What is known of endpoints.
+        known: What is known of endpoints.
         budgets: What may be spent, that of the prompt first.
+        certain: Returns what the prompt holds every call to.
         earlier: Requests before this one and what was done for them.
         note: What later prompts are told of this one; calls that succeed are added.
     """
@@ -104,24 +118,26 @@ class ActingCourse:
         desk: Desk,
         settings: LLMSettings,
         player: Player | None,
-        modes: KnownModes,
+        known: KnownEndpoints,
         budgets: Sequence[Budget],
         *,
         earlier: Sequence[Mapping[str, Any]] = (),
+        certain: Callable[[str, ObservedScene], Constraints],
         note: dict[str, Any],
     ) -> None:
-        self._prompt, self._desk, self._settings, self._player, self._modes = prompt, desk, settings, player, modes
-        self._budgets, self._earlier, self._note = tuple(budgets), earlier, note
-        self._tools = acting_tools(list(desk.skills.values()), can_ask=desk.ask is not None)
+        self._prompt, self._desk, self._settings, self._player, self._known = prompt, desk, settings, player, known
+        self._budgets, self._earlier = tuple(budgets), earlier
+        self._ledger = Ledger(desk.skills, budgets, note)
+        self._can_program = settings.mode == "code"
+        self._tools = self._offered()
         self._agent = Agent(output_type=[str, DeferredToolRequests], name="act")
         self._said: list[ModelMessage] = []
         self._calls: deque[ToolCallPart] = deque()
         self._results: dict[str, Any] = {}
         self._pictures: list[UserContent] = []
         self._under_way: tuple[ToolCallPart, ObservedScene] | None = None
-        self._kept = Constraints()
-        self._failed: str | None = None
-        self._succeeded = 0
+        self._program: RunningProgram | None = None
+        self._certain = certain
 
     def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
         """Return what the model wants to be carried out, or that it ends.
@@ -131,10 +147,12 @@ class ActingCourse:
             InputError: The service does not know the model or the key.
         """
         if report is None:
-            self._kept = constraints_of(self._prompt, scene, list(self._desk.skills.values()))
+            self._ledger.due = self._certain(self._prompt, scene)
             self._calls.extend(run_apart(self._run(scene, first=True)))
         elif self._under_way is not None:
-            self._take(report, scene)
+            further = self._take(report, scene)
+            if further is not None:
+                return further
         while True:
             while self._calls:
                 answer = self._handled(self._calls.popleft(), scene)
@@ -144,9 +162,14 @@ class ActingCourse:
             # A model may take a minute, and people do not stand still meanwhile.
             scene = self._desk.ctx.look()
 
+    def _offered(self, scene: ObservedScene | None = None) -> list[Tool]:
+        """Return the tools; with a scene only what fits it."""
+        skills = list(self._desk.skills.values())
+        return acting_tools(skills, scene, can_ask=self._desk.ask is not None, can_program=self._can_program)
+
     async def _run(self, scene: ObservedScene, *, first: bool) -> list[ToolCallPart]:
         """Return what the model calls next, now that it is told of the world or of what came of its calls."""
-        exact = acting_tools(list(self._desk.skills.values()), scene, can_ask=self._desk.ask is not None)
+        exact = self._offered(scene)
         asked = Asked(
             instructions=lambda mode: act_instructions(self._tools, mode),
             tools=self._tools,
@@ -162,15 +185,15 @@ class ActingCourse:
         if first:
             about = describe_robot(self._desk.ctx, scene, self._desk.skills)
             about |= {"cameras": list(cameras_of(self._desk.ctx))}
-            content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about)]
+            content = [question(self._prompt, scene, (), earlier=self._earlier, robot=about, certain=self._ledger.due)]
             if self._settings.picture is not None:
                 content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
-        async with Service(self._settings, self._player, self._budgets) as service:
+        async with Service(self._settings, self._player, self._budgets, self._known) as service:
             result = await self._agent.run(
                 content if first else None,
                 message_history=self._said,
                 deferred_tool_results=None if first else DeferredToolResults(calls=self._results),
-                model=Endpoint(service, self._modes, self._settings, asked),
+                model=Endpoint(service, self._known, asked),
                 toolsets=[ExternalToolset(definitions)],
                 # `Budget` counts over all runs of a prompt.
                 usage_limits=UsageLimits(request_limit=None),
@@ -194,15 +217,27 @@ class ActingCourse:
             answer = {"ok": False, "error": wrong_arguments(call.tool_name, error, takes)}
         except InputError as error:
             answer = {"ok": False, "error": str(error)}
+        return self._settled(call, answer, scene)
+
+    def _settled(
+        self, call: ToolCallPart, answer: Plan | Refusal | Finished | dict[str, Any], scene: ObservedScene
+    ) -> Plan | Refusal | Finished | None:
+        """Return what a call asks the agent for, once it is checked; None where it is answered here."""
         if isinstance(answer, Plan):
-            answer = self._turned_down(answer, scene) or answer
+            refused = self._turned_down(answer, scene)
+            if refused is not None and not refused["ok"]:
+                count_sent_back(f"{call.tool_name}: {json.dumps(refused)}")
+            if refused is not None and self._program is not None:
+                refused = self._program.broken_off(refused)
+            answer = refused or answer
         if not isinstance(answer, dict):
             self._under_way = (call, scene)
             return answer
         data = rounded(answer)
+        self._program = None
         self._results[call.tool_call_id] = ToolReturn(data, content=self._pictures) if self._pictures else data
         self._pictures = []
-        self._desk.emit(Consulted(tool=call.tool_name, arguments=arguments, answer=data))
+        self._desk.emit(Consulted(tool=call.tool_name, arguments=call.args_as_dict(), answer=data))
         if not data.get("ok", True):
             self._leave_rest(f"{call.tool_name} before it did not work")
         return None
@@ -214,34 +249,45 @@ class ActingCourse:
         model = OWN.get(name)
         if model is None:
             return Plan(steps=(SkillCall(skill=name, arguments=dict(arguments)),))
-        given = model.model_validate(arguments)
+        given, kept = model.model_validate(arguments), self._ledger.of_each_call
         skills = list(self._desk.skills.values())
         match given:
             case CheckArguments():
-                return checked(Plan(steps=given.steps), scene, skills, self._kept)
+                return checked(Plan(steps=given.steps), scene, skills, kept)
             case SimulateArguments():
-                return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills, self._kept)
+                return simulated(self._desk.ctx, Plan(steps=given.steps), self._desk.skills, kept)
             case AchieveArguments():
-                found = wanted(given, scene, skills, self._kept)
+                found = wanted(given, scene, skills, kept)
                 return found if isinstance(found, Plan) else {"ok": False, "error": found.message}
+            case ProgramArguments():
+                return self._programmed(given)
             case AskArguments():
                 return self._asked(given)
             case FinishArguments():
-                return self._finished(given, scene)
+                return self._ledger.finished(given, scene)
             case RefuseArguments():
                 return self._refused(given, scene)
             case LookArguments():
                 return self._looked(given)
         raise AssertionError(f"{name} has no handler")
 
+    def _programmed(self, given: ProgramArguments) -> Plan | dict[str, Any]:
+        """Return the first call of a program, or what it came to without one."""
+        if not self._can_program:
+            raise InputError("programs are not carried out here; make one call after another")
+        from robosandbox.agent.llm.programmed import RunningProgram
+
+        self._program = RunningProgram(given.code, self._desk.ctx, self._desk.skills)
+        return self._program.begin()
+
     def _turned_down(self, plan: Plan, scene: ObservedScene) -> dict[str, Any] | None:
         """Return why a plan is not begun; None where nothing stands against it."""
         if not plan.steps:
             return {"ok": True, "done": [], "note": "it holds already"}
-        for one in self._budgets:
-            if len(plan.steps) > one.left("steps"):
-                return {"ok": False, "error": f"steps: at most {one.limits.steps} calls are carried out for a {one.of}"}
-        problems = verify(plan, scene, list(self._desk.skills.values()), constraints=self._kept).problems
+        over = self._ledger.over_budget(plan)
+        if over:
+            return {"ok": False, "error": over}
+        problems = verify(plan, scene, list(self._desk.skills.values()), constraints=self._ledger.of_each_call).problems
         if problems:
             first = problems[0]
             # Only the first call would be made in the scene as it is.
@@ -268,37 +314,24 @@ class ActingCourse:
             return {"ok": False, "error": "nobody is here to answer; refuse with `ambiguous` where it matters"}
         return {"answer": self._desk.ask(given.message)}
 
-    def _finished(self, given: FinishArguments, scene: ObservedScene) -> Finished | dict[str, Any]:
-        """Return the end, unless what was measured speaks against it."""
-        if self._failed is not None:
-            return {"ok": False, "error": f"{self._failed} failed and nothing has succeeded since: mend it, or refuse"}
-        facts = relations(given.holds)
-        wrong = not_holding(facts, scene)
-        if wrong:
-            return {"ok": False, "error": "that does not hold", "not_holding": wrong}
-        if not self._succeeded and not facts:
-            return {"ok": False, "error": "holds: nothing was done; list the relations that hold already, or refuse"}
-        return Finished(summary=given.summary)
-
     def _refused(self, given: RefuseArguments, scene: ObservedScene) -> Refusal:
         known = {*(item.id for item in scene.objects), *self._desk.skills}
         candidates = tuple(name for name in dict.fromkeys(given.candidates) if name in known)
         return Refusal(code=given.code, message=given.message, candidates=candidates)
 
-    def _take(self, report: Report, scene: ObservedScene) -> None:
-        """Note what came of the call under way."""
+    def _take(self, report: Report, scene: ObservedScene) -> Plan | Refusal | Finished | None:
+        """Note what came of the call under way; return the next one of a program that goes on."""
         assert self._under_way is not None
         call, before = self._under_way
         self._under_way = None
-        self._results[call.tool_call_id] = outcome(report.steps, report.failure, before, scene)
-        begun = len(report.steps) + (report.failure is not None)
-        for budget in self._budgets:
-            budget.add(steps=begun)
-        self._succeeded += len(report.steps)
-        self._note["calls"] += [str(step.call) for step in report.steps]
-        self._failed = None if report.failure is None else str(report.failure.failed)
+        self._ledger.take(report)
+        told = outcome(report.steps, report.failure, before, scene)
+        if self._program is not None:
+            return self._settled(call, self._program.go_on(told), scene)
+        self._results[call.tool_call_id] = told
         if report.failure is not None:
-            self._leave_rest(f"{self._failed} failed")
+            self._leave_rest(f"{self._ledger.failed} failed")
+        return None
 
     def _leave_rest(self, why: str) -> None:
         """Answer the calls of the same turn that are left: each was meant for a world in which those before had worked."""

@@ -80,7 +80,7 @@ class Budget:
 
     def take(self, response: ModelResponse) -> None:
         """Count an answer."""
-        self.add(turns=1, tokens=response.usage.total_tokens, cost=_price(response))
+        self.add(turns=1, tokens=response.usage.total_tokens, cost=price(response))
 
     def check(self, where: str) -> None:
         """Refuse to ask on.
@@ -151,7 +151,7 @@ def _number(option: str, value: Any, source: str) -> float:
     return int(number) if whole else number
 
 
-def _price(response: ModelResponse) -> float:
+def price(response: ModelResponse) -> float:
     """Return what an answer costs, US dollars; nothing where no price is known, as of a server of one's own."""
     if response.usage.cost is not None:
         return float(response.usage.cost)

@@ -12,9 +12,11 @@ from robosandbox.agent.llm.budget import Budget
 from robosandbox.agent.llm.cassette import Player
 from robosandbox.agent.llm.endpoint import Asked, Endpoint, correction
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool, find_answer
-from robosandbox.agent.llm.modes import KnownModes, Mode
+from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.service import Service, run_apart
 from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.agent.usage import count_sent_back
 
 AnswerT = TypeVar("AnswerT")
 
@@ -41,7 +43,7 @@ class Question(Generic[AnswerT]):
 def converse(
     settings: LLMSettings,
     player: Player | None,
-    modes: KnownModes,
+    known: KnownEndpoints,
     question: Question[AnswerT],
     *,
     budgets: Sequence[Budget],
@@ -51,7 +53,7 @@ def converse(
     Args:
         settings: Model, endpoint and limits.
         player: A cassette to answer from in place of the endpoint.
-        modes: What is known of endpoints; what is learnt is added.
+        known: What is known of endpoints; what is learnt is added.
         question: What to ask.
         budgets: What may be spent, and what has been.
 
@@ -60,13 +62,13 @@ def converse(
         PlannerAnswerError: It answers with nothing usable.
         InputError: The service does not know the model or the key.
     """
-    return run_apart(_turns(settings, player, modes, question, budgets))
+    return run_apart(_turns(settings, player, known, question, budgets))
 
 
 async def _turns(
     settings: LLMSettings,
     player: Player | None,
-    modes: KnownModes,
+    known: KnownEndpoints,
     question: Question[AnswerT],
     budgets: Sequence[Budget],
 ) -> AnswerT:
@@ -79,8 +81,8 @@ async def _turns(
     )
     said: list[ModelMessage] = [ModelRequest(parts=[UserPromptPart(content=list(question.content))])]
     reason = ""
-    async with Service(settings, player, budgets) as service:
-        endpoint = Endpoint(service, modes, settings, asked)
+    async with Service(settings, player, budgets, known) as service:
+        endpoint = Endpoint(service, known, asked)
         while True:
             response = await endpoint.calls(said, reason=reason)
             call = next(part for part in response.parts if isinstance(part, ToolCallPart))
@@ -88,4 +90,5 @@ async def _turns(
                 return question.read(Call(call.tool_name, call.args))
             except MisuseError as misuse:
                 reason = str(misuse)
+                count_sent_back(reason)
                 said += [response, ModelRequest(parts=correction(response, reason))]

@@ -29,10 +29,11 @@ from pydantic_ai.models.wrapper import WrapperModel
 from pydantic_ai.settings import ModelSettings
 
 from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool
-from robosandbox.agent.llm.modes import KnownModes, Mode
+from robosandbox.agent.llm.known import KnownEndpoints
+from robosandbox.agent.llm.modes import Mode, after_no_answer, after_refusal
 from robosandbox.agent.llm.prompt import data_text
 from robosandbox.agent.llm.service import ModeRefusedError, Service
-from robosandbox.agent.llm.settings import LLMSettings
+from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import PlannerAnswerError
 
 
@@ -60,16 +61,14 @@ class Endpoint(WrapperModel):
 
     Args:
         service: Where it is.
-        modes: What is known of services; what is learnt is added.
-        at: Model and endpoint.
+        known: What is known of endpoints; what is learnt is added.
         asked: What it is told and may call.
     """
 
-    def __init__(self, service: Service, modes: KnownModes, at: LLMSettings, asked: Asked) -> None:
+    def __init__(self, service: Service, known: KnownEndpoints, asked: Asked) -> None:
         super().__init__(service.model)
         self._service = service
-        self._modes = modes
-        self._at = at
+        self._known = known
         self._asked = asked
         self._turns = 0
 
@@ -95,39 +94,46 @@ class Endpoint(WrapperModel):
             PlannerError: The service does not answer, or with nothing that can be read.
             InputError: The service does not know the model or the key.
         """
-        mode = self._modes.best(self._at, self._service.url)
+        where = self._service.where
+        mode = self._known.of(where).mode or Mode.SCHEMA
+        tried = {mode}
         said: list[ModelMessage] = []
         while self._turns < self._asked.turns:
             tools = self._asked.exact_tools if mode is Mode.SCHEMA else self._asked.tools
             try:
                 response = await self._service.ask(self._spoken([*messages, *said], mode), tools, mode)
             except ModeRefusedError as refusal:
-                later = mode.next
+                self._known.forget_mode(where)
+                later = after_refusal(tried)
                 if later is None:
                     raise PlannerAnswerError(str(refusal)) from None
                 mode, said = later, []
+                tried.add(mode)
                 continue
             self._turns += 1
             try:
                 calls = self._asked.find(response)
             except MisuseError as misuse:
-                reason, later = str(misuse), mode.next
-                known = self._modes.works(self._at, self._service.url, mode)
-                if isinstance(misuse, NoAnswerError) and later is not None and not known:
-                    # A server that was to hold the model to a form, and did not, is asked in the next way.
-                    mode, said = later, []
-                    continue
-                said += [response, ModelRequest(parts=correction(response, reason))]
+                reason = str(misuse)
+                count_sent_back(reason)
+                # A server that was to hold the model to a form, and did not, is asked in the next way.
+                is_loose = isinstance(misuse, NoAnswerError) and mode.binds
+                if not is_loose or self._known.of(where).mode is mode:
+                    said += [response, ModelRequest(parts=correction(response, reason))]
+                if is_loose:
+                    self._known.forget_mode(where)
+                    mode = after_no_answer(tried)
+                    tried.add(mode)
                 continue
-            self._modes.remember(self._at, self._service.url, mode)
+            self._known.learn(where, mode=mode)
             return _with_calls(response, calls, number=len(messages))
         raise PlannerAnswerError(
-            f"{self._at.model}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
+            f"{where[2]}: no usable answer in {self._asked.turns} turns; the last one: {reason[:600]}"
         )
 
     def _spoken(self, messages: Sequence[ModelMessage], mode: Mode) -> list[ModelMessage]:
         """Return a conversation as a server in this mode takes it, with the instructions that go with it."""
-        told = [message if mode is Mode.TOOLS else _in_text(message) for message in messages]
+        told = [message if mode.has_tools else _in_text(message) for message in messages]
         last = max(index for index, message in enumerate(told) if isinstance(message, ModelRequest))
         newest = told[last]
         assert isinstance(newest, ModelRequest)

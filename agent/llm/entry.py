@@ -16,6 +16,7 @@ from robosandbox.errors import InputError
 from robosandbox.extras import missing_extra
 from robosandbox.perception.factory import Setup
 from robosandbox.protocols import Planner, Skill
+from robosandbox.types import ObservedScene
 
 if TYPE_CHECKING:
     from robosandbox.agent.llm.planner import LLMPlanner
@@ -57,7 +58,8 @@ def with_model(
         base_url: The endpoint, for OpenAI's protocol up to and with `/v1`; the service's own when left out.
         cassette: A file to record exchanges to, or to replay when it exists.
         picture: Takes a camera picture for a model that sees.
-        mode: `plan`: the model gives whole plans; `act`: it acts call by call and is told what came of each.
+        mode: `plan`: the model gives whole plans; `act`: it acts call by call and is told what came of each; `code`: it may
+            write short programs of calls as well.
         model_limits: A YAML file of limits; ROBOSANDBOX_MODEL_LIMITS when left out.
         limits: For a prompt `max_turns` (for a plan where it plans), `max_tokens`, `max_cost` in US dollars, `time_limit` in
             seconds and `max_steps`; for all prompts `session_turns`, `session_tokens`, `session_cost`, `session_seconds`,
@@ -79,12 +81,17 @@ def with_model(
         **of_a_prompt,
     )
     try:
-        if mode == "act":
+        if mode != "plan":
             from robosandbox.agent.llm.acting import ActingPlanner
+
+            if mode == "code":
+                from robosandbox.agent.llm import program as _  # noqa: F401  asked for here, not in the middle of a task
 
             return ActingPlanner(skills, settings)
         from robosandbox.agent.llm.planner import LLMPlanner
     except ModuleNotFoundError as error:
+        if error.name == "pydantic_monty":
+            raise missing_extra(error, "--mode code", "code") from None
         raise missing_extra(error, "--planner", "llm") from None
     return LLMPlanner(skills, settings)
 
@@ -93,7 +100,8 @@ Made = TypeVar("Made")
 
 # What a prompt may cost where nothing is said. Chosen: a call with its result takes some thousand tokens, as the whole
 # conversation is sent each time, and a task some ten calls.
-_USUAL: dict[Mode, dict[str, Any]] = {"act": {"max_turns": 40, "max_tokens": 400_000, "time_limit": 300.0}}
+_ACTING: dict[str, Any] = {"max_turns": 40, "max_tokens": 400_000, "time_limit": 300.0}
+_USUAL: dict[Mode, dict[str, Any]] = {"act": _ACTING, "code": _ACTING}
 
 openai = partial(with_model, "openai")
 responses = partial(with_model, "responses")
@@ -118,6 +126,7 @@ def auto(
     With `dialogue` prompts may refer to those before them, as far as the grammar understands them. A model whose name begins with `claude` and that has no `base_url` is Anthropic's.
     """
     from robosandbox.agent.llm.auto import AutoDirector, AutoPlanner
+    from robosandbox.agent.partial import PartialReading, partial_reading
     from robosandbox.agent.planner import StubPlanner
 
     service: Service = "anthropic" if model.startswith("claude") and base_url is None else "openai"
@@ -132,8 +141,14 @@ def auto(
         model_limits=model_limits,
         **limits,
     )
-    grammar = StubPlanner(skills, dialogue=dialogue)
-    return AutoDirector(grammar, thinker) if isinstance(thinker, Director) else AutoPlanner(grammar, thinker)
+    grammar, alone = StubPlanner(skills, dialogue=dialogue), StubPlanner(skills)
+
+    def read(prompt: str, scene: ObservedScene) -> PartialReading:
+        return partial_reading(alone, prompt, scene, skills)
+
+    thinker.certain = lambda prompt, scene: read(prompt, scene).constraints
+    kind = AutoDirector if isinstance(thinker, Director) else AutoPlanner
+    return kind(grammar, thinker, read)
 
 
 def vlm(

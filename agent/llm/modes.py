@@ -1,11 +1,17 @@
-"""In which way a server can be held to the form of an answer, and which of the ways it is known to keep."""
+"""In which way a server can be held to the form of an answer."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Container, Sequence
 from enum import StrEnum
+from typing import Any
 
-from robosandbox.agent.llm.settings import LLMSettings
+from pydantic_ai.models import ModelRequestParameters
+from pydantic_ai.output import OutputObjectDefinition
+from pydantic_ai.tools import ToolDefinition
+
+from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.schema import decodable
 
 
 class Mode(StrEnum):
@@ -15,39 +21,62 @@ class Mode(StrEnum):
     """The server writes JSON by a schema and nothing else (`response_format`, `output_config.format`)."""
     TOOLS = "tools"
     """The model must call one of the tools (`tool_choice` required, Anthropic's `any`)."""
+    OFFERED = "offered"
+    """The model may call one of the tools (`tool_choice` auto), where a server cannot be told that it must."""
     TEXT = "text"
     """The form is only described; the answer is read from the text."""
 
     @property
-    def next(self) -> Mode | None:
-        """What to try where this mode does not work; None after the last."""
-        modes = list(Mode)
-        later = modes[modes.index(self) + 1 :]
-        return later[0] if later else None
+    def binds(self) -> bool:
+        """Whether it is the server that holds the model to the form."""
+        return self in (Mode.SCHEMA, Mode.TOOLS)
+
+    @property
+    def has_tools(self) -> bool:
+        """Whether the server is sent tools and answers with calls of them."""
+        return self in (Mode.TOOLS, Mode.OFFERED)
+
+    def parameters(self, tools: Sequence[Tool]) -> ModelRequestParameters:
+        """Return how a request holds a model to these tools."""
+        match self:
+            case Mode.SCHEMA:
+                schema = OutputObjectDefinition(json_schema=decodable(_answer_schema(tools)), name="answer")
+                return ModelRequestParameters(output_mode="native", output_object=schema, allow_text_output=True)
+            case Mode.TOOLS | Mode.OFFERED:
+                definitions = [
+                    ToolDefinition(
+                        name=tool.name,
+                        description=tool.description,
+                        parameters_json_schema=decodable(tool.schema),
+                        kind="output",
+                    )
+                    for tool in tools
+                ]
+                return ModelRequestParameters(
+                    output_mode="tool", output_tools=definitions, allow_text_output=self is Mode.OFFERED
+                )
+            case Mode.TEXT:
+                return ModelRequestParameters(output_mode="text", allow_text_output=True)
 
 
-@dataclass
-class KnownModes:
-    """Which mode gave a readable answer, by endpoint and model; what is not known yet begins with the most binding one."""
-
-    _works: dict[tuple[str, str, str], Mode] = field(default_factory=dict)
-
-    def best(self, settings: LLMSettings, url: str) -> Mode:
-        """Return the mode to begin with."""
-        return self._works.get((settings.service, url, settings.model), Mode.SCHEMA)
-
-    def works(self, settings: LLMSettings, url: str, mode: Mode) -> bool:
-        """Say whether a mode has given a readable answer."""
-        return self._works.get((settings.service, url, settings.model)) is mode
-
-    def remember(self, settings: LLMSettings, url: str, mode: Mode) -> None:
-        """Note that a mode works."""
-        self._works[settings.service, url, settings.model] = mode
+def after_refusal(tried: Container[Mode]) -> Mode | None:
+    """Return the next way to ask a server that does not take a request; None after the last."""
+    return next((mode for mode in Mode if mode not in tried), None)
 
 
-_OF_THIS_PROCESS = KnownModes()
+def after_no_answer(tried: Container[Mode]) -> Mode:
+    """Return the next way to ask a server that takes requests and does not keep to them: binding, or in words."""
+    return next((mode for mode in Mode if mode not in tried and mode.binds), Mode.TEXT)
 
 
-def known_modes(settings: LLMSettings) -> KnownModes:
-    """Return what this process has learnt; nothing yet for a cassette, which must replay what was recorded from the start."""
-    return KnownModes() if settings.cassette is not None else _OF_THIS_PROCESS
+def _answer_schema(tools: Sequence[Tool]) -> dict[str, Any]:
+    """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
+    schemas = [dict(tool.schema) for tool in tools]
+    if len(schemas) == 1:
+        return schemas[0]
+    return {
+        "type": "object",
+        "properties": {"answer": {"anyOf": schemas}},
+        "required": ["answer"],
+        "additionalProperties": False,
+    }

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from pydantic_ai.messages import BinaryContent, UserContent
@@ -11,7 +13,7 @@ from robosandbox.agent.agent import check_prompt
 from robosandbox.agent.llm.answer import answer_tools, read_answer
 from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
-from robosandbox.agent.llm.modes import known_modes
+from robosandbox.agent.llm.known import known_endpoints
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.prompt import instructions, question
 from robosandbox.agent.llm.service import open_cassette
@@ -31,16 +33,22 @@ class LLMPlanner:
         skills: What plans may call.
         settings: Model, endpoint and limits.
 
+    Attributes:
+        certain: Returns what a prompt holds every plan to, whatever the model makes of it.
+
     Raises:
         InputError: A key is missing, or the cassette cannot be used.
     """
 
+    certain: Callable[[str, ObservedScene], Constraints]
+
     def __init__(self, skills: Sequence[Skill[Any]], settings: LLMSettings) -> None:
         self._skills = tuple(skills)
+        self.certain = partial(constraints_of, skills=self._skills)
         self._tools = answer_tools(self._skills, max_steps=settings.max_steps)
         self._settings = settings
         self._player = open_cassette(settings)
-        self._modes = known_modes(settings)
+        self._known = known_endpoints(settings)
         self._prompt = prompt_budget(settings)
         self._session = Budget(Limits(**settings.session), of="session")  # type: ignore[arg-type]
 
@@ -61,14 +69,17 @@ class LLMPlanner:
         check_prompt(prompt)
         most = self._settings.max_steps
         self._prompt = self._prompt if history else prompt_budget(self._settings)
-        asked = constraints_of(prompt, scene, self._skills)
-        content: list[UserContent] = [question(prompt, scene, history)]
+        asked = self.certain(prompt, scene)
+        if history:
+            # What a plan before this one has moved need not be moved again.
+            asked = replace(asked, moved=frozenset(), fewest=0)
+        content: list[UserContent] = [question(prompt, scene, history, certain=asked)]
         if self._settings.picture is not None:
             content.append(BinaryContent(data=png(self._settings.picture()), media_type="image/png"))
         return converse(
             self._settings,
             self._player,
-            self._modes,
+            self._known,
             Question(
                 instructions=lambda mode: instructions(self._skills, mode),
                 content=content,
@@ -90,7 +101,7 @@ def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Skill[Any
 
 def prompt_budget(settings: LLMSettings) -> Budget:
     """Return what a prompt may cost; the answers of a plan are counted by whoever asks for it."""
-    turns = settings.max_turns if settings.mode == "act" else None
+    turns = settings.max_turns if settings.mode != "plan" else None
     limits = Limits(
         turns=turns,
         tokens=settings.max_tokens,

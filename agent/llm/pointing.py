@@ -14,7 +14,8 @@ from pydantic_ai.messages import BinaryContent
 from robosandbox.agent.llm.budget import Budget, Limits
 from robosandbox.agent.llm.converse import Question, converse
 from robosandbox.agent.llm.forms import Call, MisuseError, Tool
-from robosandbox.agent.llm.modes import Mode, known_modes
+from robosandbox.agent.llm.known import known_endpoints
+from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.pictures import png
 from robosandbox.agent.llm.service import open_cassette
 from robosandbox.agent.llm.settings import LLMSettings
@@ -38,9 +39,11 @@ table: a short plain name for each, such as "red cube" or "blue mug", and one pi
 top. Take a pixel in the middle of what is visible of the object. Leave out the robot, the table and
 the floor. Two objects that look alike get the same name."""
 _FORM = '{"objects": [{"name": "NAME", "x": PIXEL, "y": PIXEL}, ...]}'
+_CALL = "Answer with exactly one call of the tool `point`."
 _HOW_TO_ANSWER = {
     Mode.SCHEMA: f"Answer with one JSON object: {_FORM}.",
-    Mode.TOOLS: "Answer with exactly one call of the tool `point`.",
+    Mode.TOOLS: _CALL,
+    Mode.OFFERED: _CALL,
     Mode.TEXT: f"Answer with one JSON object and no other text: {_FORM}.",
 }
 
@@ -84,7 +87,7 @@ class PointingPerception(RgbdPerception):
         self._settings = settings
         self._camera = camera
         self._player = open_cassette(settings)
-        self._modes = known_modes(settings)
+        self._known = known_endpoints(settings)
         self._named: set[str] = set()
 
     def assign_ids(self) -> None:
@@ -130,7 +133,7 @@ class PointingPerception(RgbdPerception):
         return converse(
             self._settings,
             self._player,
-            self._modes,
+            self._known,
             Question(
                 instructions=lambda mode: f"{_INSTRUCTIONS}\n\n{_HOW_TO_ANSWER[mode]}",
                 content=[text, BinaryContent(data=png(frame.rgb), media_type="image/png")],

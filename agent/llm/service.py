@@ -10,34 +10,31 @@ from collections.abc import Coroutine, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 import httpx2
 from pydantic_ai import exceptions as failures
-from pydantic_ai.direct import model_request
+from pydantic_ai.direct import model_request, model_request_stream
 from pydantic_ai.messages import ModelMessage, ModelResponse
 from pydantic_ai.models import Model, ModelRequestParameters
-from pydantic_ai.output import OutputObjectDefinition
 from pydantic_ai.settings import ModelSettings
-from pydantic_ai.tools import ToolDefinition
 
-from robosandbox.agent.llm.budget import Budget
+from robosandbox.agent.llm.budget import Budget, price
 from robosandbox.agent.llm.cassette import Player, Recorder
+from robosandbox.agent.llm.draft import Draft
 from robosandbox.agent.llm.forms import Tool
+from robosandbox.agent.llm.known import KnownEndpoints, Where
 from robosandbox.agent.llm.modes import Mode
-from robosandbox.agent.llm.schema import decodable
 from robosandbox.agent.llm.settings import KEY_VARIABLES, LLMSettings
-from robosandbox.agent.llm.transport import AnswerTooLargeError, live_transport
-from robosandbox.agent.usage import count_request
+from robosandbox.agent.llm.transcript import answered, asked
+from robosandbox.agent.llm.transport import AnswerTooLargeError, NotStreamedError, live_transport
+from robosandbox.agent.llm.vendors import OFFICIAL, find_key, speaking_model
+from robosandbox.agent.overheard import hearer
+from robosandbox.agent.usage import Exchange, count_exchange
 from robosandbox.errors import InputError, PlannerAnswerError, PlannerUnavailableError
 
 _log = logging.getLogger(__name__)
 
-OFFICIAL = {
-    "openai": "https://api.openai.com/v1",
-    "responses": "https://api.openai.com/v1",
-    "anthropic": "https://api.anthropic.com",
-}
 _ANSWER_TOKENS = 8_000  # Number of tokens of one answer. Chosen far above a plan's, so that thoughts fit.
 _CONNECT_SECONDS = 5.0  # Seconds until a server that does not answer counts as absent. Chosen.
 _TRANSIENT = (
@@ -62,15 +59,19 @@ class Service:
         settings: Model and endpoint.
         player: A cassette to answer from in place of the endpoint.
         budgets: What may be spent, and what has been.
+        known: What is known of endpoints; whether this one streams is added.
 
     Raises:
         InputError: A key is missing.
         PlannerUnavailableError: The time is spent already.
     """
 
-    def __init__(self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget]) -> None:
+    def __init__(
+        self, settings: LLMSettings, player: Player | None, budgets: Sequence[Budget], known: KnownEndpoints
+    ) -> None:
         self._settings = settings
         self._budgets = tuple(budgets)
+        self._known = known
         self._replayed = player is not None
         self._url = (
             settings.base_url or os.environ.get("" if settings.service == "anthropic" else "OPENAI_BASE_URL") or ""
@@ -89,7 +90,7 @@ class Service:
                 transport = Recorder(transport, settings.cassette, [self._key] if self._key else [])
         timeout = httpx2.Timeout(self._time, connect=min(_CONNECT_SECONDS, self._time))
         self._client = httpx2.AsyncClient(transport=transport, timeout=timeout)
-        self._model = _model(settings, self._url, self._key or "no-key", self._client)
+        self._model = speaking_model(settings, self._url, self._key or "no-key", self._client)
 
     async def __aenter__(self) -> Self:
         return self
@@ -108,9 +109,9 @@ class Service:
         return self._model
 
     @property
-    def url(self) -> str:
-        """The endpoint; empty for the vendor's own."""
-        return self._url
+    def where(self) -> Where:
+        """The model and its endpoint."""
+        return self._settings.service, self._url or OFFICIAL[self._settings.service], self._settings.model
 
     async def ask(self, messages: Sequence[ModelMessage], tools: Sequence[Tool], mode: Mode) -> ModelResponse:
         """Return the model's answer.
@@ -129,7 +130,7 @@ class Service:
         for budget in self._budgets:
             budget.check(self._where)
         for attempt in range(1, self._settings.attempts + 1):
-            answer = await self._attempt(messages, _parameters(tools, mode))
+            answer = await self._attempt(messages, mode, mode.parameters(tools))
             if isinstance(answer, ModelResponse):
                 for budget in self._budgets:
                     budget.take(answer)
@@ -151,11 +152,11 @@ class Service:
         raise AssertionError("the settings allow at least one attempt")
 
     async def _attempt(
-        self, messages: Sequence[ModelMessage], parameters: ModelRequestParameters
+        self, messages: Sequence[ModelMessage], mode: Mode, parameters: ModelRequestParameters
     ) -> ModelResponse | tuple[Exception, float | None]:
         """Return an answer, or what went wrong that may go right later, with the seconds that the service asks to wait."""
         try:
-            return await self._request(messages, parameters)
+            return await self._request(messages, mode, parameters)
         except failures.UserError as error:
             # The library knows of some models what they do not take, and does not ask them.
             raise ModeRefusedError(f"{self._where} does not take the request: {error}") from None
@@ -178,20 +179,19 @@ class Service:
     def _where(self) -> str:
         return f"{self._settings.model} at {self._url or OFFICIAL[self._settings.service]}"
 
-    async def _request(self, messages: Sequence[ModelMessage], parameters: ModelRequestParameters) -> ModelResponse:
+    async def _request(
+        self, messages: Sequence[ModelMessage], mode: Mode, parameters: ModelRequestParameters
+    ) -> ModelResponse:
         left = min(budget.left("tokens") for budget in self._budgets)
         settings = ModelSettings(max_tokens=int(min(_ANSWER_TOKENS, left)))
         if self._url:
             # Local servers sample unless told not to; the vendors' reasoning models refuse to be told.
             settings["temperature"] = 0.0
         begun = time.monotonic()
-        tokens = (0, 0)
+        response: ModelResponse | None = None
         try:
             async with asyncio.timeout(max(self._left, 0.001)):
-                response = await model_request(
-                    self._model, list(messages), model_settings=settings, model_request_parameters=parameters
-                )
-            tokens = (response.usage.input_tokens, response.usage.output_tokens)
+                response = await self._response(list(messages), settings, parameters)
             return response
         except TimeoutError:
             raise PlannerUnavailableError(
@@ -199,7 +199,48 @@ class Service:
                 "try again, give a longer --time-limit, or use a faster model"
             ) from None
         finally:
-            count_request(seconds=time.monotonic() - begun, input_tokens=tokens[0], output_tokens=tokens[1])
+            usage = None if response is None else response.usage
+            count_exchange(
+                Exchange(
+                    asked=asked(messages),
+                    answered="" if response is None else answered(response),
+                    mode=mode.value,
+                    input_tokens=usage.input_tokens if usage else 0,
+                    output_tokens=usage.output_tokens if usage else 0,
+                    cost=0.0 if response is None else price(response),
+                    seconds=time.monotonic() - begun,
+                )
+            )
+
+    async def _response(
+        self, messages: list[ModelMessage], settings: ModelSettings, parameters: ModelRequestParameters
+    ) -> ModelResponse:
+        """Return the answer to one request; it comes piece by piece where somebody listens and the server can do that."""
+        listens, streams = hearer(), self._known.of(self.where).streams
+        if listens is not None and streams is not False and self._settings.cassette is None:
+            draft = Draft(listens)
+            try:
+                async with model_request_stream(
+                    self._model, messages, model_settings=settings, model_request_parameters=parameters
+                ) as stream:
+                    async for _ in stream:
+                        if draft.due:
+                            draft.show(stream.get(), whole=False)
+                    response = stream.get()
+            except (failures.ModelAPIError, NotStreamedError) as error:
+                # A server that knows streams may refuse a request for its form, and says so in either way.
+                if not _is_refused(error) or streams:
+                    raise
+            else:
+                self._known.learn(self.where, streams=True)
+                draft.show(response, whole=True)
+                return response
+        response = await model_request(
+            self._model, messages, model_settings=settings, model_request_parameters=parameters
+        )
+        if listens is not None and streams is None and self._settings.cassette is None:
+            self._known.learn(self.where, streams=False)
+        return response
 
     def _raise_if_final(self, error: failures.ModelAPIError) -> None:
         """Raise what waiting cannot help."""
@@ -268,57 +309,10 @@ def open_cassette(settings: LLMSettings) -> Player | None:
     return player
 
 
-def find_key(settings: LLMSettings, url: str, *, needed: bool) -> str | None:
-    """Return the key from the environment.
-
-    Raises:
-        InputError: There is none and the service's own endpoint needs one.
-    """
-    variable = KEY_VARIABLES[settings.service]
-    key = os.environ.get(variable, "").strip() or None
-    if key is None and needed and not url:
-        raise InputError(f"{variable}: is not set; set it to your key, or give --base-url for a server that needs none")
-    return key
-
-
 def clean(text: str, key: str | None) -> str:
     """Return a text in one short line, without the key."""
     line = " ".join(text.split())
     return (line.replace(key, "***") if key else line)[:400]
-
-
-def _parameters(tools: Sequence[Tool], mode: Mode) -> ModelRequestParameters:
-    """Return how a request holds a model to its tools."""
-    match mode:
-        case Mode.SCHEMA:
-            schema = OutputObjectDefinition(json_schema=decodable(_answer_schema(tools)), name="answer")
-            return ModelRequestParameters(output_mode="native", output_object=schema, allow_text_output=True)
-        case Mode.TOOLS:
-            definitions = [
-                ToolDefinition(
-                    name=tool.name,
-                    description=tool.description,
-                    parameters_json_schema=decodable(tool.schema),
-                    kind="output",
-                )
-                for tool in tools
-            ]
-            return ModelRequestParameters(output_mode="tool", output_tools=definitions, allow_text_output=False)
-        case Mode.TEXT:
-            return ModelRequestParameters(output_mode="text", allow_text_output=True)
-
-
-def _answer_schema(tools: Sequence[Tool]) -> dict[str, Any]:
-    """Return the schema of an answer with one of the tools; its root is an object, as services ask."""
-    schemas = [dict(tool.schema) for tool in tools]
-    if len(schemas) == 1:
-        return schemas[0]
-    return {
-        "type": "object",
-        "properties": {"answer": {"anyOf": schemas}},
-        "required": ["answer"],
-        "additionalProperties": False,
-    }
 
 
 def _told(body: object) -> str:
@@ -328,22 +322,11 @@ def _told(body: object) -> str:
     return str(message) if message else "no reason given"
 
 
-def _model(settings: LLMSettings, url: str, key: str, client: httpx2.AsyncClient) -> Model:
-    # Retries are this module's, so that one deadline holds for all of them.
-    if settings.service == "anthropic":
-        from anthropic import AsyncAnthropic
-        from pydantic_ai.models.anthropic import AnthropicModel
-        from pydantic_ai.providers.anthropic import AnthropicProvider
-
-        speaker = AsyncAnthropic(api_key=key, base_url=url or None, max_retries=0, http_client=client)
-        return AnthropicModel(settings.model, provider=AnthropicProvider(anthropic_client=speaker))
-    from openai import AsyncOpenAI
-    from pydantic_ai.models.openai import OpenAIChatModel, OpenAIResponsesModel
-    from pydantic_ai.providers.openai import OpenAIProvider
-    from pydantic_ai.providers.openai_compatible import OpenAICompatibleProvider
-
-    caller = AsyncOpenAI(api_key=key, base_url=url or OFFICIAL["openai"], max_retries=0, http_client=client)
-    kind = OpenAIResponsesModel if settings.service == "responses" else OpenAIChatModel
-    if url:
-        return kind(settings.model, provider=OpenAICompatibleProvider("openai-compatible", openai_client=caller))
-    return kind(settings.model, provider=OpenAIProvider(openai_client=caller))
+def _is_refused(error: Exception) -> bool:
+    """Say whether a server does not take a request as it is, or does not answer it piece by piece."""
+    if isinstance(error, failures.ModelRequestRejectedError):
+        return True
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, NotStreamedError):
+        cause = cause.__cause__ or cause.__context__
+    return cause is not None

@@ -14,7 +14,7 @@ from robosandbox.errors import InputError
 from robosandbox.world.verifier import MAX_STEPS
 
 Service = Literal["openai", "responses", "anthropic"]
-Mode = Literal["plan", "act"]
+Mode = Literal["plan", "act", "code"]
 Picture = Callable[[], NDArray[Any]]
 
 KEY_VARIABLES: dict[Service, str] = {
@@ -34,7 +34,7 @@ class LLMSettings:
         base_url: The endpoint; None is the service's own.
         cassette: A file that exchanges are recorded to, or replayed from when it exists.
         picture: Takes an RGB picture (height, width, 3) uint8 for models that see; None sends the scene as text alone.
-        mode: Whether the model gives whole plans, or acts call by call.
+        mode: Whether the model gives whole plans, acts call by call, or acts and may write programs of calls.
         max_turns: Answers asked for, the first included: of a plan, or of a prompt where the model acts.
         max_steps: Skill calls in a plan, or in a prompt where the model acts.
         max_tokens: Of all answers and questions of a prompt together.

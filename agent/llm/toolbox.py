@@ -14,6 +14,7 @@ from robosandbox.agent.tools import (
     AskArguments,
     CheckArguments,
     FinishArguments,
+    ProgramArguments,
     RefuseArguments,
     SimulateArguments,
     description,
@@ -28,7 +29,7 @@ _THOUGHT = (
     240  # Characters of a thought before a call. Chosen: a small model writes on for as long as a schema lets it.
 )
 _CALL = "call"
-LOOK, ASK = "look", "ask_person"
+LOOK, ASK, PROGRAM = "look", "ask_person", "program"
 
 
 class LookArguments(StrictModel):
@@ -42,19 +43,23 @@ OWN: dict[str, type[StrictModel]] = {
     "check": CheckArguments,
     "simulate": SimulateArguments,
     "achieve": AchieveArguments,
+    PROGRAM: ProgramArguments,
     ASK: AskArguments,
     "finish": FinishArguments,
     "refuse": RefuseArguments,
 }
 
 
-def acting_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, can_ask: bool) -> list[Tool]:
+def acting_tools(
+    skills: Sequence[Skill[Any]], scene: ObservedScene | None = None, *, can_ask: bool, can_program: bool = False
+) -> list[Tool]:
     """Return the tools.
 
     Args:
         skills: What moves.
         scene: With it the schemas name the ids that each argument may have; skills for which there is no object are left out.
         can_ask: Whether a person is there to answer.
+        can_program: Whether programs are carried out.
 
     Raises:
         InputError: A skill has the name of a tool.
@@ -62,6 +67,7 @@ def acting_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = Non
     taken = next((skill.name for skill in skills if skill.name in OWN), None)
     if taken is not None:
         raise InputError(f"the skill {taken!r} has the name of a tool that models are offered; rename it")
+    left_out = {name for name, is_there in ((ASK, can_ask), (PROGRAM, can_program)) if not is_there}
     moving = [
         Tool(name=skill.name, description=f"{skill.description} {terms(skill)}".strip(), schema=arguments)
         for skill in skills
@@ -70,7 +76,7 @@ def acting_tools(skills: Sequence[Skill[Any]], scene: ObservedScene | None = Non
     still = [
         Tool(name=name, description=description(model), schema=schema_of(model))
         for name, model in OWN.items()
-        if can_ask or name != ASK
+        if name not in left_out
     ]
     return [*moving, *still]
 

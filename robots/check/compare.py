@@ -91,7 +91,8 @@ def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
 def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
     roles, measured = given.gripper, found.sidecar.gripper
     if roles is None or measured is None:
-        return [Check("gripper", False, "the model has no gripper that could be measured", "gripper")]
+        why = found.findings["gripper"].evidence
+        return [Check("gripper", False, f"the model has no gripper that could be measured: {why}", "gripper")]
     strangers = _of_the_arm(model, found, roles)
     if strangers:
         detail = f"{strangers[0]!r} drives {strangers[1]!r} of the arm, not the fingers"
@@ -101,7 +102,7 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
         checks.append(_primary(model, roles, measured))
         if not checks[0].ok:
             return checks
-    return [*checks, _open_closed(roles, measured)] if roles.primary_joint == measured.primary_joint else checks
+    return [*checks, _open_closed(roles, found, measured)] if roles.primary_joint == measured.primary_joint else checks
 
 
 def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> Check:
@@ -122,21 +123,26 @@ def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles)
     return Check("primary_joint", True, f"{name!r} has an actuator")
 
 
-def _open_closed(roles: GripperRoles, measured: GripperRoles) -> Check:
-    """Check open and closed of the joint that was measured as well."""
+def _open_closed(roles: GripperRoles, found: Inference, measured: GripperRoles) -> Check:
+    """Check open and closed of the joint that was measured as well; what was measured there is said."""
+    saw = {name: found.findings[f"gripper.{name}"].evidence for name in ("open_qpos", "closed_qpos")}
     low, high = sorted((measured.open_qpos, measured.closed_qpos))
     travel = high - low
     for name, value in (("open_qpos", roles.open_qpos), ("closed_qpos", roles.closed_qpos)):
         if not low - _OUTSIDE * travel <= value <= high + _OUTSIDE * travel:
-            detail = f"{name} {value:g} is outside what the joint reaches ({low:g}..{high:g}); give a joint value"
+            reached = f"is outside what the joint reaches ({low:g}..{high:g}); give a joint value"
+            detail = f"{name} {value:g} {reached}: at {getattr(measured, name):g}, {saw[name]}"
             return Check("open_closed", False, detail, f"gripper.{name}")
     fault, field = "", "gripper.open_qpos"
     if (roles.open_qpos - roles.closed_qpos) * (measured.open_qpos - measured.closed_qpos) < 0.0:
         fault = f"the wrong way round: the fingers are apart at {measured.open_qpos:g} and together at {measured.closed_qpos:g}"
     elif abs(roles.closed_qpos - measured.closed_qpos) > _NOT_CLOSED * travel:
-        fault, field = f"does not close: it would at {measured.closed_qpos:g}", "gripper.closed_qpos"
+        fault, field = (
+            f"does not close: it would at {measured.closed_qpos:g} ({saw['closed_qpos']})",
+            "gripper.closed_qpos",
+        )
     elif abs(roles.open_qpos - measured.open_qpos) > _NOT_OPEN * travel:
-        fault = f"hardly opens; it would to {measured.open_qpos:g}"
+        fault = f"hardly opens; it would to {measured.open_qpos:g} ({saw['open_qpos']})"
     if fault:
         return Check("open_closed", False, fault, field)
     return Check("open_closed", True, f"apart at {roles.open_qpos:g}, together at {roles.closed_qpos:g}")

@@ -14,6 +14,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.gripper.calibrate import (
+    Sweep,
     collision_geoms,
     control_range,
     moving_groups,
@@ -81,14 +82,9 @@ def derive_gripper(
     Raises:
         InputError: The gripper cannot be driven from open to closed; the message says why.
     """
-    data = mujoco.MjData(model)
-    data.qpos[list(arm_q)] = list(arm_q.values())
+    data, sweep = mujoco.MjData(model), sweep_roles(model, roles, arm_q)
     joint_ids = [model.joint(name).id for name in roles.joints]
     actuator_ids = [model.actuator(name).id for name in roles.actuator_names]
-    try:
-        sweep = sweep_gripper(model, data, joint_ids, actuator_ids)
-    except ValueError as error:
-        raise InputError(f"gripper.actuator: {list(roles.actuator_names)} {error}") from None
     primary = sweep.joints[:, roles.joints.index(roles.primary_joint)]
     order = _increasing(primary)
     joint, samples = primary[order], sweep.qpos[order]
@@ -126,6 +122,18 @@ def derive_gripper(
         fingers=(_names(model, sides[0]), _names(model, sides[1])),
         R_site_tcp=frozen_array(R_site_tcp),
     )
+
+
+def sweep_roles(model: mujoco.MjModel, roles: GripperRoles, arm_q: dict[int, float]) -> Sweep:
+    """Drive a gripper over its range, the arm at these values by qpos address; raises an InputError where that cannot be."""
+    data = mujoco.MjData(model)
+    data.qpos[list(arm_q)] = list(arm_q.values())
+    joints = [model.joint(name).id for name in roles.joints]
+    actuators = [model.actuator(name).id for name in roles.actuator_names]
+    try:
+        return sweep_gripper(model, data, joints, actuators)
+    except ValueError as error:
+        raise InputError(f"gripper.actuator: {list(roles.actuator_names)} {error}") from None
 
 
 def _between(qpos: Array, opened: int, grasp: int) -> Array:

@@ -22,6 +22,10 @@ _MAX_ELEMENTS = 200_000  # Number of elements of a file. Chosen: a robot has a f
 _MODEL_FOLDERS = ("urdf", "robots", "mjcf", "mujoco", "xml", "urdfs", "models")
 
 
+class MissingFileError(InputError):
+    """A file that a model names is nowhere."""
+
+
 @dataclass(frozen=True, slots=True)
 class ModelFiles:
     """Finds the files that a model names.
@@ -62,7 +66,8 @@ class ModelFiles:
             folder: The model's asset folder, relative to the model (MJCF's meshdir).
 
         Raises:
-            InputError: It is missing, or outside the model's folder and the search paths.
+            MissingFileError: It is nowhere.
+            InputError: It is outside the model's folder and the search paths, or too large.
         """
         if not name or "\0" in name:
             raise InputError(f"{self.model.name}: {element} names no file; give a path")
@@ -79,7 +84,7 @@ class ModelFiles:
         tried = f" (looked in {found[0].parent})" if found else ""
         remedy = f"give its folder with --package-path, or set {PACKAGE_PATH_VARIABLE}"
         remedy = remedy if "://" in name else f"put it there, or {remedy}"
-        raise InputError(f"{self.model.name}: {element}: no file {name!r}{tried}; {remedy}")
+        raise MissingFileError(f"{self.model.name}: {element}: no file {name!r}{tried}; {remedy}")
 
     def _locate(self, name: str, folder: str) -> list[Path]:
         """Return where the file may lie, best first."""

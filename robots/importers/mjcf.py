@@ -2,32 +2,21 @@
 
 from __future__ import annotations
 
-import math
-import os
-from collections.abc import Iterable, Iterator
-from dataclasses import replace
+from collections.abc import Iterable
 from pathlib import Path
-from xml.etree import ElementTree
 
 import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers import inertia
-from robosandbox.robots.importers.files import ModelFiles, is_file, read_xml
+from robosandbox.robots.importers.files import MissingFileError, ModelFiles
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec, copy_options, copy_physics, one_line
+from robosandbox.robots.importers.mjcf_files import check_files, elements
 
-_MAX_FILES = 100  # Number of files that a model includes. Chosen.
-_MAX_REPLICAS = 1000  # Number of copies that <replicate> makes. Chosen.
-_MAX_POINTS = 4096 * 4096  # Number of points of a height field or pixels of a texture, 67 MB of floats. Chosen.
-_MAX_RESERVED = 1e9  # Bytes that a file reserves for physics. Chosen: a robot's needs grow by themselves.
-_MAX_ROWS = 1e8  # Number of rows of the same. Chosen: files of old versions reserve some millions.
 _SPECK = 1e-6  # Kilograms and kg m^2 that bodies without mass get, so that MuJoCo compiles them.
 # A turn and a little, radians. Chosen because a robot whose joints all stay below so many degrees could not work.
 _MOST_RADIANS = 6.4
-_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_PNG_HEAD = 24  # Bytes of signature and first chunk up to width and height, as in the PNG specification.
-_ASSETS = ("mesh", "texture", "hfield", "skin", "flexcomp")
 _SINGLE = (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)
 
 
@@ -43,13 +32,14 @@ def import_mjcf(path: Path, package_paths: Iterable[Path] = (), *, as_in_file: b
         InputError: The file is wrong, names a file that is not there, or holds no robot.
     """
     files = ModelFiles.of(path, package_paths)
-    _check_files(files)
+    missing = check_files(files)
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"{path.name}: {one_line(error)}") from None
     named = spec.modelname if spec.modelname not in ("", "MuJoCo Model") else path.stem
     model = ImportedModel(name=str(named), path=path, spec=spec)
+    _leave_undrawn(model, missing)
     spec.compiler.discardvisual = False
     spec.compiler.fusestatic = False
     _settle_angles(model, files)
@@ -82,145 +72,27 @@ def _settle_angles(model: ImportedModel, files: ModelFiles) -> None:
     most = float(max(limits, default=0.0))
     if not spec.compiler.degree or not 0.0 < most <= _MOST_RADIANS:
         return
-    if any(item.tag == "compiler" and item.get("angle") for item, _ in _elements(files, path, set(), path)):
+    if any(item.tag == "compiler" and item.get("angle") for item, _ in elements(files, path, set(), path)):
         return
     spec.compiler.degree = False
     model.notes.append(f"no <compiler angle>, and no hinge goes beyond {most:.3g}: taken as radians, not degrees")
 
 
-def _check_files(files: ModelFiles) -> None:
-    """Look at the file and all that it includes or attaches before MuJoCo reads any of it."""
-    seen: set[Path] = set()
-    models = [files.model]
-    while models:
-        model = models.pop()
-        if model in seen:
-            continue
-        # An attached model has folders of its own; what the main one may read, it may read too.
-        own = (
-            files
-            if model == files.model
-            else replace(files, model=model, package_paths=(*files.package_paths, files.root))
-        )
-        models += _check_model(own, seen, files.model)
+def _leave_undrawn(model: ImportedModel, missing: dict[str, MissingFileError]) -> None:
+    """Leave out meshes that are not there where they are only drawn.
 
-
-def _check_model(files: ModelFiles, seen: set[Path], main: Path) -> list[Path]:
-    """Look at one model with its includes and assets; return the models that it attaches."""
-    attached = []
-    meshdir = texturedir = ""
-    assets: list[tuple[ElementTree.Element, Path]] = []
-    for element, path in _elements(files, files.model, seen, main):
-        if element.tag == "model" and element.get("file") is not None:
-            attached.append(files.find(element.get("file", ""), "<model>").resolve())
-        elif element.tag == "compiler":
-            # The last one counts, as in MuJoCo: an empty one too.
-            folder = element.get("assetdir")
-            meshdir = element.get("meshdir", meshdir if folder is None else folder)
-            texturedir = element.get("texturedir", texturedir if folder is None else folder)
-        elif element.tag == "replicate" and _count(element) > _MAX_REPLICAS:
-            raise InputError(f"{main.name}: <replicate count={element.get('count')!r}>: at most {_MAX_REPLICAS}")
-        else:
-            _check_amounts(element, main.name)
-        if element.tag in _ASSETS:
-            assets.append((element, path))
-    for element, path in assets:
-        folder = texturedir if element.tag == "texture" else meshdir
-        for attribute, name in element.attrib.items():
-            if attribute.startswith("file") and name:
-                found = _find(files, name, f"<{element.tag} {attribute}>", folder, path)
-                _check_picture(found, f"{main.name}: <{element.tag} {attribute}={name!r}>")
-    return attached
-
-
-# Elements, attributes whose numbers multiply to what MuJoCo allocates, and the most of that.
-_AMOUNTS = (
-    ("hfield", ("nrow", "ncol"), _MAX_POINTS, "points"),
-    ("texture", ("width", "height"), _MAX_POINTS, "pixels"),
-    ("composite", ("count",), _MAX_REPLICAS, "elements"),
-    ("flexcomp", ("count",), _MAX_REPLICAS, "points"),
-    ("size", ("memory",), _MAX_RESERVED, "bytes"),
-    *(("size", (name,), _MAX_ROWS, "rows") for name in ("njmax", "nconmax", "nuserdata", "nstack")),
-)
-
-
-def _check_amounts(element: ElementTree.Element, main: str) -> None:
-    """Refuse what MuJoCo would allocate by a number in the file before it does."""
-    for tag, attributes, most, unit in _AMOUNTS:
-        given = {name: text for name in attributes if tag == element.tag and (text := element.get(name))}
-        product = math.prod(max(1.0, _amount(word)) for text in given.values() for word in text.split())
-        if product > most:
-            shown = " ".join(f"{name}={text[:20]!r}" for name, text in given.items())
-            raise InputError(f"{main}: <{tag} {shown}>: {product:g} is outside 1 to {most:g} {unit}; give fewer")
-
-
-def _amount(word: str) -> float:
-    """Return a count or size; MuJoCo takes 10K, 10M and so on for bytes."""
-    exponent = "KMGTPE".find(word[-1:].upper()) + 1 if word else 0
-    try:
-        value = float(word[:-1] if exponent else word)
-    except ValueError:
-        # MuJoCo's own reader says what is wrong with it.
-        return 1.0
-    return value * 1024.0**exponent if np.isfinite(value) else np.inf
-
-
-def _check_picture(path: Path, where: str) -> None:
-    """Refuse a small PNG file that unpacks to more than a texture or height field may have."""
-    with open(path, "rb") as file:
-        head = file.read(_PNG_HEAD)
-    if head.startswith(_PNG_SIGNATURE):
-        width, height = (int.from_bytes(head[place : place + 4], "big") for place in (16, 20))
-        if width * height > _MAX_POINTS:
-            raise InputError(
-                f"{where}: {width} x {height} is outside 1 to {_MAX_POINTS} pixels; give a smaller picture"
-            )
-
-
-def _elements(files: ModelFiles, path: Path, seen: set[Path], main: Path) -> Iterator[tuple[ElementTree.Element, Path]]:
-    """Yield a file's elements in their order, those of an included file where it is included; with the file of each."""
-    if path in seen:
-        return
-    seen.add(path)
-    if len(seen) > _MAX_FILES:
-        raise InputError(f"{main.name}: includes over {_MAX_FILES} files")
-    root = ElementTree.fromstring(read_xml(path))
-    if path == main and root.tag != "mujoco":
-        raise InputError(_not_a_model(main, root))
-    for element in root.iter():
-        if element.tag == "include" and element.get("file") is not None:
-            yield from _elements(files, _find(files, element.get("file", ""), "<include>", "", path), seen, main)
-        yield element, path
-
-
-def _find(files: ModelFiles, name: str, element: str, folder: str, holder: Path) -> Path:
-    """Return the file that MuJoCo will read: by the main model's folders, else beside the file that names it."""
-    if not is_file(files.model.parent / folder / name) and is_file(holder.parent / name):
-        folder = os.path.relpath(holder.parent, files.model.parent)
-    return files.find(name, element, folder=folder).resolve()
-
-
-def _count(element: ElementTree.Element) -> float:
-    try:
-        return float(element.get("count", "1"))
-    except ValueError:
-        return 1.0
-
-
-def _not_a_model(path: Path, root: ElementTree.Element) -> str:
-    if root.tag == "mujocoinclude":
-        users = [item.name for item in sorted(path.parent.glob("*.xml")) if _includes(item, path.name)]
-        remedy = f"load {' or '.join(users)}, which includes it" if users else "load the model that includes it"
-        return f"{path.name}: is a fragment (<mujocoinclude>); {remedy}"
-    return f"{path.name}: the root element is <{str(root.tag)[:40]}>; an MJCF's is <mujoco>, a URDF's <robot>"
-
-
-def _includes(path: Path, name: str) -> bool:
-    try:
-        content = path.read_bytes()
-    except OSError:
-        return False
-    return b"<mujoco" in content and b"<mujocoinclude" not in content and name.encode() in content
+    Raises:
+        MissingFileError: One is collided with.
+    """
+    spec = model.spec
+    for mesh in [mesh for mesh in spec.meshes if mesh.file in missing]:
+        users = [geom for geom in spec.geoms if geom.meshname == mesh.name]
+        if any(geom.contype or geom.conaffinity for geom in users):
+            raise missing[mesh.file]
+        for geom in users:
+            spec.delete(geom)
+        model.notes.append(f"the visual mesh {mesh.file!r} is not there: not drawn")
+        spec.delete(mesh)
 
 
 def _name_all(spec: mujoco.MjSpec) -> None:

@@ -14,7 +14,7 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.importers import inertia
-from robosandbox.robots.importers.files import ModelFiles, read_xml
+from robosandbox.robots.importers.files import MissingFileError, ModelFiles, read_xml
 from robosandbox.robots.importers.imported import ImportedModel, put_scalar
 from robosandbox.robots.importers.meshes import add_mesh, read_mesh
 from robosandbox.robots.importers.srdf import read_srdf
@@ -299,7 +299,13 @@ class _Builder:
     ) -> Array | None:
         scale = np.ones(3) if shape.scale is None else np.broadcast_to(np.asarray(shape.scale, dtype=float), 3)
         element = f"{self.model.path.name}: link {link!r}"
-        path = self.files.find(str(shape.filename), f"link {link!r} <mesh>")
+        try:
+            path = self.files.find(str(shape.filename), f"link {link!r} <mesh>")
+        except MissingFileError:
+            if solid:
+                raise
+            self.model.notes.append(f"link {link!r}: its visual mesh {str(shape.filename)!r} is not there: not drawn")
+            return None
         mesh = read_mesh(path, element)
         vertices = mesh.vertices * scale
         low, high = vertices.min(axis=0), vertices.max(axis=0)

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.check.finding import Finding
+from robosandbox.robots.fitting import fit_roles
 from robosandbox.robots.gripper.calibrate import moving_groups, palm_of, place, sweep_gripper
 from robosandbox.robots.gripper.collision import refine_fingers
-from robosandbox.robots.gripper.geometry import samples_gap
+from robosandbox.robots.gripper.geometry import samples_gap, sweep_roles
 from robosandbox.robots.gripper.grasp_frame import grasp_sample, mean_frame, measure_tcp
 from robosandbox.robots.gripper.pads import Pads, find_pads, openness, opposed_pads
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints
+from robosandbox.robots.infer.placement import Workspace
 from robosandbox.robots.infer.tcp import is_tool
-from robosandbox.robots.sidecar import GripperRoles
+from robosandbox.robots.measurements import home_by_address, measurements
+from robosandbox.robots.sidecar import GripperRoles, Sidecar
 from robosandbox.types import Array
 
 # Metres beside the measured grasp point at which a frame of the model's own may lie to be meant by it. Chosen.
@@ -45,14 +48,13 @@ class InferredGripper:
 
 @dataclass(frozen=True, slots=True)
 class _Travel:
-    """A gripper driven over its range: its sides, both ends, where it holds things, its pads, and their gap at each sample, metres."""
+    """A gripper driven over its range: its sides, both ends, where it holds things, and its pads."""
 
     groups: list[frozenset[int]]
     closed: Array
     opened: Array
     grasp: Array
     pads: Pads
-    gaps: Array
 
 
 def _travel(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], actuators: list[int]) -> _Travel:
@@ -71,7 +73,7 @@ def _travel(model: mujoco.MjModel, data: mujoco.MjData, joints: list[int], actua
     closed, opened = sorted((sweep.qpos[0], sweep.qpos[-1]), key=lambda qpos: openness(model, data, groups, qpos))
     pads = find_pads(model, data, groups, closed, opened)
     gaps = np.maximum(samples_gap(model, data, sweep.qpos, pads.geoms), 0.0)
-    return _Travel(groups, closed, opened, sweep.qpos[grasp_sample(gaps)], pads, gaps)
+    return _Travel(groups, closed, opened, sweep.qpos[grasp_sample(gaps)], pads)
 
 
 def infer_gripper(
@@ -107,19 +109,56 @@ def infer_gripper(
     roles = _roles(model, gripper, _primary(model, joints, actuators), actuators, travel)
     if abs(roles.open_qpos - roles.closed_qpos) < 1e-4:
         return None, Finding(0.5, f"{roles.primary_joint} does not move under its actuator")
-    widest, narrowest = 1000 * float(travel.gaps.max()), 1000 * float(travel.gaps.min())
     findings = {
         "gripper.joints": Finding(chain.confidence, chain.evidence),
         "gripper.primary_joint": Finding(0.95, f"driven by {', '.join(map(repr, roles.actuator_names))}"),
-        "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest:.0f} mm apart there"),
-        "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest:.1f} mm apart there"),
         "ee_site.inject.xyz": Finding(sure, why),
         "ee_site.inject.quat_xyzw": Finding(0.9, "z out of the gripper, y along the closing of its pads"),
     }
     tip = max(0.0, frame.tip - float((position - frame.position) @ frame.approach))
     hand = InferredGripper(roles, str(model.body(palm).name), local, rotation, travel.opened.copy(), tip, findings)
-    kind = "one jaw moves" if len(travel.groups) == 2 and len(joints) == 1 else f"{len(joints)} joints"
-    return hand, Finding(0.95, f"{kind}; opens to {widest:.0f} mm")
+    return hand, Finding(0.95, f"{len(joints)} joints")
+
+
+def measured_as_loaded(
+    imported: ImportedModel, sidecar: Sidecar, table_height: float, workspace: Workspace
+) -> tuple[Sidecar, dict[str, Finding]]:
+    """Return a sidecar whose gripper opens and closes as it will when it is loaded, and how far.
+
+    It is the measurement that loading makes, at the arm's home and with the servos that loading gives it; before, the grip
+    point alone was known, and not how hard the fingers press.
+
+    Args:
+        imported: The model, its fingers refined; it is left as it is.
+        sidecar: Its roles, with a gripper.
+        table_height: Of the table that it stands on, metres.
+        workspace: What it reaches.
+
+    Raises:
+        InputError: The gripper cannot be driven from open to closed.
+    """
+    roles = sidecar.gripper
+    assert roles is not None
+    copy = replace(imported, spec=imported.spec.copy(), notes=[])
+    tcp_site = fit_roles(copy, sidecar)
+    model = compile_spec(copy.spec, imported.path.name)
+    joint = sweep_roles(model, roles, home_by_address(model, sidecar)).joints[
+        :, roles.joints.index(roles.primary_joint)
+    ]
+    ends = round(float(joint.min()), 4), round(float(joint.max()), 4)
+    closed, opened = ends if roles.open_qpos > roles.closed_qpos else ends[::-1]
+    sidecar = sidecar.model_copy(
+        update={"gripper": roles.model_copy(update={"open_qpos": opened, "closed_qpos": closed})}
+    )
+    found = measurements(model, sidecar, tcp_site, table_height=table_height, workspace=workspace).gripper
+    assert found is not None
+    widest, narrowest = 1000 * found.geometry.max_aperture, 1000 * found.geometry.min_aperture
+    kind = "one jaw moves" if len(roles.joints) == 1 else f"{len(roles.joints)} joints"
+    return sidecar, {
+        "gripper": Finding(0.95, f"{kind}; opens to {widest:.0f} mm"),
+        "gripper.open_qpos": Finding(0.95, f"driven over its range, its pads are {widest:.0f} mm apart there"),
+        "gripper.closed_qpos": Finding(0.95, f"its pads are {narrowest:.1f} mm apart there"),
+    }
 
 
 def _roles(

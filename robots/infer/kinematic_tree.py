@@ -23,6 +23,7 @@ _LEAST_ARM = 3
 _LONGEST_RAIL = 5.0
 # Metres between a jaw that has closed and its counterpart. Chosen so that a jaw modelled with a gap counts as closed.
 _MEETS = 0.012
+_HINGE = mujoco.mjtJoint.mjJNT_HINGE.value
 _PARTS = 0.015  # Metres by which it opens more than that. Chosen.
 
 
@@ -121,6 +122,11 @@ class _Tree:
     def is_finger(self, node: int) -> bool:
         return self.depth(node) <= _FINGER_DEPTH and self.span(node) < _FINGER_SPAN
 
+    def spins(self, node: int) -> bool:
+        """Tell whether a node turns on a hinge without end and closes on nothing, as a propeller does that shows a motor."""
+        free = [not self.model.jnt_limited[j] and self.model.jnt_type[j] == _HINGE for j in self.joints_of(node)]
+        return free == [True] and not self.children.get(node)
+
     def is_active(self, node: int) -> bool:
         return any(j in self.driven for n in (node, *self.below(node)) for j in self.joints_of(n))
 
@@ -147,11 +153,8 @@ class _Tree:
 
 def _driven(model: mujoco.MjModel) -> dict[int, list[int]]:
     """Return joint -> actuators that pull it, directly or over a tendon."""
-    found: dict[int, list[int]] = {}
-    for actuator in range(model.nu):
-        for joint in actuator_joints(model, actuator):
-            found.setdefault(joint, []).append(actuator)
-    return found
+    pairs = [(joint, actuator) for actuator in range(model.nu) for joint in actuator_joints(model, actuator)]
+    return {joint: [a for j, a in pairs if j == joint] for joint, _ in pairs}
 
 
 def actuator_joints(model: mujoco.MjModel, actuator: int) -> list[int]:
@@ -187,7 +190,9 @@ def _ending(model: mujoco.MjModel, tree: _Tree, end: int) -> _Ending:
     path.reverse()
     branches = tree.children.get(end, [])
     if branches:
-        return _Ending(path, end, tree.below(end), f"{len(branches)} short branches on one body", 0.95)
+        fingers = [node for node in branches if not tree.spins(node)] or branches
+        hand = [below for node in fingers for below in (node, *tree.below(node))]
+        return _Ending(path, end, hand, f"{len(fingers)} short branches on one body", 0.95)
     why = _why_jaw(model, tree, end) if len(path) > _LEAST_ARM else None
     if why is not None:
         return _Ending(path[:-1], tree.parent[end], [end], why, 0.9)
@@ -308,7 +313,7 @@ def _far_gap(model: mujoco.MjModel, data: mujoco.MjData, joint: int, mine: list[
     points = surface_points(model, data, mine)
     anchor, axis = data.xanchor[joint], data.xaxis[joint]
     lever = points - anchor
-    if model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE.value:
+    if model.jnt_type[joint] == _HINGE:
         lever = lever - np.outer(lever @ axis, axis)
     distance = np.linalg.norm(lever, axis=1)
     far = points[distance > 0.6 * distance.max()]

@@ -18,7 +18,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
-from robosandbox.robots.infer.gripper import infer_gripper
+from robosandbox.robots.infer.gripper import InferredGripper, infer_gripper, measured_as_loaded
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find_chains
 from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
 from robosandbox.robots.infer.reach import collision_test, with_table
@@ -125,40 +125,58 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
-    hand, findings["gripper"] = None, Finding(chain.confidence, chain.evidence)
-    if gripper_names:
-        hand, findings["gripper"] = infer_gripper(imported, gripper_names, names, chain)
+    hand, findings["gripper"] = (
+        infer_gripper(imported, gripper_names, names, chain)
+        if gripper_names
+        else (None, Finding(chain.confidence, chain.evidence))
+    )
     if hand is None:
         ensure_solid_tool(imported, names[-1])
     model = compile_spec(imported.spec, imported.path.name)
     joints = tuple(model.joint(name).id for name in names)
-    if hand is not None:
-        findings |= hand.findings
-        palm, position, rotation, start = hand.palm, hand.tool, hand.rotation, hand.open_qpos
-    else:
-        palm, position, rotation, findings["ee_site.inject.xyz"] = flange_tool(model, joints, palm)
-        start = model.qpos0.copy()
+    palm, position, rotation, start = _tool(hand, model, joints, palm, findings)
     kinematics = Kinematics(model, joints, Tool(model.body(palm).id, position, rotation), qpos=start)
     place = _place(imported, kinematics, base_bottom(model, joints), names, table_height)
     actuators = _actuators(model, joints)
-    made = set(actuators) <= imported.made_actuators
-    driven = Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
     sidecar = Sidecar(
         arm=ArmRoles(joints=names, actuators=actuators, home_qpos=tuple(float(v) for v in place.home)),
         gripper=_with_attachment(hand.roles, attachment) if hand else None,
         ee_site=_site(palm, position, rotation),
         base_pose=place.base,
     )
+    if hand is not None:
+        sidecar, measured = measured_as_loaded(imported, sidecar, table_height, place.space)
+        findings |= measured
     return Inference(
         model=imported,
         sidecar=sidecar,
-        findings={**findings, **place.findings, "arm.actuators": driven},
+        findings={**findings, **place.findings, "arm.actuators": _driven(imported, actuators)},
         choices=choices,
         workspace=place.space,
         open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},
         tip=hand.tip if hand else 0.0,
         notes=tuple(imported.notes),
     )
+
+
+def _tool(
+    hand: InferredGripper | None,
+    model: mujoco.MjModel,
+    joints: tuple[int, ...],
+    palm: str,
+    findings: dict[str, Finding],
+) -> tuple[str, Array, Array, Array]:
+    """Return the TCP's body, its place and rotation there, and the configuration in which the hand is open; add what tells them."""
+    if hand is not None:
+        findings |= hand.findings
+        return hand.palm, hand.tool, hand.rotation, hand.open_qpos
+    palm, position, rotation, findings["ee_site.inject.xyz"] = flange_tool(model, joints, palm)
+    return palm, position, rotation, model.qpos0.copy()
+
+
+def _driven(imported: ImportedModel, actuators: Iterable[str]) -> Finding:
+    made = set(actuators) <= imported.made_actuators
+    return Finding(1.0, "made by the import, one per joint" if made else "drive these joints")
 
 
 def _site(palm: str, position: Array, rotation: Array) -> EeSite:

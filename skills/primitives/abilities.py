@@ -11,7 +11,7 @@ from robosandbox.errors import UnreachableError
 from robosandbox.grasp.hand import lean
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.primitives.grasping import why_no_grasp
-from robosandbox.types import Array, DetectedObject, Limits, ObservedScene, Pose
+from robosandbox.types import Array, DetectedObject, Limits, ObservedScene, Pose, force_limits
 from robosandbox.world.abilities import Abilities
 
 # Height over the table up to which what is in easy reach needs no inverse kinematics, metres: reach is measured there.
@@ -57,7 +57,7 @@ class RobotAbilities(GripperAbilities):
         self._ctx = ctx
         kept = [one for one in (ctx.sim.spec.limits, limits) if one is not None]
         self.workspaces = [one.workspace for one in kept if one.workspace is not None]
-        self.max_force = min((one.max_force for one in kept if one.max_force is not None), default=math.inf)
+        self.max_force, _ = force_limits(*kept)
         self._planning = ctx.planning(ctx.look())
 
     def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:

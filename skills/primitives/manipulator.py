@@ -20,6 +20,7 @@ from robosandbox.grasp.hand import lean
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.protocols import Driver, Guard, MotionPlanner, SkillContext
 from robosandbox.robots.spec import GripperGeometry
+from robosandbox.skills.primitives.stillness import LOOK_SECONDS, Stillness
 from robosandbox.types import (
     Array,
     DetectedObject,
@@ -73,9 +74,9 @@ _GRIP_SECONDS = 4.0
 # Metres between two readings below which fingers stand still; chosen far below what a grip creeps (halved or doubled,
 # under 1 % of an episode).
 _GRIP_STILL = 0.0002
-# Metres along an axis below which a thing stands still between two looks 0.1 s apart; chosen as 5 mm/s, at which
-# nothing rolls or falls.
-_STILL = 0.0005
+# Seconds for which what stands askew or near an edge is watched; chosen as fourteen times the 0.07 s in which a can of
+# 50 mm that leaves its balance is e times as far from it.
+_WATCH_SECONDS = 1.0
 
 
 class Manipulator:
@@ -248,8 +249,8 @@ class Manipulator:
         except UnreachableError:
             raise failure from None
 
-    def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED) -> float:
-        """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far.
+    def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED, guards: Sequence[Guard] = ()) -> float:
+        """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far; guards as in `follow`.
 
         Raises:
             UnreachableError: Not even a quarter of it can be reached.
@@ -264,7 +265,7 @@ class Manipulator:
             except UnreachableError as error:
                 failure = failure or error
                 continue
-            self.follow(trajectory, phase)
+            self.follow(trajectory, phase, guards=guards)
             return share * height
         assert failure is not None
         raise failure.at(phase) from None
@@ -305,14 +306,18 @@ class Manipulator:
         """Let time pass until these objects are seen to be still, and return that look."""
         self.ctx.enter(Phase.SETTLE)
         deadline = self.sim.time + seconds
-        before = self.look()
+        stillness = Stillness(self.look(), names)
         while True:
-            self.sim.wait(0.1)
+            self.sim.wait(LOOK_SECONDS)
             now = self.look()
-            pairs = [(before.find(name), now.find(name)) for name in names]
-            if all(a and b and _still(a.pose, b.pose) for a, b in pairs) or self.sim.time >= deadline:
+            if stillness.seen(now) or self.sim.time >= deadline:
                 return now
-            before = now
+
+    def watch(self, name: str) -> ObservedScene:
+        """Let time pass until an object that may still topple has had the time to, and return a look at it at rest."""
+        self.ctx.enter(Phase.SETTLE)
+        self.sim.wait(_WATCH_SECONDS)
+        return self.settle(name)
 
 
 def most_telling(failures: Sequence[SkillError]) -> SkillError:
@@ -335,8 +340,3 @@ def raised(pose: Pose, height: float) -> Pose:
     """Return the pose moved up by `height` metres."""
     x, y, z = pose.xyz
     return Pose(xyz=(x, y, z + height), quat_xyzw=pose.quat_xyzw)
-
-
-def _still(before: Pose, after: Pose) -> bool:
-    same_place = np.abs(before.position - after.position).max() < _STILL
-    return bool(same_place and abs(np.dot(before.quat_xyzw, after.quat_xyzw)) > 0.9999)

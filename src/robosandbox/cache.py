@@ -14,7 +14,7 @@ import json
 import os
 import tempfile
 import typing
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -48,6 +48,16 @@ def cache_folder() -> Path | None:
     except RuntimeError:
         return None
     return base / "robosandbox"
+
+
+def state_file(name: str, environment: Mapping[str, str] = os.environ) -> Path | None:
+    """Return where a file is kept that is no cache but what a person said or a program learnt; None without a home."""
+    given = Path(environment.get("XDG_STATE_HOME", ""))
+    try:
+        base = given if given.is_absolute() else Path.home() / ".local" / "state"
+    except RuntimeError:
+        return None
+    return base / "robosandbox" / name
 
 
 def content_key(parts: Iterable[bytes | str]) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -111,6 +111,14 @@ class BareDriver(ABC):
             UnsupportedError: Always.
         """
         raise refusal(self, "contact", "contacts were asked for")
+
+    def forces(self) -> Mapping[str, Array]:
+        """Refuse: the arm has no skin.
+
+        Raises:
+            UnsupportedError: Always.
+        """
+        raise refusal(self, "contact", "the force on each thing was asked for")
 
     def force_on(self, object_id: str | None) -> Array:
         """Refuse: nothing at the wrist measures force.

@@ -48,12 +48,18 @@ class LimitEvidence(Evidence):
         value: What it is or would be, SI units.
         low: The least allowed.
         high: The most allowed.
+        touching: What the robot presses on, where the quantity is a force.
     """
 
     quantity: str
     value: float
     low: float
     high: float
+    touching: tuple[str, ...] = ()
+
+    def met(self) -> tuple[str, ...]:
+        """Return what the robot presses on."""
+        return self.touching
 
 
 class CollisionEvidence(Evidence):
@@ -84,8 +90,9 @@ class GraspEvidence(Evidence):
     Attributes:
         object: Id.
         reason: No candidate; closed on nothing; lost after closing; held, but fixed where it is or far too heavy
-            ("immovable"); moved, but heavier than the grip or the arm can bear ("too_heavy"); fingers that do not go
-            where they are sent ("gripper_stuck").
+            ("immovable"); moved free of all else, but heavier than the grip or the arm can bear ("too_heavy"); under something
+            ("caught"), between things or walls ("wedged"), or against one ("braced"); fingers that do not go where they
+            are sent ("gripper_stuck").
         object_width: Extent between the fingers, metres; None when no candidate was found.
         aperture: The gap after closing, or the most it opens, metres.
         max_aperture: The most it opens, metres.
@@ -93,10 +100,13 @@ class GraspEvidence(Evidence):
         pull: The largest upward force with which the arm pulled at it, N; None when it was not lifted.
         moved: How far it went while it was lifted, metres; None when it was not lifted.
         tried: How many candidates were examined, and what stopped each kind of them.
+        touching: What holds it back, where it is caught, wedged or braced.
     """
 
     object: str
-    reason: Literal["none_found", "missed", "slipped", "immovable", "too_heavy", "gripper_stuck"]
+    reason: Literal[
+        "none_found", "missed", "slipped", "immovable", "too_heavy", "caught", "wedged", "braced", "gripper_stuck"
+    ]
     object_width: float | None = None
     aperture: float
     max_aperture: float
@@ -104,6 +114,11 @@ class GraspEvidence(Evidence):
     pull: float | None = None
     moved: float | None = None
     tried: dict[str, int] = Field(default_factory=dict)
+    touching: tuple[str, ...] = ()
+
+    def met(self) -> tuple[str, ...]:
+        """Return what holds it back."""
+        return self.touching
 
     @property
     def is_final(self) -> bool:
@@ -179,12 +194,22 @@ class PushEvidence(Evidence):
         wanted: Metres along the direction.
         along: Metres gone along it.
         across: Metres gone beside it.
+        reason: It went elsewhere ("missed"), or did not give way to as much force as is allowed ("resisted").
+        force: The most that the hand pressed on it with in the last stroke, N; None where the driver does not tell.
+        blocking: What it stands against on the side that it was to go to.
     """
 
     object: str
     wanted: float
     along: float
     across: float
+    reason: Literal["missed", "resisted"] = "missed"
+    force: float | None = None
+    blocking: tuple[str, ...] = ()
+
+    def met(self) -> tuple[str, ...]:
+        """Return what the object stands against."""
+        return self.blocking
 
 
 class DrawerEvidence(Evidence):

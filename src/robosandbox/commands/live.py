@@ -34,16 +34,27 @@ class LiveView:
         self._console = Console(stderr=True, highlight=False, force_terminal=False if plain else None)
         self._status: Status | None = None
         self._phases: list[str] = []
+        self._thought = ""
+        self._drafted: list[str] = []
+
+    def watch(self, agent: Agent[Any]) -> None:
+        """Show what an agent does, and on a terminal what a model writes while it writes."""
+        agent.listeners.append(self)
+        agent.streams = agent.streams or self._console.is_terminal
 
     def __call__(self, event: events.AgentEvent) -> None:
         """Show an event."""
         match event:
+            case events.Writing():
+                self._thought += event.thought
+                self._drafted += map(str, event.calls)
+                self.show(self._being_written())
             case events.Planned(plan, replan):
+                self._think(self._thought)
                 if not plan.answer:
                     self._print("new plan" if replan else "plan", str(plan), "cyan")
             case events.Thought(text):
-                self._hide()
-                self._print("thinks", " ".join(text.split())[:_LONGEST], "dim")
+                self._think(text)
             case events.Consulted():
                 self._hide()
                 self._print(event.tool, _in_a_line(event), "blue")
@@ -81,6 +92,19 @@ class LiveView:
     def close(self) -> None:
         """Take the moving line away, whatever it shows."""
         self._hide()
+
+    def _being_written(self) -> str:
+        """Return the end of what a model has written so far, as much as a line holds."""
+        thought = " ".join(self._thought.split())
+        text = ", ".join(self._drafted) or thought
+        return f"{'drafts' if self._drafted else 'thinks'}: {text[-_LONGEST:]}"
+
+    def _think(self, thought: str) -> None:
+        """Keep a thought in view now that it is complete; nothing where there is none."""
+        self._hide()
+        if thought:
+            self._print("thinks", " ".join(thought.split())[:_LONGEST], "dim")
+        self._thought, self._drafted = "", []
 
     def _print(self, head: str, text: str, style: str) -> None:
         self._console.print(Text.assemble((f"{head:>8}", style), "  ", text), soft_wrap=True)

@@ -50,7 +50,10 @@ PlannerName = Annotated[
 BaseUrl = Annotated[str | None, typer.Option("--base-url", help="Where the model is served, up to /v1.")]
 Model = Annotated[str | None, typer.Option("--model", help="The model's name there.")]
 Mode = Annotated[
-    str | None, typer.Option("--mode", help="How a model works: plan, one plan at a time; act, call by call.")
+    str | None,
+    typer.Option(
+        "--mode", help="How a model works: plan, one plan at a time; act, call by call; code, also by programs."
+    ),
 ]
 ModelLimits = Annotated[
     Path | None, typer.Option("--model-limits", help="YAML of what asking a model may cost, see docs/planners.md.")

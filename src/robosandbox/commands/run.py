@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -16,6 +18,7 @@ from robosandbox.errors import InputError
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
+    from robosandbox.agent.agent import Agent
     from robosandbox.agent.episode import Episode
     from robosandbox.recording.recorder import Recorder
     from robosandbox.tasks.workcell import Workcell
@@ -105,7 +108,7 @@ def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, jso
 
     with open_here(world, what_if=False) as session:
         said = session.task.prompt if prompt is None else read_prompt(prompt)
-        with metered() as usage:
+        with metered() as usage, _shown_while_written(session.agent):
             answer = session.agent.plan(said)
     refused = isinstance(answer, Refusal)
     if json:
@@ -121,6 +124,22 @@ def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, jso
     else:
         print(planned(answer))
     return EXIT_FAILED if refused else EXIT_DONE
+
+
+@contextmanager
+def _shown_while_written(agent: Agent[Any]) -> Iterator[None]:
+    """Show on a terminal what a model writes; nothing is loaded for it elsewhere."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    from robosandbox.commands.live import LiveView
+
+    live = LiveView()
+    live.watch(agent)
+    try:
+        yield
+    finally:
+        live.close()
 
 
 def _verified(world: WorkcellOptions, prompt: str | None, steps: str, json: bool) -> int:
@@ -164,7 +183,9 @@ def _check_said(prompt: str | None, task: object) -> None:
 def _carry_out(session: Workcell, prompt: str, json: bool, recorder: Recorder | None = None) -> int:
     from robosandbox.commands.live import LiveView, ask_here, cancel_on_interrupt
 
-    session.agent.listeners.append(LiveView())
+    # What a model writes goes into a record as it comes.
+    session.agent.streams = recorder is not None
+    LiveView().watch(session.agent)
     ask_here(session.agent)
     with cancel_on_interrupt(session.ctx, session.agent):
         episode = session.run(prompt)

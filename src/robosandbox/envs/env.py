@@ -210,7 +210,7 @@ class ManipulationEnv(gymnasium.Env[Observation, Array]):
             "tcp_pose": np.array([*seen.tcp_pose.xyz, *seen.tcp_pose.quat_xyzw], dtype=np.float32),
         }
         if self._objects:
-            there = self._sim.truth().objects
+            there = self._sim.truth(for_judging=False).objects
             poses = [there[item].pose if item in there else None for item in self._objects]
             rows = [[*pose.xyz, *pose.quat_xyzw] if pose else [0.0] * _POSE for pose in poses]
             found["environment_state"] = np.array(rows, dtype=np.float32).ravel()

@@ -10,7 +10,7 @@ from functools import singledispatch
 
 import numpy as np
 
-from robosandbox.tasks.checks import (
+from robosandbox.tasks.judge.checks import (
     TABLE,
     AtHome,
     Beside,
@@ -21,10 +21,10 @@ from robosandbox.tasks.checks import (
     Lifted,
     On,
     Opened,
-    Poured,
     Undisturbed,
 )
-from robosandbox.tasks.place_checks import At, InPlaceOf
+from robosandbox.tasks.judge.place_checks import At, InPlaceOf
+from robosandbox.tasks.judge.poured import Poured
 from robosandbox.tasks.success import AllOf, AnyOf
 from robosandbox.types import DIRECTION_AXES, SIDE_AXES, Array, DetectedObject, Truth
 from robosandbox.world import relations

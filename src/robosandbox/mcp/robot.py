@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 import anyio
 
 from robosandbox.agent.agent import Agent
-from robosandbox.agent.episode import AgentEvent, Consulted, Episode, PhaseEntered, Planned, SkillFailed
+from robosandbox.agent.episode import AgentEvent, Consulted, Episode, PhaseEntered, Planned, SkillFailed, Thought
 from robosandbox.agent.tools import simulated
 from robosandbox.errors import BusyError, CancelledError, ErrorRecord, Phase
 from robosandbox.evidence import BusyEvidence
@@ -284,5 +284,7 @@ def _said(event: AgentEvent) -> str:
             return f"plan: {plan}"
         case Consulted():
             return f"{event.tool}"
+        case Thought(text):
+            return text
         case _:
             return ""

@@ -73,11 +73,17 @@ class JudgeArguments(StrictModel):
 
 
 def _object(**fields: str | list[str]) -> dict[str, Any]:
-    """Return the schema of an object that has these fields, of these types, and may have more."""
+    """Return the schema of an object that has these fields, of these types, or an error, and may have more.
+
+    The official JavaScript client holds failed calls to the schema as well.
+    """
     return {
         "type": "object",
-        "properties": {name: {"type": kind} for name, kind in fields.items()},
-        "required": list(fields),
+        "properties": {
+            **{name: {"type": kind} for name, kind in fields.items()},
+            "error": {"type": ["object", "null"]},
+        },
+        "anyOf": [{"required": list(fields)}, {"required": ["error"]}],
     }
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 if TYPE_CHECKING:
@@ -88,6 +88,13 @@ class Driver(Protocol):
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         ...
 
+    def forces(self) -> Mapping[str, Array]:
+        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
+
+        Keys are ids of objects, "table", or what else the driver calls it; one key for all where it does not tell them apart.
+        """
+        ...
+
     def force_on(self, object_id: str | None) -> Array:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all."""
         ...
@@ -136,8 +143,12 @@ class Simulated(Driver, Protocol):
         """Called again and again while a scene is loaded and settles. One that raises ends that."""
         ...
 
-    def truth(self) -> Truth:
-        """Return the simulated state, for judging and ground-truth perception; skills and planners never read it."""
+    def truth(self, *, for_judging: bool = True) -> Truth:
+        """Return the simulated state, for judging and ground-truth perception; skills and planners never read it.
+
+        Args:
+            for_judging: Say also what objects are made of and what presses on them, which takes several times as long.
+        """
         ...
 
     def reset(self, scene: Scene | None = None, q: Array | None = None) -> None:

@@ -31,6 +31,11 @@ class SkillContext(Protocol):
     @property
     def what_if(self) -> bool: ...
     @property
+    def max_force_n(self) -> float:
+        """With how many newtons a skill may press what it is to move."""
+        ...
+
+    @property
     def listeners(self) -> list[Callable[[str], None]]:
         """Called with each phase that begins."""
         ...

@@ -171,6 +171,8 @@ class Recorder:
             case events.Started(prompt):
                 self.begin(prompt)
                 self.note("started", prompt=prompt)
+            case events.Writing():
+                self.note("writing", thought=event.thought, calls=event.calls)
             case events.Thought(text):
                 self.note("thought", text=text)
             case events.Consulted():

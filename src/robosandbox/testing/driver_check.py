@@ -84,6 +84,7 @@ def _check_senses(driver: Driver) -> None:
     _check_sense(has.gripper_force, "gripper_force", lambda: driver.grip_on(None))
     _check_sense(has.joint_torque, "joint_torque", lambda: driver.servo_force(0)[0])
     _check_sense(has.contact is not None, "contact", lambda: driver.strongest_contact()[0])
+    _check_sense(has.contact is not None, "contact", lambda: list(driver.forces().values()))
     _check_sense(has.contact == "named", "contact", lambda: [float(len(pair)) for pair in driver.arm_contacts()])
     gripper = driver.state().gripper
     if gripper is not None:

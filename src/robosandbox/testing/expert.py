@@ -20,7 +20,7 @@ from robosandbox.agent.planner import StubPlanner
 from robosandbox.errors import ErrorRecord
 from robosandbox.protocols import Skill
 from robosandbox.tasks.embedded import EmbeddedWorkcell
-from robosandbox.testing.openai_server import Answer, tool_calls
+from robosandbox.testing.openai_server import Answer, fails, tool_calls
 from robosandbox.types import Plan, SkillCall
 
 
@@ -42,7 +42,9 @@ class Expert:
         self._moved = False
 
     def __call__(self, body: dict[str, Any]) -> Answer:
-        """Return the next call."""
+        """Return the next call; a request for JSON by a schema is refused, since results of native calls alone are read."""
+        if "response_format" in body:
+            return fails(400, "response_format is not supported")
         newest = body["messages"][-1]
         told = json.loads(newest["content"]) if newest["role"] == "tool" else None
         if told is None:

@@ -15,6 +15,8 @@ from dataclasses import dataclass, field, replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any, Self
 
+from robosandbox.testing.openai_stream import chat_events, response_events
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Answer:
@@ -128,21 +130,33 @@ def _as_response(answer: Answer) -> Answer:
     return replace(answer, body=json.dumps(body).encode())
 
 
+def _as_events(answer: Answer) -> Answer:
+    """Return an answer as it is sent piece by piece; one that is no answer of the protocol is sent as it is."""
+    try:
+        whole = json.loads(answer.body)
+        events = chat_events(whole) if "choices" in whole else response_events(whole)
+    except (ValueError, KeyError, TypeError):
+        return answer
+    return replace(answer, body=events)
+
+
 class ScriptedServer:
     """Answers chat completions from a script, one answer per request, on a free port of 127.0.0.1.
 
     Args:
         script: Answers, or functions from a request's body to one.
         rest: Answers what is asked after the last of them; left out, the server says 500, to be tried again at once.
+        streams: Whether what is asked for piece by piece is answered so.
 
     Attributes:
         requests: The bodies received, in order.
         headers: The headers of each.
     """
 
-    def __init__(self, *script: Script, rest: Script | None = None) -> None:
+    def __init__(self, *script: Script, rest: Script | None = None, streams: bool = True) -> None:
         self._script = list(script)
         self._rest = rest
+        self.streams = streams
         self._lock = threading.Lock()
         self._closing = threading.Event()
         self.requests: list[dict[str, Any]] = []
@@ -185,8 +199,11 @@ def _handler(script: ScriptedServer) -> type[BaseHTTPRequestHandler]:
             answer = script._answer(body, {name.lower(): value for name, value in self.headers.items()})
             if self.path.endswith("/responses"):
                 answer = _as_response(answer)
+            kind = "application/json"
+            if body.get("stream") and script.streams and answer.status == 200:
+                answer, kind = _as_events(answer), "text/event-stream"
             self.send_response(answer.status)
-            self.send_header("content-type", "application/json")
+            self.send_header("content-type", kind)
             self.send_header("content-length", str(len(answer.body)))
             for name, value in answer.headers.items():
                 self.send_header(name, value)

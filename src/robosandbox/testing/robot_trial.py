@@ -13,7 +13,7 @@ from robosandbox.protocols import Driver
 from robosandbox.robots.check.finding import Check
 from robosandbox.robots.loader import RobotModel
 from robosandbox.sim.opening import open_mujoco
-from robosandbox.tasks.checks import Displaced, Lifted
+from robosandbox.tasks.judge.checks import Displaced, Lifted
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.task import Task
 from robosandbox.types import Array, Pose, Scene, SceneObject, Trajectory

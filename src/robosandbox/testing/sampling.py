@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.agent.episode import SkillStarted
 from robosandbox.drivers import simulated
 from robosandbox.protocols import Perception
-from robosandbox.tasks.checks import Check, Undisturbed
+from robosandbox.tasks.judge.checks import Check, Undisturbed
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
 from robosandbox.tasks.success import AllOf

@@ -26,22 +26,26 @@ from robosandbox.spatial import (
     quat_xyzw_from_matrix,
 )
 from robosandbox.types.checkpoint import Checkpoint
+from robosandbox.types.limits import MAX_FORCE_N, MAX_UNINTENDED_FORCE_N, Limits, Workspace, force_limits
 from robosandbox.types.motion import Grasp, GraspSearch, Intent, Trajectory
 from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomize, SceneObject
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
-from robosandbox.types.scene import TABLE_HEIGHT, Limits, Scene, Workspace
+from robosandbox.types.scene import TABLE_HEIGHT, Scene
 from robosandbox.types.sensed import DetectedObject, GripperState, Intrinsics, Observation, ObservedScene, RgbdFrame
-from robosandbox.types.truth import ObjectTruth, Truth, Verdict
+from robosandbox.types.truth import Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
     "DIRECTION_AXES",
     "IDENTIFIER",
     "MAX_BEADS",
+    "MAX_FORCE_N",
     "MAX_PROMPT_LENGTH",
+    "MAX_UNINTENDED_FORCE_N",
     "SIDE_AXES",
     "TABLE_HEIGHT",
     "Array",
     "Checkpoint",
+    "Convex",
     "DetectedObject",
     "Direction",
     "Finite",
@@ -71,11 +75,13 @@ __all__ = [
     "SkillCall",
     "SkillResult",
     "StrictModel",
+    "Touch",
     "Trajectory",
     "Truth",
     "Vec3",
     "Verdict",
     "Workspace",
+    "force_limits",
     "frozen_array",
     "matrix_about_axis",
     "matrix_from_quat_xyzw",

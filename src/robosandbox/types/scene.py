@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
-from robosandbox.spatial import Finite, Positive, StrictModel
+from robosandbox.spatial import StrictModel
 from robosandbox.types.objects import SceneObject
 
 # A scene's table top, metres, where it says nothing else; as in the seeds.
@@ -68,43 +68,3 @@ class Scene(StrictModel):
                 item = item.model_copy(update={"pose": vessel.pose})
             placed.append(item)
         return tuple(placed)
-
-
-class Workspace(StrictModel):
-    """Where the arm may work, world frame, metres; an axis that is left out is free.
-
-    Attributes:
-        x: Least and most.
-        y: Least and most.
-        z: Least and most, for the tool centre point alone.
-    """
-
-    x: tuple[Finite, Finite] | None = None
-    y: tuple[Finite, Finite] | None = None
-    z: tuple[Finite, Finite] | None = None
-
-    @model_validator(mode="after")
-    def _bounds_are_in_order(self) -> Self:
-        for axis in ("x", "y", "z"):
-            bounds = getattr(self, axis)
-            if bounds is not None and not bounds[0] < bounds[1]:
-                raise ValueError(f"{axis}: {list(bounds)} is empty; give [least, most]")
-        return self
-
-
-class Limits(StrictModel):
-    """What no planner can pass; at least one of them.
-
-    Attributes:
-        workspace: Where the arm may work.
-        max_force: With which the robot may press on anything, its grip included, N.
-    """
-
-    workspace: Workspace | None = None
-    max_force: Positive | None = None
-
-    @model_validator(mode="after")
-    def _limits_something(self) -> Self:
-        if self.workspace is None and self.max_force is None:
-            raise ValueError("limits nothing; give workspace or max_force, or leave it out")
-        return self

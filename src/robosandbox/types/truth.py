@@ -11,6 +11,36 @@ from robosandbox.types.sensed import DetectedObject
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Convex:
+    """A convex piece of what an object is made of, as it is simulated: all that lies within `radius` of the hull of points.
+
+    Attributes:
+        points: In the world, metres, shape (k, 3); of a ball its middle, of a capsule both ends, of a cylinder both rims.
+        radius: Metres; 0 for what has corners.
+        part: 0 for the object's first body, 1 for what slides in it.
+    """
+
+    points: Array
+    radius: float = 0.0
+    part: int = 0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Touch:
+    """A contact of an object with something else.
+
+    Attributes:
+        other: "table", "floor", "robot", or an object's id.
+        point: In the world, metres.
+        force: What the other presses and rubs the object with, N in the world.
+    """
+
+    other: str
+    point: Vec3
+    force: Vec3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class ObjectTruth:
     """One object as simulated.
 
@@ -27,6 +57,10 @@ class ObjectTruth:
         grains: For beads: where each is; their pose is in the middle, their velocity the mean.
         felt: The most that the robot has pressed or pulled it with since the reset, N; for what `feel` was asked about.
         tag: Number of its AprilTag.
+        solids: What it is made of, where it is now; beads are `grains` alone.
+        touches: Its contacts that carry force; None where the world does not tell forces.
+        weight: N; None where it is not known.
+        mass_centre: In the world, metres; None where it is not known.
     """
 
     id: str
@@ -41,6 +75,10 @@ class ObjectTruth:
     grains: tuple[Vec3, ...] = ()
     felt: float = 0.0
     tag: int | None = None
+    solids: tuple[Convex, ...] = ()
+    touches: tuple[Touch, ...] | None = None
+    weight: float | None = None
+    mass_centre: Vec3 | None = None
 
     def detected(self) -> DetectedObject:
         """Return it as perception would, were perception perfect; the colour is left unnamed."""

@@ -10,7 +10,7 @@ from robosandbox.types import DetectedObject, ObservedScene
 from robosandbox.world.contracts import lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.outlook import State
-from robosandbox.world.relations import apart, extent
+from robosandbox.world.relations import Extent, apart, extent
 from robosandbox.world.whereabouts import where
 
 # Things that are tried, the nearest first. Chosen.
@@ -37,27 +37,25 @@ def asides(state: State, name: str, goals: Sequence[Fact], claimed: Sequence[Det
     lacking = [goal for goal in goals if not state.find(goal).holds]
     concerned = {name for goal in lacking for name in lookup(goal).objects(goal.arguments)} | {name}
     # What lies in something is to be got out of there, not piled upon.
-    vessels = {other.id for other in scene.objects if other.shape.holds_things}
+    not_below = concerned | {other.id for other in scene.objects if other.shape.holds_things}
     around = extent(item)
-    height = around.high - around.low
-    likely = [
-        other
-        for other in scene.objects
-        if other.shape.flat_top
-        and not other.shape.holds_things
-        and other.id not in concerned
-        and extent(other).inner >= _AS_WIDE * around.inner
-        and extent(other).high + height <= scene.table_height + _HIGHEST
-    ]
+    likely = [other for other in scene.objects if other.id not in not_below and _may_carry(other, around, scene)]
     likely.sort(key=lambda other: math.hypot(extent(other).x - around.x, extent(other).y - around.y))
     free = (
         other
         for other in likely
         if all(apart(other, claim) for claim in claimed if claim.id != other.id)
-        and not any(below in concerned or below in vessels for below in _below(scene, other))
+        and not any(below in not_below for below in _below(scene, other))
         and state.first_refuted((fact("supports", other.id), fact("room_on", name, other.id))) is None
     )
     yield from (fact("on", name, other.id) for other in itertools.islice(free, _MOST))
+
+
+def _may_carry(other: DetectedObject, around: Extent, scene: ObservedScene) -> bool:
+    """Say whether the top of an object is flat and wide enough for a thing within an extent, and not too high."""
+    top = extent(other)
+    highest = top.high + around.high - around.low
+    return other.shape.flat_top and top.inner >= _AS_WIDE * around.inner and highest <= scene.table_height + _HIGHEST
 
 
 def _below(scene: ObservedScene, item: DetectedObject) -> Iterator[str]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -79,22 +79,14 @@ class Enabling:
         if item is None or item.shape.opens or item.shape.is_granular or choices is None:
             raise NoWayError(f"{name} stays where it is")
         around = [other for other in view.others(name) if other.id in self._about]
-        best, most = None, 0.0
-        first: tuple[float, float] | None = None
-        for x, y in choices(view, name):
-            if first is not None and math.dist(first, (x, y)) < _ELSEWHERE:
-                continue
-            there = _at(self.scene, name, x, y).find(name) or item
-            room = min((_room(there, other, self.scene.base_xy) for other in around), default=_HAND_ROOM)
-            if room > most:
-                best, most = fact("at", name, x, y), room
-            if room >= _HAND_ROOM:
-                if first is not None or not elsewhere:
-                    break
-                best, most, first = None, 0.0, (x, y)
+        places = iter(choices(view, name))
+        best, room = self._roomiest(item, places, around)
+        if best is not None and elsewhere and room >= _HAND_ROOM:
+            first = best
+            best, _ = self._roomiest(item, (place for place in places if math.dist(first, place) >= _ELSEWHERE), around)
         if best is None:
             raise NoWayError(f"there is no place for {name}")
-        self.bring_about(best)
+        self.bring_about(fact("at", name, *best))
 
     def call(self, call: SkillCall) -> None:
         """Add a call, and before it what brings about what it needs and does not have.
@@ -124,6 +116,20 @@ class Enabling:
         else:
             raise NoWayError(f"what {call} needs cannot be had at once")
         self._add((call,))
+
+    def _roomiest(
+        self, item: DetectedObject, places: Iterable[tuple[float, ...]], around: Sequence[DetectedObject]
+    ) -> tuple[tuple[float, float] | None, float]:
+        """Return the first place that leaves room for a hand beside other things, or the one with most, and how much, metres."""
+        best, most = None, 0.0
+        for x, y in places:
+            there = _at(self.scene, item.id, x, y).find(item.id) or item
+            room = min((_room(there, other, self.scene.base_xy) for other in around), default=_HAND_ROOM)
+            if room > most:
+                best, most = (x, y), room
+            if room >= _HAND_ROOM:
+                break
+        return best, most
 
     def _by_itself(self, goal: Fact) -> tuple[SkillCall, ...]:
         """Return the call that brings about what nobody can see, as that the arm is at home; none for what holds anyway."""

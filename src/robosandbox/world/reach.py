@@ -101,5 +101,5 @@ def may_press(view: View, force: float) -> Finding:
         holds=force <= most,
         margin=most - force,
         cause=f"it takes {force:g} N, and the robot may press with {most:g} N at most",
-        help="raise limits.max_force in the task",
+        help="raise limits.max_force_n in the task or the sidecar",
     )

@@ -1,7 +1,7 @@
 """What "on", "inside", "beside", "lifted" and "pushed that way" mean.
 
-Skills check their post-conditions and tasks their success with these same functions, on what perception sees and on
-simulated truth, so that what a skill claims and what a bench finds differ only where the two inputs differ. Every shape
+Skills check their post-conditions and planners their plans with these functions, on what perception sees. Success of tasks is
+judged by `robosandbox.tasks.judge`, which shares the words and none of the code. Every shape
 is convex here (a container counts as its outer hull) and enters through its support function
 h(d) = max over its points of d . x, from which extents, footprints and gaps follow
 (Boyd and Vandenberghe, Convex Optimization, 2.5 and 8.1).

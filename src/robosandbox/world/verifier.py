@@ -41,6 +41,8 @@ class Constraints:
     Attributes:
         never: Ids of what must not be moved or touched.
         only: Ids of what alone may be moved; None allows everything.
+        moved: Ids of what has to be moved.
+        fewest: How many things are to be moved at least.
         exactly: How many things are to be moved; None is any number.
         order: Pairs of ids: the first is to be moved before the second.
         end: What has to hold in the end.
@@ -49,6 +51,8 @@ class Constraints:
 
     never: frozenset[str] = frozenset()
     only: frozenset[str] | None = None
+    moved: frozenset[str] = frozenset()
+    fewest: int = 0
     exactly: int | None = None
     order: tuple[tuple[str, str], ...] = ()
     end: tuple[Fact, ...] = ()
@@ -183,6 +187,13 @@ class _Run:
         if asked.exactly is not None and len(self._moved) != asked.exactly:
             cause = f"the plan moves {len(self._moved)} things; {asked.exactly} were asked for"
             yield Problem(step=0, call=None, relation=fact("exactly", float(asked.exactly)), cause=cause)
+        if len(self._moved) < asked.fewest:
+            cause = f"the plan moves {len(self._moved)} things; at least {asked.fewest} were asked for"
+            yield Problem(step=0, call=None, relation=fact("at_least", float(asked.fewest)), cause=cause)
+        for name in sorted(asked.moved - self._moved.keys()):
+            yield Problem(
+                step=0, call=None, relation=fact("moved", name), cause=f"{name} was asked for and is not moved"
+            )
         spoken_of = {goal.arguments[0] for goal in asked.end if goal.arguments}
         back = [fact("as_before", name) for name in self._moved if asked.put_back and name not in spoken_of]
         for goal in (*asked.end, *back):

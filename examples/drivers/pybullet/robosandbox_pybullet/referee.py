@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from robosandbox.types import Array, ObjectTruth, Pose, SceneObject, Truth, frozen_array
+from robosandbox.types.solids import solids_as_written
 from robosandbox_pybullet.world import BulletWorld
 
 # Fields of Bullet's contact points: the other body, its normal, and the normal force, N.
@@ -48,6 +49,7 @@ def _object(world: BulletWorld, item: SceneObject, felt: float) -> ObjectTruth:
     poses = [world.object_pose(body) for body in bodies]
     speeds = np.array([world.call("getBaseVelocity", body) for body in bodies])
     many = item.shape.is_granular
+    opening = world.call("getJointState", bodies[0], 0)[0] if item.shape.opens else None
     middle = Pose.from_matrix(np.mean([pose.position for pose in poses], axis=0), np.eye(3))
     return ObjectTruth(
         id=item.id,
@@ -59,8 +61,9 @@ def _object(world: BulletWorld, item: SceneObject, felt: float) -> ObjectTruth:
         angular_velocity=frozen_array(np.zeros(3) if many else speeds[0, 1]),
         contacts=tuple(sorted(set().union(*(_touched(world, body) for body in bodies)) - {item.id})),
         felt=felt,
-        opening=world.call("getJointState", bodies[0], 0)[0] if item.shape.opens else None,
+        opening=opening,
         grains=tuple(pose.xyz for pose in poses) if many else (),
+        solids=solids_as_written(item, poses[0], opening),
     )
 
 

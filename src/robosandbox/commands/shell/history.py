@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import logging
 import os
-from collections.abc import Mapping
 from pathlib import Path
 
 from prompt_toolkit.history import FileHistory, History, InMemoryHistory
@@ -12,16 +11,10 @@ from prompt_toolkit.history import FileHistory, History, InMemoryHistory
 _log = logging.getLogger(__name__)
 
 
-def history_file(environment: Mapping[str, str]) -> Path:
-    """Return where lines are kept, by the XDG base directory specification."""
-    state = environment.get("XDG_STATE_HOME", "")
-    # The specification has relative paths ignored.
-    base = Path(state) if os.path.isabs(state) else Path("~/.local/state").expanduser()
-    return base / "robosandbox" / "history"
-
-
-def open_history(path: Path) -> History:
+def open_history(path: Path | None) -> History:
     """Return the history in a file, or one in memory where the file cannot be written."""
+    if path is None:
+        return InMemoryHistory()
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         # What somebody said to a robot is nobody else's to read.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -12,10 +11,11 @@ from prompt_toolkit.completion import CompleteEvent, Completer, Completion, Path
 from prompt_toolkit.document import Document
 from prompt_toolkit.patch_stdout import patch_stdout
 
+from robosandbox.cache import state_file
 from robosandbox.commands.console import EXIT_DONE, EXIT_UNAVAILABLE
 from robosandbox.commands.live import LiveView
 from robosandbox.commands.shell.completion import endings, verbs_for
-from robosandbox.commands.shell.history import history_file, open_history
+from robosandbox.commands.shell.history import open_history
 from robosandbox.commands.shell.shell import Shell
 from robosandbox.commands.shell.showing import object_names
 from robosandbox.commands.shell.slash import COMMANDS
@@ -32,12 +32,12 @@ class Terminal:
     def __init__(self, shell: Shell) -> None:
         self._shell = shell
         self._live = LiveView()
-        shell.workcell.agent.listeners.append(self._live)
+        self._live.watch(shell.workcell.agent)
         if shell.link is not None:
             shell.link.tell = self._tell
         self._session: PromptSession[str] = PromptSession(
             "> ",
-            history=open_history(history_file(os.environ)),
+            history=open_history(state_file("history")),
             completer=_Completer(shell),
             complete_while_typing=False,
             bottom_toolbar=self._status,

@@ -10,12 +10,15 @@ from robosandbox.agent.goal import GoalContext
 from robosandbox.errors import CancelledError, GoalTimeoutError
 from robosandbox.evidence import TimeoutEvidence
 from robosandbox.protocols import Skill
-from robosandbox.service.messages import SkillInfo
+from robosandbox.service.messages import Simulate, SkillInfo, Trial
 from robosandbox.skills.catalogue import load_skills
-from robosandbox.types import ObservedScene, SkillResult
+from robosandbox.types import ObservedScene, Plan, SkillResult
 
 if TYPE_CHECKING:
     from robosandbox.service.client.robot import RemoteRobot
+
+# Seconds until a trial on the sim's twin counts as lost. Chosen: forty calls of a few seconds each on a slow machine.
+_SIMULATE_SECONDS = 120.0
 
 
 class RemoteContext(GoalContext):
@@ -33,6 +36,14 @@ class RemoteContext(GoalContext):
         seen = self._robot.look()
         self._boot_id = seen.boot_id
         return seen.scene
+
+    def simulate(self, plan: Plan) -> dict[str, Any]:
+        """Return what would come of a plan on the sim's twin.
+
+        Raises:
+            SkillError: The sim is busy, or refuses.
+        """
+        return self._robot.ask("simulate", Simulate(steps=plan.steps), Trial, _SIMULATE_SECONDS).result
 
     def _allow(self, timeout: float | None) -> None:
         self._timeout = self._left = timeout

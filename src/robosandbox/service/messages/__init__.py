@@ -18,6 +18,7 @@ from robosandbox.service.messages.answers import (
     Saved,
     SkillInfo,
     State,
+    Trial,
     TrueState,
 )
 from robosandbox.service.messages.message import (
@@ -48,6 +49,7 @@ from robosandbox.service.messages.requests import (
     Load,
     Reset,
     SendGoal,
+    Simulate,
 )
 
 __all__ = [
@@ -84,8 +86,10 @@ __all__ = [
     "RobotId",
     "Saved",
     "SendGoal",
+    "Simulate",
     "SkillInfo",
     "State",
+    "Trial",
     "TrueState",
     "decode",
     "key",

@@ -139,8 +139,8 @@ class Goal(Message):
         boot_id: The sim process that took it.
         skill: Its name.
         status: How far it is.
-        began: Simulated seconds at its start.
-        ended: Simulated seconds at its end.
+        began: Trial seconds at its start.
+        ended: Trial seconds at its end.
         result: After it succeeded.
         error: After it failed or was cancelled.
     """
@@ -175,8 +175,8 @@ class Feedback(Message):
         skill: Its name.
         phase: What it does now.
         number: Of the phase, from 1.
-        time: Simulated seconds.
-        elapsed: Simulated seconds since the goal began.
+        time: Trial seconds.
+        elapsed: Trial seconds since the goal began.
     """
 
     goal_id: GoalId
@@ -258,11 +258,22 @@ class Saved(Message):
 
     Attributes:
         checkpoint: Its name, for `reset`.
-        time: Simulated seconds of it.
+        time: Trial seconds of it.
     """
 
     checkpoint: str
     time: Finite
+
+
+class Trial(Message):
+    """The answer to `simulate`.
+
+    Attributes:
+        result: What came of the calls: `ok`, `would_work`, `would_fail` with its `error`, `would_touch`, `changes`, `seconds`; or the
+            `problems` for which they are not begun at all.
+    """
+
+    result: dict[str, Any]
 
 
 class Picture(Message):
@@ -272,7 +283,7 @@ class Picture(Message):
         camera: Its name.
         boot_id: The sim process.
         stamp: Unix seconds when the state was taken.
-        time: Simulated seconds of it.
+        time: Trial seconds of it.
         intrinsics: The camera's pinhole.
         format: `jpeg`, `png` or `raw`: rows of RGB bytes; depth as 16-bit millimetres in a PNG, or raw float32 metres.
         pose_camera_in_world: x right, y down, z into the scene.

@@ -7,6 +7,8 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from robosandbox.service.messages.message import MAX_MESSAGE_BYTES, Count, FromClient, GoalId
+from robosandbox.types import SkillCall
+from robosandbox.world.verifier import MAX_STEPS
 
 
 class Ask(FromClient):
@@ -91,3 +93,13 @@ class Clock(FromClient):
     pace: Literal["realtime", "fast"] | None = None
     cancel: bool = False
     client_id: GoalId | None = None
+
+
+class Simulate(FromClient):
+    """Try skill calls out on the twin, a simulation of what the sim believes; the world itself is left alone.
+
+    Attributes:
+        steps: The calls in order.
+    """
+
+    steps: Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS)]

@@ -26,6 +26,7 @@ from robosandbox.service.server.publishing import CameraStreams, GoalNews, Objec
 from robosandbox.service.server.requests import Request, serve
 from robosandbox.service.server.snapshots import Readings, info_of
 from robosandbox.service.server.studio import Studio
+from robosandbox.service.server.trial import on_simulate
 from robosandbox.service.server.worker import Pace, Worker
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.versions import versions
@@ -189,6 +190,7 @@ class SimServer:
             "load": self._on_load,
             "clock": self._on_clock,
             "checkpoint": self._reading(self._save_checkpoint),
+            "simulate": lambda request: on_simulate(request, self._served, self._changes),
         }
         for suffix, handle in handlers.items():
             self._declared.append(serve(self._session, self._key(suffix), handle))

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from robosandbox.tasks.checks import OfObject
+from robosandbox.shapes import shapes
+from robosandbox.tasks.judge.checks import OfObject
+from robosandbox.tasks.judge.finding import Finding
 from robosandbox.types import Truth
-from robosandbox.world.relations import Relation
 
 # Beyond this angle between its axis and the vertical a thing has tipped over, degrees; chosen well past where anything here still stands by itself.
 _TIPPED_DEG = 30.0
@@ -18,10 +19,12 @@ class Upright(OfObject):
 
     kind: Literal["upright"]
 
-    def evaluate(self, start: Truth, now: Truth) -> Relation:
+    def evaluate(self, start: Truth, now: Truth) -> Finding:
         """Measure the angle between its axis and the vertical."""
         del start
-        item = now.objects[self.object].detected()
+        item = now.objects[self.object]
         cosine = float(item.pose.rotation[2, 2])
-        angle = math.degrees(math.acos(max(-1.0, min(1.0, cosine if item.shape.holds_things else abs(cosine)))))
-        return Relation(angle < _TIPPED_DEG, {"tilt_deg": angle})
+        angle = math.degrees(
+            math.acos(max(-1.0, min(1.0, cosine if shapes()[item.kind].holds_things else abs(cosine))))
+        )
+        return Finding(angle < _TIPPED_DEG, {"tilt_deg": angle})

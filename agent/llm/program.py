@@ -1,0 +1,143 @@
+"""A short program of a model over the skills, run by an interpreter that can do nothing else.
+
+The interpreter is Monty (`pydantic-monty`): Python in a process of its own that has no files, network, clock or modules of the
+host, and bounds on time, memory and recursion. It pauses at each call that leaves the program; its state is kept as bytes until
+the robot has carried the call out, so that no process waits meanwhile and none is left behind. RestrictedPython, the other
+candidate, compiles to code of this process and bounds neither time nor memory.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import pydantic_monty as monty
+
+from robosandbox.types import SkillCall
+
+# Seconds between two calls that leave the program. Chosen: a loop over a table of things takes a thousandth of it.
+_SECONDS = 0.5
+_GRACE = 2.0  # Seconds after which the process is ended from outside. Chosen: four times what it is told.
+_MEMORY = 32_000_000  # Bytes. Chosen: a scene of a hundred things takes a hundredth of it.
+_RECURSION = 100  # Depth of calls. Chosen: no plan nests deeper.
+_MOST_READS = 200  # Looks at the scene in one program. Chosen: five for each call that a prompt may have.
+_MOST_PRINTED = 2_000  # Characters that are kept of what it prints. Chosen: a page.
+_MOST_SAID = 800  # Characters of an error that a model is told. Chosen: its line and message.
+
+_LIMITS: monty.ResourceLimits = {
+    "max_feed_duration_secs": _SECONDS,
+    "max_turn_duration_secs": _SECONDS,
+    "max_memory": _MEMORY,
+    "max_recursion_depth": _RECURSION,
+}
+# The same program comes to the same calls whenever it is run.
+_POLICY: monty.OSPolicy = {"sleep": "zero", "random_start": {"seed": 0}, "datetime": "call_host"}
+_PLAIN = (str, int, float, bool)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Ended:
+    """A program is over.
+
+    Attributes:
+        value: Of its last expression, where that is a plain one.
+        error: Why it broke off; "" where it ran to its end.
+    """
+
+    value: Any = None
+    error: str = ""
+
+
+class Program:
+    """A program that goes on call by call.
+
+    Args:
+        code: The text, in Python.
+        skills: Names of the arguments of each skill, by the skill's name.
+        reads: What the program may ask without anything moving, by name; each takes plain values and returns JSON data.
+
+    Attributes:
+        printed: The beginning of what it printed.
+    """
+
+    def __init__(self, code: str, skills: Mapping[str, Sequence[str]], reads: Mapping[str, Callable[..., Any]]) -> None:
+        self.printed = ""
+        self._code = code
+        self._skills = skills
+        self._reads = reads
+        self._left = _MOST_READS
+        self._state = b""
+
+    def begin(self) -> SkillCall | Ended:
+        """Run to the first call of a skill, or to the end."""
+        return self._drive(lambda session: session.feed_start(self._code, print_callback=self._print))
+
+    def go_on(self, answer: Any) -> SkillCall | Ended:
+        """Run on from the last call, which comes to `answer`, to the next one or to the end."""
+
+        def start(session: monty.MontySession) -> Any:
+            paused = session.load_snapshot(self._state, print_callback=self._print)
+            assert isinstance(paused, monty.FunctionSnapshot)
+            return paused.resume({"return_value": answer})
+
+        return self._drive(start)
+
+    def _drive(self, start: Callable[[monty.MontySession], Any]) -> SkillCall | Ended:
+        try:
+            with (
+                monty.Monty(min_processes=0, max_processes=1, request_timeout=_GRACE) as pool,
+                pool.checkout(script_name="program.py", limits=_LIMITS, os_policy=_POLICY) as session,
+            ):
+                at = start(session)
+                while not isinstance(at, monty.MontyComplete):
+                    if isinstance(at, monty.NameLookupSnapshot):
+                        at = at.resume()
+                    elif isinstance(at, monty.FunctionSnapshot):
+                        call = self._call(at)
+                        if isinstance(call, SkillCall):
+                            self._state = at.dump()
+                            return call
+                        at = at.resume(call)
+                    else:
+                        return Ended(error="a program cannot wait for several things at once; call one after another")
+                return Ended(value=at.output if type(at.output) in (*_PLAIN, list, dict) else None)
+        except monty.MontyError as error:
+            return Ended(error=_told(error))
+
+    def _call(self, at: monty.FunctionSnapshot) -> SkillCall | monty.ExternalResult:
+        """Return the skill's call at which a program has paused, or what else it called comes to."""
+        name = at.function_name
+        if at.is_os_function or at.object_id is not None or name not in {*self._skills, *self._reads}:
+            offered = ", ".join([*self._skills, *self._reads])
+            return {"exception": NameError(f"there is no {name[:60]!r} in a program; there is {offered}")}
+        try:
+            if name in self._skills:
+                return _skill_call(name, self._skills[name], at.args, at.kwargs)
+            self._left -= 1
+            if self._left < 0:
+                return {"exception": RuntimeError(f"a program may look at most {_MOST_READS} times")}
+            return {"return_value": self._reads[name](*at.args, **at.kwargs)}
+        except (TypeError, ValueError) as error:
+            return {"exception": type(error)(str(error))}
+
+    def _print(self, stream: str, text: str) -> None:
+        del stream
+        self.printed = (self.printed + text)[:_MOST_PRINTED]
+
+
+def _skill_call(name: str, takes: Sequence[str], args: Sequence[Any], kwargs: Mapping[str, Any]) -> SkillCall:
+    """Return a call with its arguments by name; raises TypeError where they are none that a skill could take."""
+    if len(args) > len(takes) or set(takes[: len(args)]) & kwargs.keys():
+        raise TypeError(f"{name} takes {', '.join(takes) or 'nothing'}")
+    arguments = dict(zip(takes, args, strict=False)) | dict(kwargs)
+    strange = next((key for key, value in arguments.items() if type(value) not in _PLAIN), None)
+    if strange is not None:
+        raise TypeError(f"{name}: {strange} is a {type(arguments[strange]).__name__}; give a text or a number")
+    return SkillCall(skill=name, arguments=arguments)
+
+
+def _told(error: monty.MontyError) -> str:
+    """Return what broke a program off, with the line."""
+    shown = error.display() if isinstance(error, monty.MontyRuntimeError | monty.MontySyntaxError) else str(error)
+    return shown[-_MOST_SAID:] if shown else type(error).__name__

@@ -1,0 +1,220 @@
+"""A push that feels: as fast as what is felt allows, giving way upwards, stopped where the thing resists too much.
+
+A stiff hand that pushes a thing jams: friction at the fingers presses the thing down, which adds to its friction on the table,
+which adds to the force of the fingers; where the two coefficients multiply to 1 there is no end to it (measured before this
+was written: 300 N on a cube of 1 kg that slides under 10 N). So the hand comes slowly, follows its path by integral action, which
+holds the height that a loaded arm would lose, and rises where it feels that it presses down.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from robosandbox.errors import LimitError, Phase
+from robosandbox.evidence import LimitEvidence
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.types import MAX_FORCE_N, Array, Trajectory
+
+# m/s, each at the force that a robot may press with by default and in proportion below it. A servo trails its target by its
+# damping over its stiffness, and presses with what it trails by where it is stopped at once: 1.8 N for each mm/s on the
+# bundled arm, as measured.
+_FREE_SPEED = 0.02  # Before the thing; chosen so that a thing nearer than seen is met with 36 N.
+_TOUCH_SPEED = (
+    0.006  # Where it is to be met; chosen so that 11 N come of it, and no more than half the limit with an impact.
+)
+_PUSH_SPEED = 0.03  # At most; chosen so that 54 N come of it where the thing meets a wall.
+# Metres before the thing from which the hand goes slowly; chosen as twice perception's error (p95, docs/measured.md).
+_NEAR = 0.005
+# m/s^2 with which it goes faster again; chosen so that full speed takes half a second (halved, pushes of 3 kg press up
+# to 10 % less and take 20 % longer).
+_ACCELERATION = 0.03
+# Share of the limit over which the hand goes as slowly as it does at all, and the share of its speed that this is; chosen: at
+# less it stands still before what slides under the whole limit.
+_SLOW_FROM, _SLOWEST = 0.5, 0.25
+# Share of the limit at which the hand gives way, going by how the force grew in the last tick: what comes after is the arm
+# running on (up to 20 % of the limit, as measured at these speeds).
+_YIELD = 0.85
+# Metres by which it gives way; chosen so that a servo of 18 N/mm, as the bundled arm's are, lets go.
+_STEP_BACK = 0.0005
+# How often in a row it yields within `_STUCK` metres until the thing counts as resisting; chosen.
+_TRIES, _STUCK = 8, 0.002
+# m/s of the hand upwards for each newton that it presses down beyond `_LIGHT` newtons; chosen so that 30 N are relieved
+# at the speed of the push (at a third of it, things of 3 kg jam; at three times, they are lifted).
+_GIVE, _LIGHT = 0.001, 2.0
+# Seconds for each metre of the way until it is given up; chosen as that of the slowest push, twice.
+_SECONDS_PER_METRE = 300.0
+# m/s and metres by which the hand comes off what it pushed, and control ticks in which it has to feel nothing; chosen so
+# that integral action, which halves what is left in 8 ticks, has forgotten the load.
+_OFF_SPEED, _OFF, _FREE_TICKS = 0.03, 0.003, 12
+# Seconds that coming off may take; chosen as thirty times what it takes without a load.
+_OFF_SECONDS = 3.0
+# Damping of the inverse of a Jacobian, dimensionless beside rows of metres and radians; chosen for arms near a singularity.
+_DAMPING = 1e-4
+
+
+@dataclass(frozen=True, slots=True)
+class Pressed:
+    """What a push came to.
+
+    Attributes:
+        force: The most that the hand pressed with, N; None where the driver does not tell.
+        arrived: Whether it came to the end of its way; where not, the thing resisted.
+    """
+
+    force: float | None
+    arrived: bool
+
+
+def press_along(arm: Manipulator, way: Trajectory, target: str, *, most: float, before: float) -> Pressed:
+    """Push a thing along a straight way and come off it; without a force sensor, follow the way to its end.
+
+    Args:
+        arm: Its hand is where the way begins.
+        way: Of the TCP, straight.
+        target: What is pushed.
+        most: With how many newtons at most.
+        before: How far along the way the thing is met, metres.
+
+    Raises:
+        LimitError: The robot pressed too hard on something else.
+    """
+    if not arm.sim.capabilities.wrist_wrench:
+        arm.follow(way, Phase.PUSH, yielding=True)
+        return Pressed(force=None, arrived=True)
+    arm.ctx.enter(Phase.PUSH)
+    arm.ctx.announce(way)
+    push = _Push(arm, _Way.of(arm, way), target, most)
+    arrived = push.go(before)
+    push.come_off()
+    return Pressed(force=push.force, arrived=arrived)
+
+
+@dataclass(frozen=True, slots=True)
+class _Way:
+    """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each."""
+
+    start: Array
+    axis: Array
+    along: Array
+    q: Array
+    up: Array
+
+    @classmethod
+    def of(cls, arm: Manipulator, way: Trajectory) -> _Way:
+        kinematics = arm.planning.kinematics()
+        points, up = [], []
+        for row in way.q:
+            point, _ = kinematics.forward(row)
+            points.append(point.copy())
+            jacobian = kinematics.jacobian(point)
+            inverse = jacobian.T @ np.linalg.inv(jacobian @ jacobian.T + _DAMPING * np.eye(6))
+            up.append(inverse[:, 2])
+        places = np.array(points)
+        axis = (places[-1] - places[0]) / np.linalg.norm(places[-1] - places[0])
+        along = np.maximum.accumulate((places - places[0]) @ axis)
+        return cls(start=places[0], axis=axis, along=along, q=way.q, up=np.array(up))
+
+    @property
+    def length(self) -> float:
+        return float(self.along[-1])
+
+    def at(self, place: float, lift: float) -> Array:
+        """Return the configuration (n,) at a place along the way, raised by `lift` metres."""
+        columns = [np.interp(place, self.along, column) for column in (*self.q.T, *self.up.T)]
+        n = self.q.shape[1]
+        return np.array(columns[:n]) + lift * np.array(columns[n:])
+
+    def place(self, point: Array) -> float:
+        """Return how far along the way a point (3,) of the world is, metres."""
+        return float((point - self.start) @ self.axis)
+
+
+@dataclass(slots=True)
+class _Push:
+    """The hand on its way.
+
+    Attributes:
+        force: The most that it has felt, N.
+    """
+
+    arm: Manipulator
+    way: _Way
+    target: str
+    most: float
+    force: float = 0.0
+    _felt: float = 0.0
+    _place: float = 0.0
+    _lift: float = 0.0
+    _speed: float = 0.0
+    _stopped: bool = False
+    _yields: list[float] = field(default_factory=list)
+
+    def go(self, before: float) -> bool:
+        """Go to the end of the way, `before` metres of it freely; return False where the thing resists."""
+        sim, share = self.arm.sim, min(1.0, self.most / MAX_FORCE_N)
+        deadline = sim.time + _SECONDS_PER_METRE * self.way.length / share
+        touched = False
+        while self._place < self.way.length:
+            grown = self._feel()
+            touched = touched or self._felt > 0.0
+            if self._stopped or self._felt + grown > _YIELD * self.most:
+                if self._is_stuck():
+                    return False
+                self._place, self._speed = min(self._place, self._here() - _STEP_BACK), 0.0
+            elif sim.time > deadline:
+                return False
+            elif touched:
+                slowed = max(_SLOWEST, 1.0 - self._felt / (_SLOW_FROM * self.most))
+                self._speed = min(self._speed + _ACCELERATION * sim.control_timestep, slowed * share * _PUSH_SPEED)
+            else:
+                near = self._place > before - _NEAR
+                self._speed = share * (_TOUCH_SPEED if near else _FREE_SPEED)
+            self._advance(self._speed)
+        return True
+
+    def come_off(self) -> None:
+        """Go back until nothing is felt and the servos no longer press."""
+        sim = self.arm.sim
+        deadline, free = sim.time + _OFF_SECONDS, 0
+        while free < _FREE_TICKS and sim.time < deadline:
+            self._feel()
+            free = free + 1 if self._felt <= 0.0 else 0
+            if free == 1:
+                self._place -= _OFF
+            elif free == 0:
+                self._place = min(self._place, self._here())
+            self._advance(0.0 if free else -_OFF_SPEED)
+
+    def _feel(self) -> float:
+        """Read the force, and give way upwards to a press down; return by how much it grew, N."""
+        force = self.arm.sim.force_on(self.target)
+        before, self._felt = self._felt, float(np.linalg.norm(force))
+        self.force = max(self.force, self._felt)
+        up = float(force[2])
+        beyond = np.sign(up) * max(0.0, abs(up) - _LIGHT)
+        self._lift = max(0.0, self._lift - _GIVE * beyond * self.arm.sim.control_timestep)
+        return max(0.0, self._felt - before)
+
+    def _advance(self, speed: float) -> None:
+        sim = self.arm.sim
+        self._place = float(np.clip(self._place + speed * sim.control_timestep, 0.0, self.way.length))
+        self._stopped = False
+        try:
+            sim.trim(self.way.at(self._place, self._lift))
+        except LimitError as error:
+            evidence = error.evidence
+            if not isinstance(evidence, LimitEvidence) or evidence.touching not in ((self.target,), ("something",)):
+                raise
+            # The limit itself has stopped the arm where this was to give way before it.
+            self._stopped = True
+
+    def _here(self) -> float:
+        return self.way.place(self.arm.sim.state().tcp_pose.position)
+
+    def _is_stuck(self) -> bool:
+        """Tell whether the hand yields for the last of several times at one place."""
+        self._yields.append(self._here())
+        last = self._yields[-_TRIES:]
+        return len(last) == _TRIES and max(last) - min(last) < _STUCK

@@ -1,0 +1,89 @@
+"""Whether something lies inside a container: walls all around it, a floor under it, and below the rim."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+
+from robosandbox.errors import InputError
+from robosandbox.tasks.judge.bodies import Form, in_frame_of, own_form, single_beads
+from robosandbox.tasks.judge.finding import Finding
+from robosandbox.tasks.judge.polygons import depth, surrounded
+from robosandbox.types import Array, Convex, ObjectTruth
+
+# Metres that a thing may sink into a floor, or a wall's foot stand out of it; chosen far above the 0.2 mm that contacts
+# yield by and below the height of any wall here.
+_GIVE = 0.005
+
+
+class Vessel:
+    """A container whose inside is asked about again and again; of a drawer its sliding box.
+
+    Args:
+        item: The container.
+    """
+
+    def __init__(self, item: ObjectTruth) -> None:
+        self._item = item
+        if not item.solids:
+            # Says so.
+            own_form(item)
+        self._form = own_form(item, max(one.part for one in item.solids))
+
+    def holds(self, item: ObjectTruth) -> Finding:
+        """Tell whether an object is inside: its middle between the walls, its lowest point below the rim and above the floor."""
+        return self._holds(in_frame_of(item, self._item))
+
+    def beads(self, item: ObjectTruth) -> list[int]:
+        """Return the numbers of the beads that are inside."""
+        return [k for k, bead in enumerate(single_beads(item)) if self._holds(self._own(bead)).holds]
+
+    @cached_property
+    def _tops(self) -> list[tuple[Array, float, float]]:
+        """Each piece's outline seen along the axis, and its lowest and highest point along it, metres."""
+        return [
+            (seen, float(one.points[:, 2].min()) - one.radius, float(one.points[:, 2].max()) + one.radius)
+            for one, seen in zip(self._form.pieces, self._form.outlines, strict=True)
+        ]
+
+    def _own(self, bead: Convex) -> Form:
+        rotation, origin = self._item.pose.rotation, self._item.pose.position
+        return Form((Convex(points=(bead.points - origin) @ rotation, radius=bead.radius),), self._item.id)
+
+    def _holds(self, thing: Form) -> Finding:
+        point, low = thing.middle[:2], thing.low
+        below_rim = self._form.high - low
+        detail = {"margin_mm": 1e3 * depth(self._form.outline, point), "below_rim_mm": 1e3 * below_rim}
+        if detail["margin_mm"] <= 0.0:
+            return Finding(False, detail)
+        over = [high for seen, _, high in self._tops if depth(seen, point) > 0.0]
+        walls = [seen for seen, _, high in self._tops if high > low and depth(seen, point) <= 0.0]
+        floored = any(high < low + _GIVE for high in over) and not any(high >= low + _GIVE for high in over)
+        return Finding(floored and surrounded(point, walls), detail)
+
+
+def vessel(item: ObjectTruth, holders: frozenset[str]) -> Vessel:
+    """Return a container as one.
+
+    Args:
+        item: The container.
+        holders: The kinds that things can be put into.
+
+    Raises:
+        InputError: Nothing can be put into it, or the world does not tell what it is made of.
+    """
+    if item.kind not in holders:
+        raise InputError(f"success.target: {item.id!r} is a {item.kind}; only {', '.join(sorted(holders))} hold things")
+    return Vessel(item)
+
+
+def contents(objects: list[ObjectTruth], container: Vessel) -> list[tuple[str, int]]:
+    """Return the ids of what lies in a container, each with the number of its bead; 0 for what is no beads."""
+    found: list[tuple[str, int]] = []
+    for item in objects:
+        if item.grains:
+            found += [(item.id, k) for k in container.beads(item)]
+        elif np.all(np.isfinite(item.pose.position)) and container.holds(item).holds:
+            found.append((item.id, 0))
+    return found

@@ -1,0 +1,180 @@
+"""How hard the robot presses: the limits in the control loop, pushes that feel, what is said of them, the bench's columns."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+import pytest
+
+from robosandbox.agent.force import ForceGuard
+from robosandbox.drivers import Capabilities
+from robosandbox.errors import LimitError, PushError
+from robosandbox.evidence import PushEvidence
+from robosandbox.perception.sensed import SensedSim
+from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.tasks.embedded import EmbeddedWorkcell
+from robosandbox.tasks.loader import find_task
+from robosandbox.tasks.session import open_session
+from robosandbox.types import Limits, Pose, Scene, SceneObject, SkillCall, Trajectory, force_limits
+
+# m/s at which a hand that meets the table presses and does not knock.
+SLOW = 0.005
+
+
+def raw_force(sim: MuJoCoBackend, thing: str) -> float:
+    """Return the force of the robot on a thing, N, from MuJoCo's contacts alone."""
+    model, data, robot = sim.model, sim._live, sim.robot.bodies
+    total, local = np.zeros(3), np.zeros(6)
+    for k in range(data.ncon):
+        first, second = (int(model.geom_bodyid[geom]) for geom in data.contact.geom[k])
+        if (first in robot) == (second in robot):
+            continue
+        other = second if first in robot else first
+        if sim.world.owners.get(other, sim.body_names[other]) == thing:
+            mujoco.mj_contactForce(model, data, k, local)
+            world = data.contact.frame[k].reshape(3, 3).T @ local[:3]
+            total += world if first in robot else -world
+    return float(np.linalg.norm(total))
+
+
+class Peak:
+    """The most that the robot presses a thing with while it is watched, N."""
+
+    def __init__(self, sim: MuJoCoBackend, thing: str) -> None:
+        self.force = 0.0
+        self._sim, self._thing = sim, thing
+        self.end = sim.subscribe(self._look)
+
+    def _look(self) -> None:
+        self.force = max(self.force, raw_force(self._sim, self._thing))
+
+
+def scene(mass: float, *, beside: tuple[SceneObject, ...] = ()) -> Scene:
+    """Return a scene with a cube of 40 mm and this mass, kg."""
+    cube = SceneObject(id="cube", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.0, 0.061)), mass=mass)
+    return Scene(objects=(cube, *beside))
+
+
+def way_down(session: EmbeddedWorkcell, above: float, depth: float) -> Trajectory:
+    """Return a way of the closed hand straight down, from `above` to `depth` metres inside the table with its tips."""
+    sim, ctx = session.sim, session.ctx
+    seen = ctx.look()
+    start, gripper = sim.state().tcp_pose, sim.spec.gripper
+    assert gripper is not None
+    surface = seen.table_height + gripper.geometry.tip_depth
+    kinematics, q, rows = ctx.planning(seen).kinematics(), sim.state().q, []
+    for height in np.linspace(start.xyz[2], surface + above, 30):
+        q = kinematics.descend(np.array([*start.xyz[:2], height]), start.rotation, q).q
+    for height in np.linspace(surface + above, surface - depth, 20):
+        q = kinematics.descend(np.array([*start.xyz[:2], height]), start.rotation, q).q
+        rows.append(q)
+    return Trajectory(q=np.array(rows), dt=(above + depth) / SLOW / len(rows))
+
+
+@pytest.fixture(scope="module")
+def worlds() -> Iterator[EmbeddedWorkcell]:
+    with open_session(Scene(objects=()), what_if=False) as session:
+        yield session
+
+
+@pytest.fixture
+def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
+    """Return a robot whose closed hand is a millimetre above the table, and the way on into it."""
+    worlds.reset()
+    worlds.sim.set_gripper(1.0)
+    way = way_down(worlds, 0.001, 0.01)
+    worlds.sim.reset(q=way.q[0])
+    worlds.ctx.permit(SkillCall(skill="home", arguments={}))
+    return worlds, way
+
+
+@pytest.mark.parametrize(("meant", "limit"), [(frozenset[str](), 40.0), (frozenset({"table"}), 60.0)])
+def test_the_arm_stops_before_it_presses_harder_than_allowed(
+    lowered: tuple[EmbeddedWorkcell, Trajectory], meant: frozenset[str], limit: float
+) -> None:
+    session, way = lowered
+    session.ctx.permit(SkillCall(skill="tap", arguments={"object": next(iter(meant), "nothing")}))
+    peak = Peak(session.sim, "table")
+    with pytest.raises(LimitError, match=f"the robot presses on table .* allows {limit:g}") as caught:
+        session.sim.follow(way)
+    session.sim.wait(0.3)
+    peak.end()
+    assert 0.5 * limit < peak.force < 1.1 * limit
+    assert caught.value.evidence is not None and caught.value.evidence.met() == ("table",)
+
+
+def test_the_hand_may_leave_what_it_pressed_on_and_is_stopped_there_again(
+    lowered: tuple[EmbeddedWorkcell, Trajectory],
+) -> None:
+    session, way = lowered
+    peak = Peak(session.sim, "table")
+    for _ in range(2):
+        with pytest.raises(LimitError):
+            session.sim.follow(way)
+        session.sim.follow(Trajectory(q=np.array([session.sim.state().q, way.q[0]]), dt=0.3))
+    peak.end()
+    assert peak.force < 1.1 * 40.0
+
+
+def test_limits_add_up_to_the_least() -> None:
+    assert force_limits(None, None) == (60.0, 40.0)
+    assert force_limits(Limits(max_force_n=20.0), Limits(max_force_n=50.0)) == (20.0, 20.0)
+    assert force_limits(Limits(max_unintended_force_n=90.0)) == (60.0, 60.0)
+
+
+def push(session: EmbeddedWorkcell, direction: str) -> None:
+    session.agent.perform(
+        SkillCall(skill="push", arguments={"object": "cube", "direction": direction, "distance": 0.06})
+    )
+
+
+@pytest.mark.parametrize("direction", ["forward", "left"])
+def test_a_heavy_thing_that_slides_is_pushed_within_the_limit(direction: str) -> None:
+    with open_session(scene(1.0), what_if=False) as session:
+        peak = Peak(session.sim, "cube")
+        push(session, direction)
+        assert 9.0 < peak.force < 60.0
+
+
+def test_what_does_not_slide_is_left_with_the_force_as_evidence() -> None:
+    wall = SceneObject(id="wall", kind="box", size=(0.03, 0.08, 0.01), pose=Pose(xyz=(0.22, 0.0, 0.051)), mass=200.0)
+    with open_session(scene(0.1, beside=(wall,)), what_if=False) as session:
+        peak = Peak(session.sim, "cube")
+        with pytest.raises(
+            PushError, match=r"it resists .* N, and limits.max_force_n allows 60; wall is in its way"
+        ) as caught:
+            push(session, "forward")
+        evidence = caught.value.evidence
+        assert isinstance(evidence, PushEvidence) and evidence.reason == "resisted" and evidence.blocking == ("wall",)
+        assert evidence.force is not None and 0.7 * 60.0 < evidence.force <= peak.force + 0.01
+        assert peak.force < 1.1 * 60.0
+        session.agent.perform(SkillCall(skill="home", arguments={}))
+
+
+def test_a_robots_own_limit_is_kept_in_a_push() -> None:
+    task = find_task("push_left").model_copy(update={"limits": Limits(max_force_n=20.0), "scene": scene(3.0)})
+    with open_session(task, what_if=False) as session:
+        peak = Peak(session.sim, "cube")
+        with pytest.raises(PushError, match=r"limits\.max_force_n allows 20"):
+            push(session, "left")
+        assert 5.0 < peak.force < 1.1 * 20.0
+
+
+class WristOnly(SensedSim):
+    """A world whose robot feels at its wrist alone."""
+
+    @property
+    def capabilities(self) -> Capabilities:
+        return replace(super().capabilities, contact=None)
+
+
+def test_a_wrench_at_the_wrist_keeps_the_limit_on_what_is_to_be_moved() -> None:
+    with open_session("pick_cube_franka", what_if=False) as session:
+        # The cube weighs 0.49 N.
+        light, heavy = (ForceGuard(WristOnly(session.sim), limit, 0.1) for limit in (0.6, 0.4))
+        assert light() is None and heavy() is None
+        session.agent.perform(SkillCall(skill="pick", arguments={"object": "red_cube"}))
+        assert [light() for _ in range(3)] == [None] * 3
+        told = [heavy() for _ in range(4)]
+        assert [isinstance(error, LimitError) for error in told] == [False, True, False, False]
