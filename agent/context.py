@@ -27,6 +27,7 @@ _SHAPED_BY_SIDECAR = frozenset(
         ErrorCode.GRASP,
         ErrorCode.PUSH,
         ErrorCode.TAP,
+        ErrorCode.LIMIT,
     }
 )
 
