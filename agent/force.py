@@ -61,16 +61,19 @@ class ForceGuard:
 
         It is returned once, so that what cleans up may move; again where it grows all the same, or after it was over.
         """
-        before = self._before
-        now = {name: math.hypot(*force.tolist()) for name, force in self._forces().items()}
-        self._before = now
-        if not now:
-            self._told, self._over = set(), {}
+        forces = self._forces()
+        if not forces:
+            if self._before:
+                self._before, self._told, self._over = {}, set(), {}
             return None
-        self._told = {name for name in self._told if now.get(name, 0.0) > _OVER * self._limit(name)}
+        before, now = self._before, {name: math.hypot(*force.tolist()) for name, force in forces.items()}
+        self._before = now
+        if self._told:
+            self._told = {name for name in self._told if now.get(name, 0.0) > _OVER * self._limit(name)}
         over = {}
         for name, force in now.items():
-            growth = max(0.0, force - before[name]) if name in before else 0.0
+            # What was not touched a tick ago did not grow: how fast it grows is not known yet.
+            growth = max(0.0, force - before.get(name, force))
             limit, coming = self._limit(name), force + _TICKS * growth
             most = limit if name not in self._told else _RUNNING_ON * limit if growth > 0.0 else math.inf
             if coming > most:

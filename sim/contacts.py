@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Touch, frozen_array
-
-_NORMAL_AND_TANGENTS = np.arange(3)
+from robosandbox.types import Touch
 
 
 class Contacts:
@@ -108,60 +105,6 @@ class Contacts:
                 mujoco.mj_contactForce(model, data, index, force)
                 found.append((float(force[0]), first, second))
         return found
-
-    def forces(self) -> dict[str, Array]:
-        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
-
-        A thing is an object by its id, its parts included, or a body that belongs to none, by its name.
-        """
-        world = self._world
-        total: dict[str, Array] = {}
-        # What presses on a link loads the joints before it; asked at every tick, and mostly nothing does.
-        if not np.count_nonzero(self._data.qfrc_constraint[world.robot.dof_indices]):
-            return total
-        found = self._with_robot()
-        names = [world.owners.get(outer, world.names[outer]) for _, _, outer in found]
-        pressed = self._pressed(found)
-        if len(set(names)) == 1:
-            return {names[0]: frozen_array(pressed.sum(axis=0))}
-        for name, force in zip(names, pressed, strict=True):
-            total[name] = total[name] + force if name in total else force
-        return {name: frozen_array(force) for name, force in total.items()}
-
-    def force_on(self, name: str | None) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, or all objects, N in the world, shape (3,)."""
-        found = [each for each in self._with_robot() if self._is(each[2], name)]
-        total: Array = self._pressed(found).sum(axis=0)
-        return total
-
-    def _pressed(self, found: Sequence[tuple[int, int, int]]) -> Array:
-        """Return the force of the robot in each of these contacts, as `_with_robot` lists them, N in the world, (k, 3)."""
-        if not found:
-            return np.zeros((0, 3))
-        contact = self._data.contact
-        indices = np.array([index for index, _, _ in found])
-        # The contact frame's first axis points from its first geom to its second, and so does the force.
-        towards = np.where(self._world.robot_geoms[contact.geom[indices, 0]], 1.0, -1.0)
-        frames = contact.frame[indices].reshape(-1, 3, 3)
-        pressed: Array = towards[:, None] * (self._local(indices)[:, :, None] * frames).sum(axis=1)
-        return pressed
-
-    def _local(self, indices: NDArray[np.intp]) -> Array:
-        """Return the forces of contacts in their own frames, normal first, N, (k, 3)."""
-        model, data = self._world.model, self._data
-        addresses = data.contact.efc_address[indices]
-        if (
-            model.opt.cone == mujoco.mjtCone.mjCONE_ELLIPTIC
-            and addresses.min() >= 0
-            and data.contact.dim[indices].min() >= 3
-        ):
-            # With elliptic cones the solver's rows are these forces; asking for each contact takes five times as long.
-            rows: Array = data.efc_force[addresses[:, None] + _NORMAL_AND_TANGENTS]
-            return rows
-        forces = np.zeros((len(indices), 6))
-        for row, index in zip(forces, indices.tolist(), strict=True):
-            mujoco.mj_contactForce(model, data, index, row)
-        return forces[:, :3]
 
     def _is(self, body: int, name: str | None) -> bool:
         """Tell whether a body is of the named object, or of any where there is no name."""

@@ -91,6 +91,7 @@ class MuJoCoBackend(SensedSimulation):
         self._free_renderers()
         self._world = None
         self._data = None
+        self._pressing = None
 
     def __enter__(self) -> Self:
         return self

@@ -24,7 +24,6 @@ from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen
 
 # MuJoCo's cameras look along -z with y up.
 _OPTICAL = np.diag([1.0, -1.0, -1.0])
-_NOTHING = frozen_array(np.zeros(3))
 
 
 class SensedSimulation(ControlledSimulation):
@@ -49,7 +48,6 @@ class SensedSimulation(ControlledSimulation):
         self._past: deque[tuple[float, Array]] = deque()
         self._specs: dict[str, CameraSpec] | None = None
         self._solids: Solids | None = None
-        self._pressing: tuple[tuple[int, float], Mapping[str, Array]] = ((0, -1.0), {})
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -180,20 +178,6 @@ class SensedSimulation(ControlledSimulation):
     def strongest_contact(self) -> tuple[float, str, str]:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         return Contacts(self._loaded, self._live).strongest()
-
-    def forces(self) -> Mapping[str, Array]:
-        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,)."""
-        # Guards, meters and skills ask for it in one control tick.
-        moment = (self.episode, self._live.time)
-        if moment != self._pressing[0]:
-            self._pressing = (moment, Contacts(self._loaded, self._live).forces())
-        return self._pressing[1]
-
-    def force_on(self, object_id: str | None) -> Array:
-        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
-        if object_id is None:
-            return Contacts(self._loaded, self._live).force_on(None)
-        return self.forces().get(object_id, _NOTHING)
 
     def grip_on(self, object_id: str | None) -> float:
         """Return with how much force each side of the gripper presses on an object, N; None is whatever is there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import mujoco
@@ -14,9 +15,9 @@ from robosandbox.robots.robot import Robot
 from robosandbox.robots.sidecar import Sidecar
 from robosandbox.robots.spec import RobotSpec
 from robosandbox.shapes.mesh_file import mesh_bounds
-from robosandbox.sim.contacts import Contacts
+from robosandbox.sim.pressing import Pressing
 from robosandbox.sim.world import World
-from robosandbox.types import Array, Scene
+from robosandbox.types import Array, Scene, frozen_array
 
 _STATE = mujoco.mjtState.mjSTATE_INTEGRATION
 # Seconds that settling may take: a cube that falls by a centimetre moves for 0.14 s, as measured; a ball may roll on after.
@@ -27,6 +28,7 @@ _SETTLE_CHUNK_SECONDS = 0.02
 _CALM_CHUNKS = 5
 # Speed of rest, m/s or rad/s: twenty times what contacts leave of a cube that stands still, measured at 0.0002 m/s.
 _REST_SPEED = 0.005
+_NOTHING = frozen_array(np.zeros(3))
 
 
 class Simulation:
@@ -58,6 +60,8 @@ class Simulation:
         self._substeps = 1
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
+        self._pressing: Pressing | None = None
+        self._pressed: tuple[tuple[int, float], Mapping[str, Array]] = ((0, -1.0), {})
 
     @property
     def world(self) -> World:
@@ -116,6 +120,24 @@ class Simulation:
         q = self._live.qpos[robot.qpos_indices]
         self._live.ctrl[robot.actuator_ids] = robot.control(np.clip(q, robot.lower, robot.upper))
 
+    def forces(self) -> Mapping[str, Array]:
+        """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,)."""
+        # Guards, meters and skills ask for it in one control tick.
+        moment = (self.episode, self._live.time)
+        if moment != self._pressed[0]:
+            if self._pressing is None:
+                self._pressing = Pressing(self._loaded, self._live)
+            self._pressed = (moment, self._pressing.forces())
+        return self._pressed[1]
+
+    def force_on(self, object_id: str | None) -> Array:
+        """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
+        forces = self.forces()
+        if object_id is not None:
+            return forces.get(object_id, _NOTHING)
+        of_objects = [force for name, force in forces.items() if name in self._loaded.parts]
+        return frozen_array(np.sum(of_objects, axis=0)) if of_objects else _NOTHING
+
     def feel(self, names: Iterable[str]) -> None:
         """Keep for `truth` the most that the robot presses or pulls these objects with, from now on."""
         self._felt = dict.fromkeys(names, 0.0)
@@ -155,6 +177,7 @@ class Simulation:
         self._world = world
         self._spec = None
         self._data = mujoco.MjData(world.model)
+        self._pressing = None
         self._mesh_sizes = {}
         for item in world.scene.objects:
             if item.mesh is not None:
@@ -185,7 +208,7 @@ class Simulation:
         mujoco.mj_step(self._loaded.model, self._live, self._substeps)
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
-            self._felt[name] = max(most, float(np.linalg.norm(Contacts(self._loaded, self._live).force_on(name))))
+            self._felt[name] = max(most, math.hypot(*self.force_on(name).tolist()))
         self._loop.ticked(self.stop, guards)
 
     def _jumped(self) -> None:

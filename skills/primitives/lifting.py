@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
@@ -52,11 +52,12 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
     has, ticks, looks = arm.sim.capabilities, 0, _LOOKS
 
     def heavy() -> Exception | None:
-        return _Heavy() if float(np.linalg.norm(arm.sim.force_on(held.id))) > _HEAVY else None
+        return _Heavy() if math.hypot(*arm.sim.force_on(held.id).tolist()) > _HEAVY else None
 
     def rubs() -> Exception | None:
         nonlocal ticks
-        felt = any(float(np.linalg.norm(force)) > _RUBS for name, force in arm.sim.forces().items() if name != held.id)
+        forces = arm.sim.forces().items()
+        felt = any(name != held.id and math.hypot(*force.tolist()) > _RUBS for name, force in forces)
         ticks += felt
         return _Rubs() if ticks >= _RUBBING else None
 
