@@ -239,7 +239,7 @@ class Agent(Generic[WorldT]):
 
     def _planner_for(self, prompt: str) -> Planner:
         """Return who plans for a prompt: the search over contracts where it lists relations, else the planner."""
-        return GoalPlanner(list(self.skills.values())) if is_goal(prompt) else self.planner
+        return GoalPlanner(list(self.skills.values()), self.ctx.abilities()) if is_goal(prompt) else self.planner
 
     def _refused_if_hopeless(self, answer: Plan | Refusal, scene: ObservedScene) -> Plan | Refusal:
         """Return a refusal in place of a plan with a step that nothing done first can make possible; else the answer itself.

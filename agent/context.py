@@ -15,6 +15,7 @@ from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
 from robosandbox.types import Intent, Limits, ObservedScene, SkillCall, force_limits
+from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
 
 _log = logging.getLogger(__name__)
@@ -97,6 +98,13 @@ class AgentContext(GoalContext):
         """Return what perception sees now."""
         self.seen = self.perception.perceive(self.sim)
         return self.seen
+
+    def abilities(self) -> Abilities:
+        """Return what the robot can do, by its own kinematics and grasps."""
+        # It looks, and compiles what it plans in.
+        from robosandbox.skills.primitives.abilities import RobotAbilities
+
+        return RobotAbilities(self, self.limits)
 
     def planning(self, seen: ObservedScene) -> PlanningScene:
         """Return what to plan among where things are believed to be as `seen`."""

@@ -12,6 +12,7 @@ from typing import Any
 from robosandbox.errors import UnsupportedError
 from robosandbox.protocols import Skill
 from robosandbox.types import Intent, ObservedScene, Plan
+from robosandbox.world.abilities import Abilities
 
 
 @dataclass(kw_only=True)
@@ -32,6 +33,10 @@ class GoalContext(ABC):
     @abstractmethod
     def look(self) -> ObservedScene:
         """Return what perception sees now."""
+
+    def abilities(self) -> Abilities:
+        """Return what is known here of what the robot can do; of one elsewhere what the scene tells."""
+        return Abilities()
 
     def simulate(self, plan: Plan) -> dict[str, Any]:
         """Return what would come of a plan, as whoever has the world and a twin of it says.

@@ -68,12 +68,12 @@ class GoalPlanner:
 
 def is_goal(prompt: str) -> bool:
     """Say whether a prompt lists known relations, as in "on(red_cube, blue_block)", and is no sentence."""
-    if "(" not in prompt:
-        return False
     try:
-        return all(goal.relation in predicates() for goal in parse_facts(prompt))
+        goals = parse_facts(prompt)
     except ValueError:
         return False
+    # "open" alone is a word of a sentence; what takes no argument has a name that no sentence has.
+    return all(goal.relation in predicates() and ("(" in prompt or "_" in goal.relation) for goal in goals)
 
 
 def read_goals(text: str) -> tuple[Fact, ...]:

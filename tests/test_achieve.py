@@ -14,7 +14,7 @@ from types import ModuleType
 
 import pytest
 
-from robosandbox.agent.goal_planner import GoalPlanner
+from robosandbox.agent.goal_planner import GoalPlanner, is_goal
 from robosandbox.cli import app
 from robosandbox.commands.console import run_app
 from robosandbox.skills.catalogue import load_skills
@@ -248,6 +248,28 @@ def benchmark() -> Iterator[ModuleType]:
 def test_goal_planner_plans_for_a_list_of_relations() -> None:
     answer = GoalPlanner(SKILLS).plan("inside(ball, bowl)", scene_of(CUBE, BALL, BOWL))
     assert isinstance(answer, Plan) and [call.skill for call in answer.steps] == ["pick", "place_in"]
+
+
+@pytest.mark.parametrize(
+    ("goal", "calls"),
+    [("at_home", ["home"]), ("inside(ball, bowl), at_home()", ["pick", "place_in", "home"]), ("hand_empty", [])],
+)
+def test_goal_of_the_arm_alone_takes_a_call_of_its_own(goal: str, calls: list[str]) -> None:
+    assert is_goal(goal)
+    answer = GoalPlanner(SKILLS).plan(goal, scene_of(CUBE, BALL, BOWL))
+    assert isinstance(answer, Plan) and [call.skill for call in answer.steps] == calls
+
+
+def test_goal_that_the_arm_has_reached_takes_no_call() -> None:
+    with open_session("stack_two", what_if=False) as session:
+        assert session.run("at_home").plan == Plan(steps=())
+        session.run("pick up the red cube")
+        assert [call.skill for call in session.run("at_home").plan.steps] == ["home"]
+
+
+@pytest.mark.parametrize("prompt", ["open", "clear", "empty", "put on", "home"])
+def test_words_of_sentences_are_no_goals(prompt: str) -> None:
+    assert not is_goal(prompt)
 
 
 def test_run_command_reaches_a_goal(capsys: pytest.CaptureFixture[str]) -> None:

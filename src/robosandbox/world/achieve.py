@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall
 from robosandbox.world.abilities import Abilities, LateAbilities
-from robosandbox.world.contracts import find, lookup
+from robosandbox.world.contracts import contract_of, find, lookup
 from robosandbox.world.facts import TABLE, Fact, fact
 from robosandbox.world.predicate import View
 from robosandbox.world.search import NoWayError, Search
@@ -64,10 +64,13 @@ def _proved(
 ) -> Plan | Refusal:
     """Return a plan that the robot's kinematics and grasps do not deny, or why there is none."""
     ways = Ways(skills)
+    postures = [goal for goal in goals if _is_posture(goal)]
+    goals = [goal for goal in goals if goal not in postures]
     problem = ""
     for _ in range(_MOST_PROOFS):
         try:
             plan = _planned(tuple(goals), Search(scene, ways, asked, able, failed=failed), scene, asked)
+            plan = Plan(steps=(*plan.steps, *_moves(postures, plan, scene, skills, able)))
         except NoWayError as failure:
             problem = str(failure)
             break
@@ -104,6 +107,32 @@ def _planned(goals: tuple[Fact, ...], search: Search, scene: ObservedScene, aske
         gone = {subject_of(goal) for goal in goals}
         back = (*back, *(_place_of(name, scene, gone) for name in sorted(moved)))
     raise NoWayError(f"{', '.join(map(subject_of, back))} cannot all be put back, since that moves other things", 0)
+
+
+def _is_posture(goal: Fact) -> bool:
+    """Say whether a fact is about the arm alone, which no scene shows and no call but its own changes for long."""
+    relation = lookup(goal)
+    return not relation.parameters and relation.is_last and relation.imagine is None
+
+
+def _moves(
+    postures: Sequence[Fact], plan: Plan, scene: ObservedScene, skills: Sequence[Plannable], robot: Abilities
+) -> Iterator[SkillCall]:
+    """Yield calls that bring about postures after a plan; none where nothing has moved and they surely hold.
+
+    Raises:
+        NoWayError: No skill without arguments promises one.
+    """
+    for goal in postures:
+        now = find(goal, View.of(scene, robot))
+        if not plan.steps and now.is_sure and now.holds:
+            continue
+        able = (skill for skill in skills if not skill.schema.get("properties"))
+        giving = ((skill, contract_of(skill, {})) for skill in able)
+        name = next((skill.name for skill, contract in giving if contract is not None and goal in contract.gives), None)
+        if name is None:
+            raise NoWayError(f"no skill brings about {goal}", 0)
+        yield SkillCall(skill=name)
 
 
 def _place_of(name: str, scene: ObservedScene, gone: set[str]) -> Fact:

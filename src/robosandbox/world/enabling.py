@@ -66,7 +66,9 @@ class Enabling:
         steps = answer.steps if isinstance(answer, Plan) else None
         if steps is None:
             raise NoWayError(str(goal))
-        self._add(steps or self._by_itself(goal))
+        if not steps and not find(goal, View.of(self.scene)).is_sure:
+            raise NoWayError(str(goal))
+        self._add(steps)
 
     def put_aside(self, name: str, *, elsewhere: bool = False) -> None:
         """Add the calls that put an object down near by where it leaves room for a hand, or the most that there is.
@@ -130,16 +132,6 @@ class Enabling:
             if room >= _HAND_ROOM:
                 break
         return best, most
-
-    def _by_itself(self, goal: Fact) -> tuple[SkillCall, ...]:
-        """Return the call that brings about what nobody can see, as that the arm is at home; none for what holds anyway."""
-        if find(goal, View.of(self.scene)).is_sure:
-            return ()
-        for name, skill in self._skills.items():
-            contract = None if skill.schema.get("properties") else contract_of(skill, {})
-            if contract is not None and goal in contract.gives:
-                return (SkillCall(skill=name),)
-        raise NoWayError(str(goal))
 
     def _add(self, calls: tuple[SkillCall, ...]) -> None:
         self.calls += calls
