@@ -14,7 +14,7 @@ from robosandbox.world.alternatives import Alternative, Failure, alternatives_of
 from robosandbox.world.enabling import Enabling
 from robosandbox.world.facts import Fact, fact
 from robosandbox.world.predicate import View, predicates
-from robosandbox.world.relations import bottom, centre, gap, support, top
+from robosandbox.world.relations import bottom, centre, gap, lies_in, support, top
 from robosandbox.world.search import NoWayError
 from robosandbox.world.standing import TIPPED, standing_on, tilt
 from robosandbox.world.ways import Plannable
@@ -172,6 +172,9 @@ class Candidates:
         for item in sorted(self._about, key=lambda one: one.shape.stays_put):
             on_it = {one.id for one in standing_on(self._view, item.id)}
             for other in self._view.others(*self._failure.contract.objects):
+                if _lies_in(item, other):
+                    # What moves together with it does not get out of its way.
+                    continue
                 near = hand and not (item.shape.stays_put or other.shape.stays_put) and gap(item, other) < _NEIGHBOUR
                 if other.id in met or other.id in on_it or near:
                     found.setdefault(other.id, (other, item))
@@ -202,6 +205,11 @@ class Candidates:
 
 # Errors that a hand ends in that finds no room beside what it is to handle.
 _OF_THE_HAND = frozenset({ErrorCode.COLLISION, ErrorCode.GRASP, ErrorCode.TRACKING, ErrorCode.TAP})
+
+
+def _lies_in(item: DetectedObject, other: DetectedObject) -> bool:
+    """Tell whether an object lies in another that would be moved with it."""
+    return other.shape.holds_things and not other.shape.opens and lies_in(item, other)
 
 
 def _along(wanted: Array) -> Iterable[str]:

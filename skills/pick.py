@@ -14,7 +14,7 @@ from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import ease
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
-from robosandbox.skills.primitives.lifting import alone, rise_with
+from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.sensing import changed, check_closed, check_open
@@ -207,6 +207,7 @@ def _lift(arm: Manipulator, target: DetectedObject, width: float) -> DetectedObj
     alone(arm, target, scene, width, rise)
     # What slips out is still moving.
     after = _still_held(arm, target, width, rise, load)
+    free_of_others(arm, target, scene, width, rise)
     ease(arm, after)
     if moved(after, arm.find(target.id, arm.look())) > _SLID:
         # Less friction than was reckoned with: as hard as can be, then.

@@ -127,6 +127,16 @@ def test_neighbours_that_are_kept_apart_are_cleared_before_what_stays_where_it_i
     assert "object=block" in order[0][0] and any("object=bowl" in way[0] for way in order)
 
 
+def test_what_a_thing_lies_in_is_not_moved_out_of_its_way() -> None:
+    vessel = DetectedObject(
+        id="bin", kind="bin", size=(0.08, 0.08, 0.06), colour="", rgba=GREY, pose=Pose(xyz=(0.1, 0.0, 0.04))
+    )
+    for place, moved in (((0.1, 0.05), False), ((0.1, 0.2), True)):
+        around = scene(box("cube", *place), vessel)
+        ways = found(failed(SkillCall(skill="pick", arguments={"object": "cube"}), in_the_way("hand", "bin"), around))
+        assert any("object=bin" in call for way in ways for call in way) is moved
+
+
 def test_a_promise_that_holds_seen_from_when_the_call_began_is_mended() -> None:
     before = scene(box("cube", 0.1, 0.0))
     call = SkillCall(skill="push", arguments={"object": "cube", "direction": "left", "distance": 0.1})

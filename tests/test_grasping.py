@@ -9,10 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from robosandbox.errors import CollisionError, GraspError
+from robosandbox.errors import CollisionError, GraspError, Phase
+from robosandbox.evidence import GraspEvidence
 from robosandbox.grasp.analytic import AnalyticTopDown
 from robosandbox.skills.primitives.carrying import MOST_TILT
+from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.gripping import needed_force
+from robosandbox.skills.primitives.lifting import free_of_others
 from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.embedded import EmbeddedWorkcell
@@ -180,3 +183,53 @@ def test_each_clutter_task_succeeds_as_claimed_and_touches_nothing_else(name: st
     (row,) = run_bench([find_task(name)], 1)
     assert row.success and row.claimed, row.detail
     assert row.touched == () and row.worst_force_n == 0.0
+
+
+def test_fingers_do_not_close_on_a_wall_between_them_and_the_object() -> None:
+    # The hand would open around both, and a finger outside the plate would close on it.
+    cube = thing("cube", "box", (0.012, 0.03, 0.02), (0.15, 0.0, 0.0605))
+    plates = [thing(f"plate_{s}", "box", (0.002, 0.05, 0.022), (0.15 + s * 0.018, 0.0, 0.0625)) for s in (-1, 1)]
+    with world(cube, *plates) as session:
+        arm = Manipulator(session.ctx)
+        plan = plan_grasp(arm, arm.find("cube"), arm.start)
+        closing = plan.grasp.tcp_pose.rotation[:, 1]
+        assert abs(float(closing[0])) < 0.1, "along the plates is the only way in"
+    wide = thing("cube", "box", (0.012, 0.045, 0.02), (0.15, 0.0, 0.0605))
+    with world(wide, *plates) as session:
+        arm = Manipulator(session.ctx)
+        with pytest.raises(CollisionError):
+            plan_grasp(arm, arm.find("cube"), arm.start)
+
+
+def test_what_lies_in_the_corner_of_a_bin_is_refused_without_touching_the_bin() -> None:
+    bin_ = thing("bin", "bin", (0.07, 0.07, 0.08), (0.15, 0.0, 0.04), mass=0.3)
+    box = thing("red_box", "box", (0.013, 0.016, 0.017), (0.205, 0.052, 0.0615))
+    with world(bin_, box) as session:
+        before = seen(session, "bin").pose
+        with pytest.raises(CollisionError) as refused:
+            do(session, "pick", object="red_box")
+        assert refused.value.phase is Phase.PLAN and seen(session, "bin").pose == before
+
+
+def test_a_hand_around_a_thing_and_a_wall_does_not_hold_the_thing() -> None:
+    cube = thing("cube", "box", (0.012, 0.012, 0.02), (0.15, 0.0, 0.0605))
+    plate = thing("plate", "box", (0.012, 0.004, 0.02), (0.15, 0.017, 0.0605))
+    with world(cube, plate) as session:
+        arm = Manipulator(session.ctx)
+        arm.use(arm.start)
+        arm.motion.allow("cube", "plate", "table")
+        down = np.diag([1.0, -1.0, -1.0])
+        above, there = (Pose.from_matrix(np.array([0.15, 0.004, z]), down) for z in (0.15, 0.06))
+        way = arm.motion.plan_joints(arm.q, arm.motion.ik(above), speed=0.5)
+        arm.follow(way, Phase.APPROACH)
+        arm.follow(arm.motion.plan_line(arm.q, there, speed=0.3), Phase.DESCEND)
+        arm.sim.set_gripper(1.0, 20.0)
+        arm.wait_for_fingers()
+        target = arm.find("cube")
+        with pytest.raises(GraspError) as wedged:
+            free_of_others(arm, target, arm.start, 0.024, 0.0)
+        evidence = wedged.value.evidence
+        assert isinstance(evidence, GraspEvidence) and evidence.reason == "wedged" and evidence.touching == ("plate",)
+        plate_alone = arm.look()
+        arm.open()
+        free_of_others(arm, target, plate_alone, 0.024, 0.0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, Un
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
 from robosandbox.robots.spec import GripperGeometry
+from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.manipulator import (
     CARRY_SPEED,
     FREE_SPEED,
@@ -45,6 +47,9 @@ _MOST_BLOCKED = 5
 # Sampled starts for a configuration; chosen as half of the planner's 60: another grasp is worth more than a harder
 # search.
 _RESTARTS = 30
+# Metres that each finger closes between two checks of what it meets on its way; chosen as the wall of a container, below the
+# thickness of a finger.
+_CLOSING_STEP = CONTAINER_WALL
 # Metres between two grasps that are tried as one; chosen below a fingertip's width.
 _SAME_PLACE = 0.008
 # Cosine between the axes of two such grasps; chosen as 14 degrees.
@@ -168,6 +173,7 @@ class _Search:
             failure = motion.touch(q_grasp)
             if failure is None:
                 try:
+                    self._check_closing(grasp, aperture, q_grasp, *allowed)
                     descent = self._descent(grasp, hovers, q_grasp)
                     check_rise(self._arm, descent.q[-1], LIFT_HEIGHT / 2.0, self._target.id)
                     return self._plan(grasp, aperture, descent)
@@ -180,6 +186,23 @@ class _Search:
             self.touching.append(grasp)
         self.failures.append((grasp, failure))
         return None
+
+    def _check_closing(self, grasp: Grasp, aperture: float, q_grasp: Array, *allowed: str) -> None:
+        """Check that the fingers meet nothing else on their way from `aperture` to the object, as a wall between them.
+
+        Raises:
+            CollisionError: They do.
+        """
+        motion = self._arm.motion
+        motion.allow("table", grasp.object, *allowed)
+        steps = max(2, math.ceil((aperture - grasp.width) / (2.0 * _CLOSING_STEP)) + 1)
+        for gap in np.linspace(grasp.width, aperture, steps)[:-1]:
+            motion.open_to(float(gap))
+            met = motion.touch(q_grasp)
+            if met is not None:
+                raise met
+        motion.open_to(aperture)
+        motion.allow(*allowed)
 
     def _ik(self, pose: Pose) -> Array:
         """Return a configuration near where the arm is, or near home: others may lead to where no line goes on.

@@ -95,8 +95,7 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
         GraspError: Something has.
     """
     now = arm.look()
-    cargo = {name for name, _ in contents(scene.objects, held)}
-    cargo |= {item.id for item in scene.objects if item.id != held.id and on_top(item, held).holds}
+    cargo = _cargo(held, scene)
     along = tuple(
         item.id
         for item in scene.objects
@@ -105,8 +104,49 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
         and (up := now.find(item.id))
         and up.pose.xyz[2] - item.pose.xyz[2] > _ALONG
     )
-    if not along:
+    if along:
+        raise _wedged(arm, held, width, risen, along, scene, f"{', '.join(along)} came up together with {held.id}")
+
+
+def free_of_others(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: float, risen: float) -> None:
+    """Check that the hand at rest presses on nothing but what it holds: fingers around a wall as well hold it no less.
+
+    Args:
+        arm: Whose hand; without contact by name nothing is known.
+        held: As it was when the fingers had closed.
+        scene: Likewise.
+        width: Its extent between them, metres.
+        risen: How far the hand is above where they closed, metres.
+
+    Raises:
+        GraspError: It presses on something else; what is held is put back.
+    """
+    if arm.sim.capabilities.contact != "named":
         return
+    cargo = _cargo(held, scene)
+    pressed = {name: float(np.linalg.norm(force)) for name, force in arm.sim.forces().items()}
+    others = tuple(name for name, force in pressed.items() if force > _RUBS and name not in {held.id, *cargo})
+    if others:
+        said = f"the hand holds {held.id} and presses on {', '.join(others)} with {max(map(pressed.__getitem__, others)):.0f} N"
+        raise _wedged(arm, held, width, risen, others, scene, said)
+
+
+def _cargo(held: DetectedObject, scene: ObservedScene) -> set[str]:
+    """Return the ids of what lies in or on the held object."""
+    cargo = {name for name, _ in contents(scene.objects, held)}
+    return cargo | {item.id for item in scene.objects if item.id != held.id and on_top(item, held).holds}
+
+
+def _wedged(
+    arm: Manipulator,
+    held: DetectedObject,
+    width: float,
+    risen: float,
+    others: tuple[str, ...],
+    scene: ObservedScene,
+    said: str,
+) -> GraspError:
+    """Put back what came up with something else, and return the error of it."""
     arm.motion.allow("table", *(item.id for item in scene.objects))
     try:
         observation = arm.sim.state()
@@ -115,9 +155,9 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
     except (UnreachableError, CollisionError):
         # From here it is let go all the same: it has come up by as little as the hand has.
         pass
-    names = ", ".join(along)
-    raise GraspError(
-        f"{names} came up together with {held.id}: the hand is wedged between them; it was put back; try another grasp, or move "
+    names = ", ".join(others)
+    return GraspError(
+        f"{said}: the hand is wedged between them; it was put back; try another grasp, or move "
         f"{held.id} away from {names} first",
         phase=Phase.LIFT,
         evidence=GraspEvidence(
@@ -126,6 +166,6 @@ def alone(arm: Manipulator, held: DetectedObject, scene: ObservedScene, width: f
             object_width=width,
             aperture=arm.gripper.width,
             max_aperture=arm.geometry.max_aperture,
-            touching=along,
+            touching=others,
         ),
     )
