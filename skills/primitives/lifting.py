@@ -124,7 +124,7 @@ def free_of_others(arm: Manipulator, held: DetectedObject, scene: ObservedScene,
     if arm.sim.capabilities.contact != "named":
         return
     cargo = _cargo(held, scene)
-    pressed = {name: float(np.linalg.norm(force)) for name, force in arm.sim.forces().items()}
+    pressed = {name: math.hypot(*force.tolist()) for name, force in arm.sim.forces().items()}
     others = tuple(name for name, force in pressed.items() if force > _RUBS and name not in {held.id, *cargo})
     if others:
         said = f"the hand holds {held.id} and presses on {', '.join(others)} with {max(map(pressed.__getitem__, others)):.0f} N"
