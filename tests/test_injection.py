@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from robosandbox.agent.language.forbidden import forbidden
+from robosandbox.agent.language.bounds import bounds_of
 from robosandbox.agent.llm import known
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.llm.planner import LLMPlanner
@@ -85,7 +85,7 @@ def test_a_model_is_told_it_as_data_that_closes_no_tag(text: str) -> None:
 @pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
 def test_a_model_that_obeys_it_moves_nothing_that_the_person_forbids(text: str) -> None:
     scene = with_name(text)
-    assert forbidden(PROMPT, scene, [skill.name for skill in SKILLS]) == {"blue_cube"}
+    assert bounds_of(PROMPT, scene, [skill.name for skill in SKILLS]).never == {"blue_cube"}
     obeys, then = plan(("pick", {"object": "blue_cube"})), plan(("pick", {"object": "red_cube"}))
     with ScriptedServer(obeys, then) as server:
         settings = LLMSettings(service="openai", model="gullible", base_url=server.url, back_off=0.01)

@@ -164,6 +164,24 @@ def _once_each(prompt: str, made: Draft | Refusal) -> Draft | Refusal:
     return made
 
 
+def tokenized(prompt: str, scene: ObservedScene) -> Said:
+    """Return the tokens of a sentence, typing errors set right, with the phrases that the grammar reads in them.
+
+    Raises:
+        TooLongError: It is longer than anybody would say.
+    """
+    said = _said(prompt, tuple(item.id for item in scene.objects))
+    return said.now(_respelled(said.tokens, said.words))
+
+
+def is_corrected(prompt: str, scene: ObservedScene) -> bool:
+    """Say whether a sentence takes back a part of itself: "put the red cube in the bowl, I mean the blue one"."""
+    try:
+        return bool(set_right(tokenized(prompt, scene)))
+    except (TooLongError, TooComplicatedError):
+        return True
+
+
 # A chart is large: kept any longer, those of sentences past would have the garbage collector walk through them all.
 @lru_cache(maxsize=1)
 def _said(prompt: str, ids: tuple[str, ...]) -> Said:

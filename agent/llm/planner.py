@@ -94,9 +94,10 @@ class LLMPlanner:
 def constraints_of(prompt: str, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> Constraints:
     """Return what a model is held to whatever it makes of the prompt: what the grammar is sure that it forbids."""
     # Its tables take a second to load, which a model's first answer takes as well.
-    from robosandbox.agent.language.forbidden import forbidden
+    from robosandbox.agent.language.bounds import bounds_of
 
-    return Constraints(never=forbidden(prompt, scene, [skill.name for skill in skills]))
+    bounds = bounds_of(prompt, scene, [skill.name for skill in skills])
+    return Constraints(never=bounds.never, only=bounds.only)
 
 
 def prompt_budget(settings: LLMSettings) -> Budget:
