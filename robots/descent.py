@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.types import Array
+from robosandbox.types import Array, cross
 
 
 def turn_of_axis(rotation: Array, approach: Array) -> Array:
     """Return the rotation vector (3,) that turns the approach axis of `rotation` (3, 3) into `approach` (3,)."""
     axis = rotation[:, 2]
-    turn = _cross(axis, approach)
+    turn = cross(axis, approach)
     length = float(np.sqrt(turn @ turn))
     angle = float(np.arctan2(length, axis @ approach))
     if length < 1e-6:
@@ -20,13 +20,6 @@ def turn_of_axis(rotation: Array, approach: Array) -> Array:
     return turn * (angle / length)
 
 
-def _cross(a: Array, b: Array) -> Array:
-    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors, and this is the inner loop."""
-    ax, ay, az = a.tolist()
-    bx, by, bz = b.tolist()
-    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
-
-
 def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper: Array) -> Array:
     """Return the Newton step (n,) from `q` (n,); a joint that it pushes against its limit is held and it is solved again."""
     try:
@@ -34,7 +27,10 @@ def bounded_step(q: Array, hessian: Array, gradient: Array, lower: Array, upper:
     except np.linalg.LinAlgError:
         # Of lengths beyond all measure the damping is lost in rounding: nothing is reached.
         return np.zeros(len(q))
-    blocked = ((q + step < lower) & (q <= lower)) | ((q + step > upper) & (q >= upper))
+    reached = q + step
+    if ((reached >= lower) & (reached <= upper)).all():
+        return step
+    blocked = ((reached < lower) & (q <= lower)) | ((reached > upper) & (q >= upper))
     if blocked.any() and not blocked.all():
         free = np.flatnonzero(~blocked)
         step = np.zeros(len(q))

@@ -9,6 +9,7 @@ tool pose first.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Self
@@ -123,6 +124,8 @@ class Kinematics:
         self._jacobian = np.zeros((6, model.nv))
         self._linear, self._angular = self._jacobian[:3], self._jacobian[3:]
         self._quat, self._target_quat, self._turn, self._error = np.zeros(4), np.zeros(4), np.zeros(3), np.zeros(6)
+        self._offset, self._rotation_error = self._error[:3], self._error[3:]
+        self._qpos = self.data.qpos
         self._library: tuple[Array, Array, Array] | None = None
 
     @classmethod
@@ -153,7 +156,7 @@ class Kinematics:
 
     def forward(self, q: Array) -> tuple[Array, Array]:
         """Return the TCP's position (3,) and rotation (3, 3) in the model's world at `q` (n,)."""
-        self.data.qpos[self.addresses] = q
+        self._qpos[self.addresses] = q
         mujoco.mj_kinematics(self.model, self.data)
         return self._tcp()
 
@@ -222,17 +225,14 @@ class Kinematics:
             mujoco.mju_mat2Quat(self._target_quat, (orientation @ self._local[1].T).ravel())
         q = np.clip(seed, self.lower, self.upper)
         best, best_cost, checkpoint = (q, np.inf, np.inf), np.inf, np.inf
-        error = self._error
+        error, offset, turn = self._error, self._offset, self._rotation_error
         for step in range(_MAX_STEPS):
-            data.qpos[self.addresses] = q
+            self._qpos[self.addresses] = q
             mujoco.mj_kinematics(self.model, data)
-            point, rotation = self._tcp()
-            error[:3] = position - point
-            error[3:] = turn_of_axis(rotation, orientation) if free_turn else self._turn_to_target()
-            position_error, orientation_error = (
-                float(np.sqrt(error[:3] @ error[:3])),
-                float(np.sqrt(error[3:] @ error[3:])),
-            )
+            point = self._origin + self._axes.dot(self._local[0])
+            np.subtract(position, point, out=offset)
+            turn[:] = turn_of_axis(self._tcp()[1], orientation) if free_turn else self._turn_to_target()
+            position_error, orientation_error = math.sqrt(offset.dot(offset)), math.sqrt(turn.dot(turn))
             # Of a direction that may be off by so much, only what is beyond that is an error.
             off = max(0.0, orientation_error - tolerance) if free_turn else orientation_error
             cost = position_error + _METRES_PER_RADIAN * off
@@ -248,8 +248,8 @@ class Kinematics:
             if orientation_error <= tolerance:
                 weight = yielding
                 if free_turn:
-                    error[3:] = 0.0
-            q = self._stepped(q, self.jacobian(point), error, weight)
+                    turn[:] = 0.0
+            q = self._stepped(q, point, error, weight)
         return Solution(*best, False)
 
     def samples(self) -> tuple[Array, Array, Array]:
@@ -305,14 +305,16 @@ class Kinematics:
         turn: Array = self._axes @ self._turn
         return turn
 
-    def _stepped(self, q: Array, jacobian: Array, error: Array, weight: float) -> Array:
-        weighted, target = jacobian.copy(), error.copy()
+    def _stepped(self, q: Array, point: Array, error: Array, weight: float) -> Array:
+        mujoco.mj_comPos(self.model, self.data)
+        mujoco.mj_jac(self.model, self.data, self._linear, self._angular, point, self.tool.body)
+        weighted, target = self._jacobian.take(self.dofs, axis=1), error.copy()
         weighted[3:] *= weight
         target[3:] *= weight
         hessian = weighted.T @ weighted
-        hessian.flat[:: len(q) + 1] += _DAMPING * float(target @ target) + _MIN_DAMPING
+        hessian.reshape(-1)[:: len(q) + 1] += _DAMPING * float(target.dot(target)) + _MIN_DAMPING
         dq = bounded_step(q, hessian, weighted.T @ target, self.lower, self.upper)
         largest = float(np.abs(dq).max())
         if largest > _MAX_STEP:
             dq *= _MAX_STEP / largest
-        return np.clip(q + dq, self.lower, self.upper)
+        return np.minimum(np.maximum(q + dq, self.lower), self.upper)

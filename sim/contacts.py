@@ -85,9 +85,6 @@ class Contacts:
         """Return the largest normal force between the robot and anything else, N, and the two bodies; 0 without one."""
         world, data = self._world, self._data
         strongest = (0.0, "", "")
-        # What presses on a link loads the joints before it; asked at every tick, and mostly nothing does.
-        if not np.count_nonzero(data.qfrc_constraint[world.robot.dof_indices]):
-            return strongest
         force = np.zeros(6)
         for index, inner, outer in self._with_robot():
             mujoco.mj_contactForce(world.model, data, index, force)

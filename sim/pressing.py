@@ -50,7 +50,7 @@ class Pressing:
         self._world = world
         self._data = data
         # A view: making it anew at every tick costs as much as looking at it.
-        self._loads = data.qfrc_constraint
+        self._loads, self._dofs = data.qfrc_constraint, world.robot.dof_indices
         self._layout: _Layout | None = None
 
     def forces(self) -> Mapping[str, Array]:
@@ -60,7 +60,7 @@ class Pressing:
         """
         data = self._data
         # What presses on a link loads the joints before it; mostly nothing does.
-        if not any(self._loads.take(self._world.robot.dof_indices).tolist()):
+        if not any(self._loads.take(self._dofs).tolist()):
             return _UNTOUCHED
         contact = data.contact
         geoms, addresses = contact.geom.tobytes(), contact.efc_address.tobytes()
@@ -73,7 +73,7 @@ class Pressing:
         frames = contact.frame.take(layout.contacts, axis=0).reshape(-1, 3)
         local = self._asked(layout.contacts) if layout.rows is None else data.efc_force.take(layout.rows)
         local *= layout.signs
-        found = {}
+        found: dict[str, Array] = {}
         for name, part in layout.things:
             force = found[name] = local[part].dot(frames[part])
             force.setflags(write=False)

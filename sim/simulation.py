@@ -61,7 +61,9 @@ class Simulation:
         self._mesh_sizes: dict[str, tuple[float, ...]] = {}
         self._felt: dict[str, float] = {}
         self._pressing: Pressing | None = None
-        self._pressed: tuple[tuple[int, float], Mapping[str, Array]] = ((0, -1.0), {})
+        # Counts the states that the world was in, so that what is read of one twice is computed once.
+        self._moment = 0
+        self._pressed: tuple[int, Mapping[str, Array]] = (-1, {})
 
     @property
     def world(self) -> World:
@@ -123,12 +125,13 @@ class Simulation:
     def forces(self) -> Mapping[str, Array]:
         """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,)."""
         # Guards, meters and skills ask for it in one control tick.
-        moment = (self.episode, self._live.time)
-        if moment != self._pressed[0]:
+        moment, forces = self._pressed
+        if moment != self._moment:
             if self._pressing is None:
                 self._pressing = Pressing(self._loaded, self._live)
-            self._pressed = (moment, self._pressing.forces())
-        return self._pressed[1]
+            forces = self._pressing.forces()
+            self._pressed = (self._moment, forces)
+        return forces
 
     def force_on(self, object_id: str | None) -> Array:
         """Return the sum of what the robot presses and pulls an object with, N in the world, shape (3,); None is all of them."""
@@ -178,6 +181,7 @@ class Simulation:
         self._spec = None
         self._data = mujoco.MjData(world.model)
         self._pressing = None
+        self._moment += 1
         self._mesh_sizes = {}
         for item in world.scene.objects:
             if item.mesh is not None:
@@ -206,11 +210,13 @@ class Simulation:
 
     def _tick(self, guards: Sequence[Guard] = ()) -> None:
         mujoco.mj_step(self._loaded.model, self._live, self._substeps)
+        self._moment += 1
         self.physics_steps += self._substeps
         for name, most in self._felt.items():
             self._felt[name] = max(most, math.hypot(*self.force_on(name).tolist()))
         self._loop.ticked(self.stop, guards)
 
     def _jumped(self) -> None:
+        self._moment += 1
         for hook in self.jump_hooks:
             hook()

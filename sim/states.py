@@ -20,6 +20,7 @@ def object_truth(
     felt: float,
     solids: tuple[Convex, ...],
     touches: tuple[Touch, ...] | None,
+    weighed: bool,
 ) -> ObjectTruth:
     """Return an object's state.
 
@@ -32,6 +33,7 @@ def object_truth(
         felt: As `ObjectTruth` has it.
         solids: As `ObjectTruth` has them.
         touches: As `ObjectTruth` has them.
+        weighed: Whether to say its weight and where the middle of its mass is.
     """
     model, parts = world.model, world.parts[item.id]
     dofs = model.body_dofadr[parts]
@@ -63,8 +65,8 @@ def object_truth(
         tag=item.tag,
         solids=solids,
         touches=touches,
-        weight=float(model.body_mass[parts].sum()) * float(np.linalg.norm(model.opt.gravity)),
-        mass_centre=_mass_centre(model, data, parts),
+        weight=float(model.body_mass[parts].sum()) * float(np.linalg.norm(model.opt.gravity)) if weighed else None,
+        mass_centre=_mass_centre(model, data, parts) if weighed else None,
     )
 
 

@@ -138,6 +138,13 @@ def matrix_from_quat_xyzw(quat_xyzw: tuple[float, float, float, float]) -> Array
     )
 
 
+def cross(a: Array, b: Array) -> Array:
+    """Return a x b, both (3,); numpy's own takes ten times as long on single vectors."""
+    ax, ay, az = a.tolist()
+    bx, by, bz = b.tolist()
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
 def matrix_about_axis(axis: Array, angle: float) -> Array:
     """Return the rotation matrix, shape (3, 3), about a unit axis by an angle, radians (Rodrigues' formula)."""
     x, y, z = axis

@@ -9,7 +9,7 @@ import numpy as np
 from robosandbox.grasp.hand import UP, hand_pose, lean, turned, unit
 from robosandbox.grasp.solid import Solid
 from robosandbox.robots.spec import GripperGeometry
-from robosandbox.types import Array, Grasp
+from robosandbox.types import Array, Grasp, cross
 
 FINGER_CLEARANCE = 0.003  # Metres between each finger and the object on its way down. Chosen.
 _THINNEST = 0.001  # Metres that an object must be wider than the closed fingers, so that they press. Chosen.
@@ -73,7 +73,7 @@ class Antipodal:
         for closing, width, point in self._closings:
             approach = _down(closing)
             found += self._both_ways(closing, approach, width, point, depth=_SHALLOW, how="shallow", cost=0.05)
-            along = np.cross(closing, approach)
+            along = cross(closing, approach)
             length, middle = self._solid.between(along)
             if length < 2.0 * self._geometry.finger_width:
                 continue

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from robosandbox.robots.spec import GripperGeometry
-from robosandbox.types import Array, Pose
+from robosandbox.types import Array, Pose, cross
 
 UP = np.array([0.0, 0.0, 1.0])
 FLOOR_CLEARANCE = 0.003  # Metres that fingertips stay over what the object stands on. Chosen.
@@ -43,7 +43,7 @@ def hand_pose(
     """
     palm = near - (geometry.palm_depth - _PALM_CLEARANCE)
     back = max(0.0 if depth is None else near - depth, palm)
-    side = np.cross(closing, approach)
+    side = cross(closing, approach)
     # Distance by which a tilted fingertip's corners lie below its middle.
     corner = 0.5 * geometry.finger_width * abs(side[2])
     corner += (0.5 * width + geometry.finger_thickness) * abs(closing[2])
@@ -70,7 +70,7 @@ def hand_pose(
 def turned(vector: Array, axis: Array, angle: float) -> Array:
     """Return the vector (3,) turned about a unit axis (3,) by an angle, radians (Rodrigues' formula)."""
     c, s = np.cos(angle), np.sin(angle)
-    result: Array = vector * c + np.cross(axis, vector) * s + axis * (axis @ vector) * (1.0 - c)
+    result: Array = vector * c + cross(axis, vector) * s + axis * (axis @ vector) * (1.0 - c)
     return result
 
 
@@ -86,7 +86,7 @@ def lean(outward: Array, tilt: float) -> Array:
     length = float(np.linalg.norm(away))
     if tilt == 0.0 or length < 1e-6:
         return np.eye(3)
-    axis = np.cross(away / length, UP)
+    axis = cross(away / length, UP)
     skew = np.array([[0.0, -axis[2], axis[1]], [axis[2], 0.0, -axis[0]], [-axis[1], axis[0], 0.0]])
     rotation: Array = np.eye(3) - np.sin(tilt) * skew + (1.0 - np.cos(tilt)) * skew @ skew
     return rotation if (rotation @ -UP) @ away * tilt > 0.0 else rotation.T

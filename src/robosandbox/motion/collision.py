@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from bisect import bisect_right
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -64,16 +65,19 @@ class CollisionChecker:
         self.names = names
         self.clearance = clearance
         self.data: mujoco.MjData = mujoco.MjData(self.model)
+        # A view: making it anew for each configuration costs as much as setting it.
+        self._qpos = self.data.qpos
         self._robot_geoms = np.isin(model.geom_bodyid, list(robot.bodies))
         # Beads give way, so nobody plans around them.
         beads = model.geom_contype & GRAIN_BIT != 0
         self.model.geom_contype[beads] = 0
         self.model.geom_conaffinity[beads] = 0
         self._solid = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)) & ~beads
-        self._held: tuple[int, Array, Array] | None = None
+        self._held: tuple[int, int, Array, Array] | None = None
         self._robot_body = np.isin(np.arange(model.nbody), list(robot.bodies))
         self._finger = np.isin(np.arange(model.nbody), list(robot.gripper.bodies if robot.gripper else ()))
-        self._allowed: frozenset[int] = frozenset()
+        self._allowed = np.zeros(model.nbody, dtype=np.bool_)
+        self._movers, self._obstacles = self._robot_geoms & self._solid, ~self._robot_geoms & self._solid
         self._general = np.isin(model.geom_type, _GENERAL)
         self._levers = _levers(model, robot)
         self._apply_bits()
@@ -101,12 +105,14 @@ class CollisionChecker:
         if body is None or tcp_to_object is None:
             self._held = None
         else:
-            self._held = (body, tcp_to_object.position, tcp_to_object.rotation)
+            address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
+            self._held = (body, address, tcp_to_object.position, tcp_to_object.rotation)
         self._apply_bits()
 
     def allow(self, bodies: Iterable[int]) -> None:
         """Let movers touch these bodies; replaces what was allowed before."""
-        self._allowed = frozenset(bodies)
+        self._allowed[:] = False
+        self._allowed[list(bodies)] = True
         self._apply_bits()
 
     def touch(self, q: Array) -> Touch | None:
@@ -120,12 +126,12 @@ class CollisionChecker:
         than the distance to the nearest obstacle, so nothing is stepped over (Schwarzer, Saha and Latombe, 2005, in the
         simple form for one moving chain).
         """
-        travel = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path, axis=0)) @ self._levers)])
-        at, end = 0.0, float(travel[-1])
+        travel = [0.0, *np.cumsum(np.abs(np.diff(path, axis=0)) @ self._levers).tolist()]
+        at, end, last = 0.0, travel[-1], len(path) - 1
         while True:
-            index = min(int(np.searchsorted(travel, at, side="right")) - 1, len(path) - 1)
+            index = min(bisect_right(travel, at) - 1, last)
             q = path[index]
-            if at > travel[index] and index + 1 < len(path):
+            if at > travel[index] and index < last:
                 share = (at - travel[index]) / (travel[index + 1] - travel[index])
                 q = q + share * (path[index + 1] - q)
             touch, gap = self._examine(q)
@@ -138,7 +144,7 @@ class CollisionChecker:
     def _examine(self, q: Array) -> tuple[Touch | None, float]:
         """Return the deepest contact at `q`, and how far it is from the nearest obstacle to the clearance around it."""
         model, data = self.model, self.data
-        data.qpos[self.robot.qpos_indices] = q
+        self._qpos[self.robot.qpos_indices] = q
         mujoco.mj_kinematics(model, data)
         if self._held is not None:
             self._carry()
@@ -182,23 +188,21 @@ class CollisionChecker:
 
     def _carry(self) -> None:
         assert self._held is not None
-        body, offset, rotation = self._held
+        _, address, offset, rotation = self._held
         position, tcp_rotation = self.robot.tcp(self.data)
-        address = int(self.model.jnt_qposadr[self.model.body_jntadr[body]])
-        qpos = self.data.qpos
+        qpos = self._qpos
         qpos[address : address + 3] = position + tcp_rotation @ offset
         mujoco.mju_mat2Quat(qpos[address + 3 : address + 7], (tcp_rotation @ rotation).ravel())
         mujoco.mj_kinematics(self.model, self.data)
 
     def _apply_bits(self) -> None:
         model, bodies = self.model, self.model.geom_bodyid
-        movers = self._robot_geoms & self._solid
-        obstacles = ~self._robot_geoms & self._solid
+        movers, obstacles = self._movers, self._obstacles
         model.geom_contype[movers] |= _BIT
         model.geom_contype[obstacles] = 0
         model.geom_conaffinity[obstacles] = _BIT
         model.geom_margin[obstacles] = max(self.clearance, _SIGHT)
-        model.geom_conaffinity[np.isin(bodies, list(self._allowed)) & obstacles] = 0
+        model.geom_conaffinity[self._allowed[bodies] & obstacles] = 0
         if self._held is not None:
             held = (bodies == self._held[0]) & self._solid
             model.geom_contype[held] = _BIT
