@@ -17,6 +17,7 @@ from robosandbox.skills.primitives.guarded import MetError, back_off, follow_fre
 from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
+from robosandbox.skills.primitives.nudging import nudge_off_walls
 from robosandbox.skills.primitives.sensing import changed, check_closed, check_open
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
@@ -31,6 +32,8 @@ _ATTEMPTS = 3
 _OF_LOAD = ("immovable", "too_heavy", "caught", "wedged", "braced")
 # Looks on the way that may find something moved and plan anew; chosen so that a thing that never rests is given up.
 _LOOKS = 5
+# Times that what lies at a wall is dragged off it; chosen as once for each wall of a corner.
+_NUDGES = 2
 # Metres that an eased object may slide; chosen as what easing itself moves it, many times over.
 _SLID = 0.001
 # Metres to a neighbour within which it may be touched while the object rises; chosen as a finger's clearance (halved
@@ -77,14 +80,22 @@ class Pick(Skill):
         if arm.start.held == object:
             return _lift_held(arm, target)
         excluded: list[Grasp] = []
-        looks, least_aperture, felt = 0, 0.0, np.zeros(3)
+        looks, nudges, least_aperture, felt = 0, 0, 0.0, np.zeros(3)
         failure: SkillError | None = None
         scene = arm.start
         while True:
             seen = _shifted(arm.find(object, scene), felt)
             if scene is not arm.start:
                 self.require(ctx, scene, object=object)
-            plan = self._planned(arm, seen, scene, excluded, least_aperture, failure)
+            try:
+                plan = self._planned(arm, seen, scene, excluded, least_aperture, failure)
+            except CollisionError:
+                # Where it lies fingers do not fit; a little way off the wall they may.
+                nudges += 1
+                if nudges > _NUDGES or not nudge_off_walls(arm, object, most=ctx.max_force_n):
+                    raise
+                scene = arm.look()
+                continue
             try:
                 arm.open(plan.aperture, wait=False)
                 follow_free(arm, plan.approach, Phase.APPROACH)

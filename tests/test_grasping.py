@@ -17,6 +17,7 @@ from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.gripping import needed_force
 from robosandbox.skills.primitives.lifting import free_of_others
 from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.skills.primitives.nudging import ways_off
 from robosandbox.tasks.bench import run_bench
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import bundled_tasks, find_task
@@ -233,3 +234,27 @@ def test_a_hand_around_a_thing_and_a_wall_does_not_hold_the_thing() -> None:
         plate_alone = arm.look()
         arm.open()
         free_of_others(arm, target, plate_alone, 0.024, 0.0)
+
+
+def test_what_lies_at_the_walls_of_a_bin_is_dragged_off_them_by_its_top_and_picked() -> None:
+    bin_ = thing("bin", "bin", (0.085, 0.1, 0.05), (0.15, 0.0, 0.04), mass=0.3)
+    ball = thing("red_ball", "sphere", (0.022,), (0.15 + 0.06, 0.075, 0.0665))
+    with world(bin_, ball) as session:
+        before = seen(session, "bin").pose.position
+        pressed: list[float] = []
+        session.sim.subscribe(lambda: pressed.append(float(np.linalg.norm(session.sim.force_on("bin")))))
+        phases: list[str] = []
+        session.ctx.listeners.append(phases.append)
+        do(session, "pick", object="red_ball")
+        assert Phase.PUSH in phases, "without a nudge there is no room for a finger"
+        assert np.linalg.norm(seen(session, "bin").pose.position - before) < 0.001 and max(pressed) < 1.0
+
+
+def test_ways_off_walls_leave_room_for_a_finger() -> None:
+    bin_ = thing("bin", "bin", (0.085, 0.1, 0.05), (0.15, 0.0, 0.04), mass=0.3)
+    box = thing("red_box", "box", (0.02, 0.015, 0.02), (0.15 + 0.062, 0.0, 0.0645))
+    with world(bin_, box) as session:
+        arm = Manipulator(session.ctx)
+        (away,) = ways_off(arm.find("red_box"), arm.start, 0.03)
+        assert away == pytest.approx([-0.027, 0.0, 0.0], abs=1e-3)
+        assert list(ways_off(arm.find("red_box"), arm.start, 0.002)) == []

@@ -85,15 +85,23 @@ def press_along(arm: Manipulator, way: Trajectory, target: str, *, most: float, 
         return Pressed(force=None, arrived=True)
     arm.ctx.enter(Phase.PUSH)
     arm.ctx.announce(way)
-    push = _Push(arm, _Way.of(arm, way), target, most)
+    push = _Push(arm, Way.of(arm, way), target, most)
     arrived = push.go(before)
     push.come_off()
     return Pressed(force=push.force, arrived=arrived)
 
 
 @dataclass(frozen=True, slots=True)
-class _Way:
-    """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each."""
+class Way:
+    """A straight way as places along it, metres, with the configuration and the upward motion of the joints at each.
+
+    Attributes:
+        start: Where the TCP begins, shape (3,).
+        axis: Its direction, shape (3,).
+        along: Distances from there, metres, shape (k,).
+        q: The configurations, shape (k, n).
+        up: The joints' motion for a metre upwards, shape (k, n).
+    """
 
     start: Array
     axis: Array
@@ -102,7 +110,8 @@ class _Way:
     up: Array
 
     @classmethod
-    def of(cls, arm: Manipulator, way: Trajectory) -> _Way:
+    def of(cls, arm: Manipulator, way: Trajectory) -> Way:
+        """Return the way of a trajectory of the TCP along a line."""
         kinematics = arm.planning.kinematics()
         points, up = [], []
         for row in way.q:
@@ -118,6 +127,7 @@ class _Way:
 
     @property
     def length(self) -> float:
+        """How long it is, metres."""
         return float(self.along[-1])
 
     def at(self, place: float, lift: float) -> Array:
@@ -140,7 +150,7 @@ class _Push:
     """
 
     arm: Manipulator
-    way: _Way
+    way: Way
     target: str
     most: float
     force: float = 0.0
