@@ -117,7 +117,8 @@ class AgentContext(GoalContext):
             LimitError: It leads outside.
         """
         if self._force is not None:
-            self._force.mean(meant_by(call, self.seen.held if self.seen else None))
+            held = self.seen.held if self.seen else None
+            self._force.mean(meant_by(call, self.skills.get(call.skill), held))
         for limits in self._all_limits():
             if limits.workspace is not None:
                 check_call(call, self.look(), limits.workspace)

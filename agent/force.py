@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 from robosandbox.errors import LimitError, Phase
 from robosandbox.evidence import LimitEvidence
-from robosandbox.protocols import Driver
+from robosandbox.protocols import Driver, Skill
 from robosandbox.types import Array, SkillCall
+from robosandbox.world.contracts import contract_of
+from robosandbox.world.facts import HELD
 
-# Arguments of a call that name where something goes: the robot moves what the others name, and touches these with it at most.
-_DESTINATIONS = frozenset({"target", "container"})
 # Control ticks in a row over the limit that make pressing out of a knock, and so many ticks ahead are looked; the knocks of
 # the bundled tasks last one (measured: 36 to 62 N in close_drawer and put_in_drawer).
 _TICKS = 2
@@ -22,9 +23,22 @@ _RUNNING_ON = 1.1
 _OVER = 0.8
 
 
-def meant_by(call: SkillCall, held: str | None) -> frozenset[str]:
-    """Return the names that a call means the robot to touch: what it moves and what the hand holds."""
-    named = {str(value) for key, value in call.arguments.items() if key not in _DESTINATIONS and isinstance(value, str)}
+def meant_by(call: SkillCall, skill: Skill[Any] | None, held: str | None) -> frozenset[str]:
+    """Return the names that a call means the robot to press: what its contract brings something about for, and what is held.
+
+    Args:
+        call: Which one.
+        skill: What it calls; of one that is not known, or that promises nothing, every name in the call is meant.
+        held: Id of what the gripper holds.
+
+    Raises:
+        InvalidArgumentError: The skill does not take these arguments.
+    """
+    contract = None if skill is None else contract_of(skill, skill.check(call.arguments))
+    if contract is None or not contract.gives:
+        named = {value for value in call.arguments.values() if isinstance(value, str)}
+    else:
+        named = {held if name == HELD else name for name in contract.subjects} - {None}
     return frozenset(named | ({held} if held else set()))
 
 

@@ -32,7 +32,7 @@ _ATTEMPTS = 3
 _OF_LOAD = ("immovable", "too_heavy", "caught", "wedged", "braced")
 # Looks on the way that may find something moved and plan anew; chosen so that a thing that never rests is given up.
 _LOOKS = 5
-# Times that what lies at a wall is dragged off it; chosen as once for each wall of a corner.
+# Times that what lies at a wall, where no finger fits, is dragged off it; chosen as once for each wall of a corner.
 _NUDGES = 2
 # Metres that an eased object may slide; chosen as what easing itself moves it, many times over.
 _SLID = 0.001
@@ -90,7 +90,6 @@ class Pick(Skill):
             try:
                 plan = self._planned(arm, seen, scene, excluded, least_aperture, failure)
             except CollisionError:
-                # Where it lies fingers do not fit; a little way off the wall they may.
                 nudges += 1
                 if nudges > _NUDGES or not nudge_off_walls(arm, object, most=ctx.max_force_n):
                     raise

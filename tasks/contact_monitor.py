@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from robosandbox.agent.force import meant_by
+from robosandbox.protocols import Skill
 from robosandbox.sim.modelled import Modelled
 from robosandbox.types import SkillCall
 from robosandbox.world.relations import contents
@@ -20,6 +24,7 @@ class ContactMonitor:
 
     Args:
         sim: The world; the monitor hooks itself into its ticks.
+        skills: What may be called, by name.
 
     Attributes:
         touched: The pairs that touched, as "link on object".
@@ -27,8 +32,9 @@ class ContactMonitor:
         worst_intended_force: The most that the robot pressed or pulled what it was to move, N; the sides of a grip cancel.
     """
 
-    def __init__(self, sim: Modelled) -> None:
+    def __init__(self, sim: Modelled, skills: Mapping[str, Skill[Any]]) -> None:
         self._sim = sim
+        self._skills = skills
         self.touched: set[str] = set()
         self.worst_force: float = 0.0
         self.worst_intended_force: float = 0.0
@@ -40,7 +46,7 @@ class ContactMonitor:
         """Take note of the call that comes next; fits `Agent.permits`."""
         truth = self._sim.truth(for_judging=False)
         named = {name: value for name, value in call.arguments.items() if value in truth.objects}
-        moved = meant_by(call, truth.held) & set(truth.objects)
+        moved = meant_by(call, self._skills.get(call.skill), truth.held) & set(truth.objects)
         destinations = set(named.values()) - moved
         beside = {other for name in moved for other in truth.objects[name].contacts}
         seen = [item.detected() for item in truth.objects.values()]

@@ -177,7 +177,7 @@ class EpisodeRunner:
             self._recorder = open_recorder(settings.recording, session)
             self._recorder.follow(session.agent)
         if isinstance(session.sim, Modelled):
-            self._monitor = ContactMonitor(session.sim)
+            self._monitor = ContactMonitor(session.sim, session.agent.skills)
             session.agent.permits.append(self._monitor.begin)
         return session
 

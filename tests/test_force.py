@@ -7,12 +7,13 @@ import mujoco
 import numpy as np
 import pytest
 
-from robosandbox.agent.force import ForceGuard
+from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.drivers import Capabilities
 from robosandbox.errors import LimitError, PushError
 from robosandbox.evidence import PushEvidence
 from robosandbox.perception.sensed import SensedSim
 from robosandbox.sim.mujoco_backend import MuJoCoBackend
+from robosandbox.skills.catalogue import load_skills
 from robosandbox.tasks.embedded import EmbeddedWorkcell
 from robosandbox.tasks.loader import find_task
 from robosandbox.tasks.session import open_session
@@ -178,3 +179,21 @@ def test_a_wrench_at_the_wrist_keeps_the_limit_on_what_is_to_be_moved() -> None:
         assert [light() for _ in range(3)] == [None] * 3
         told = [heavy() for _ in range(4)]
         assert [isinstance(error, LimitError) for error in told] == [False, True, False, False]
+
+
+def test_what_a_call_means_to_press_follows_from_its_contract() -> None:
+    skills = {skill.name: skill for skill in load_skills()}
+
+    def meant(skill: str, held: str | None = None, **arguments: object) -> set[str]:
+        return set(meant_by(SkillCall(skill=skill, arguments=arguments), skills.get(skill), held))
+
+    assert meant("pick", object="cube") == {"cube"} == meant("tap", object="cube")
+    assert meant("push", object="cube", direction="left", distance=0.1) == {"cube"}
+    assert (
+        meant("place_in", "cube", container="bin")
+        == {"cube"}
+        == meant("place_beside", "cube", target="bin", side="left")
+    )
+    assert meant("stack", object="cube", target="block") == {"cube"}
+    assert meant("open_drawer", drawer="drawer") == {"drawer"} and meant("home") == set()
+    assert meant("of_somebody_else", thing="cube") == {"cube"}, "nothing is known of it"

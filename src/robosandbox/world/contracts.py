@@ -38,10 +38,18 @@ class Contract:
     @property
     def moves(self) -> tuple[str, ...]:
         """Ids of what it moves: the first object of each thing that it brings about."""
+        return self._first_of_gifts(moving=True)
+
+    @property
+    def subjects(self) -> tuple[str, ...]:
+        """Ids of what it moves or merely touches, as a tap does: the first object of all that it brings about."""
+        return self._first_of_gifts(moving=False)
+
+    def _first_of_gifts(self, *, moving: bool) -> tuple[str, ...]:
         found = dict[str, None]()
         for gift in self.gives:
             known = predicates().get(gift.relation)
-            if known is not None and known.imagine is not None:
+            if known is not None and (known.imagine is not None or not moving):
                 found.update(dict.fromkeys(known.objects(gift.arguments)[:1]))
         return tuple(found)
 
