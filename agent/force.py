@@ -38,7 +38,7 @@ def meant_by(call: SkillCall, skill: Skill[Any] | None, held: str | None) -> fro
     if contract is None or not contract.gives:
         named = {value for value in call.arguments.values() if isinstance(value, str)}
     else:
-        named = {held if name == HELD else name for name in contract.subjects} - {None}
+        named = {name for name in contract.subjects if name != HELD}
     return frozenset(named | ({held} if held else set()))
 
 
