@@ -89,6 +89,15 @@ class Director(Protocol):
 
 
 @runtime_checkable
+class Continuing(Protocol):
+    """A planner whose plans may leave for later what only time can tell: `Plan.then`."""
+
+    def go_on(self, scene: ObservedScene) -> Plan | Refusal:
+        """Return what is done now that the steps of the last plan are; a plan of no steps where nothing is."""
+        ...
+
+
+@runtime_checkable
 class Remembering(Protocol):
     """A planner that is told what came of each prompt."""
 
@@ -98,25 +107,38 @@ class Remembering(Protocol):
 
 
 class PlannedCourse:
-    """One plan, and another one after each failure.
+    """One plan, another one after each failure, and what it leaves for later.
 
     Args:
         planner: Who plans.
         prompt: What was said.
     """
 
-    goes_on = False
-
     def __init__(self, planner: Planner, prompt: str) -> None:
         self._planner = planner
         self._prompt = prompt
         self._attempts: tuple[FailedAttempt, ...] = ()
+        self._then = ""
+
+    @property
+    def goes_on(self) -> bool:
+        """Whether the plan leaves something for when its steps are done."""
+        return bool(self._then)
 
     def next(self, scene: ObservedScene, report: Report | None) -> Plan | Refusal | Finished:
-        """Return the planner's answer, now that this has failed."""
+        """Return the planner's answer, now that this has failed, or that time has told what it left open."""
+        answer: Plan | Refusal
         if report is not None and report.failure is not None:
             self._attempts = (*self._attempts, report.failure)
-        return self._planner.plan(self._prompt, scene, self._attempts)
+        if report is not None and report.failure is None and isinstance(self._planner, Continuing):
+            answer = self._planner.go_on(scene)
+        else:
+            answer = self._planner.plan(self._prompt, scene, self._attempts)
+        later = bool(self._then)
+        self._then = answer.then if isinstance(answer, Plan) and isinstance(self._planner, Continuing) else ""
+        if later and isinstance(answer, Plan) and not answer.steps:
+            return Finished(summary=answer.answer)
+        return answer
 
 
 class GivenPlan:

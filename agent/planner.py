@@ -8,7 +8,7 @@ from robosandbox.agent.episode import Episode
 from robosandbox.agent.language.dialogue import Dialogue
 from robosandbox.agent.language.discourse import Discourse
 from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.interpret import forget_readings, interpret
+from robosandbox.agent.language.interpret import forget_readings, interpret, resumed
 from robosandbox.agent.language.questions import Answer, answered
 from robosandbox.agent.language.replan import replan
 from robosandbox.agent.language.worded import learn
@@ -66,4 +66,18 @@ class StubPlanner:
         if isinstance(draft, Refusal):
             return draft
         self._last = (prompt, draft)
-        return Plan(steps=draft.calls)
+        return _plan_of(draft)
+
+    def go_on(self, scene: ObservedScene) -> Plan | Refusal:
+        """Return what is done now that the last plan's steps are, by what is seen now."""
+        prompt, draft = self._last or ("", Draft(()))
+        later = resumed(draft, scene, self._skills)
+        if isinstance(later, Refusal):
+            return later
+        self._last = (prompt, later)
+        return _plan_of(later)
+
+
+def _plan_of(draft: Draft) -> Plan:
+    answer = draft.nothing.message if draft.nothing else ""
+    return Plan(steps=draft.calls, answer=answer, then=draft.rest.text if draft.rest else "")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
 from copy import deepcopy
 from typing import get_args
@@ -19,8 +20,8 @@ from robosandbox.agent.language.apart import (
 )
 from robosandbox.agent.language.deciding import Deciding
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
-from robosandbox.agent.language.draft import Draft
-from robosandbox.agent.language.ground import Grounder, bare_name
+from robosandbox.agent.language.draft import Draft, Rest
+from robosandbox.agent.language.ground import Grounder
 from robosandbox.agent.language.intent import (
     Command,
     Ref,
@@ -29,9 +30,11 @@ from robosandbox.agent.language.intent import (
     Spot,
     replace,
 )
+from robosandbox.agent.language.logic import If, While, commands_of
 from robosandbox.agent.language.orders import Fits
 from robosandbox.agent.language.strain import parties
 from robosandbox.agent.language.together import check_sides, fused, is_tower, swapped
+from robosandbox.agent.language.unfolding import unfolded
 from robosandbox.agent.language.whereto import check_where_told
 from robosandbox.agent.language.worded import known, resolved
 from robosandbox.types import ObservedScene, RefusalCode, Side, SkillCall
@@ -57,11 +60,26 @@ def build(
         RefusedError: It cannot be grounded, or a step's precondition would not hold.
     """
     context = discourse or Discourse()
-    sentence = _decided(sentence, scene, frozenset(skills), context, chosen)
+    rest: tuple[Command, ...] = ()
+    if any(step.control for step in sentence.steps):
+        _check_words(sentence)
+
+        def after(steps: tuple[Command, ...]) -> _Builder:
+            builder = _Builder(scene, frozenset(skills), deepcopy(context), chosen)
+            if steps:
+                builder.sentence(Sentence(steps))
+            return builder
+
+        plain = unfolded(sentence.steps, after)
+        if not plain.steps:
+            nothing = plain.not_so or RefusedError(RefusalCode.IMPOSSIBLE, "There is nothing to do.")
+            return Draft((), nothing=nothing.refusal)
+        sentence, rest = Sentence(plain.steps, sentence.avoid), plain.rest
     # What a correction ("no, the blue one") is about.
     context.last = sentence
     try:
-        return _Builder(scene, frozenset(skills), context, chosen).sentence(sentence)
+        draft = _Builder(scene, frozenset(skills), context, chosen).sentence(sentence)
+        return dataclasses.replace(draft, rest=Rest(rest, sentence.avoid, context, _said(rest))) if rest else draft
     except RefusedError as error:
         # "red on green and green on blue": a tower grows from below; "the can where the cup is": first the cup has to go.
         exchanged = any(isinstance(step.place, Spot) for step in sentence.steps)
@@ -76,6 +94,20 @@ def build(
             # "the can where the ball is and the ball to the left of the can": of where the can is then.
             raise error
         return draft
+
+
+def _check_words(sentence: Sentence) -> None:
+    """Refuse words that nobody knows, also where they are not decided on yet."""
+    commands = [each for step in sentence.steps for each in commands_of(step)]
+    strange = [ref.text for command in commands for ref in parties(command) if ref.unknown]
+    if strange:
+        raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what is meant by “{strange[0]}”.", strange)
+
+
+def _said(rest: tuple[Command, ...]) -> str:
+    """Return the words of the condition that is decided later."""
+    form = rest[0].control
+    return form.condition.text if isinstance(form, If | While) else ""
 
 
 def _leaves_its_neighbour(draft: Draft) -> bool:
@@ -101,30 +133,6 @@ _SKILLS_OF = {
 }
 
 
-def _decided(
-    sentence: Sentence,
-    scene: ObservedScene,
-    skills: frozenset[str],
-    discourse: Discourse,
-    chosen: Mapping[str, str] | None,
-) -> Sentence:
-    """Return the sentence with what is to be done as things are in place of what is done if they are so, or otherwise."""
-    for k, step in enumerate(sentence.steps):
-        if not step.branches:
-            continue
-        done, otherwise = step.branches
-        strange = [ref.text for command in (*done, *otherwise) for ref in parties(command) if ref.unknown]
-        if strange:
-            raise RefusedError(RefusalCode.UNRECOGNIZED, f"I do not know what is meant by “{strange[0]}”.", strange)
-        builder = _Builder(scene, skills, deepcopy(discourse), chosen)
-        if k:
-            builder.sentence(Sentence(sentence.steps[:k]))
-        taken = done if builder.is_so(done[0]) != done[0].unless else otherwise
-        steps = (*sentence.steps[:k], *taken, *sentence.steps[k + 1 :])
-        return _decided(Sentence(steps, sentence.avoid), scene, skills, discourse, chosen)
-    return sentence
-
-
 class _Builder(Deciding):
     """A plan for one sentence."""
 
@@ -146,7 +154,8 @@ class _Builder(Deciding):
         steps = dealt_first(members_apart(members_named(told, ground), ground))
         check_sides(steps)
         for command in fused(steps):
-            self._check_condition(command)
+            for ref in command.spoken:
+                self.ground.many(ref, lambda name: True)
             if not self.discourse.mentioned and self.world.held is None:
                 command = other_than_its_place(command)
             spared = without_what_is_denied(command, Grounder(self.world, Discourse()))
@@ -187,23 +196,6 @@ class _Builder(Deciding):
         raise RefusedError(
             RefusalCode.AMBIGUOUS, f"“{last.text}”: is the tower to stand there, or does it stand there?"
         )
-
-    def _check_condition(self, command: Command) -> None:
-        """As in "if the drawer is open, close it": done only if it is so."""
-        if command.condition is None:
-            return
-        so = self.is_so(command)
-        if so == command.unless:
-            text = command.condition.text
-            if not (so or command.subject or command.condition.relations or text.split()[0] in ("no", "there")):
-                raise RefusedError(
-                    RefusalCode.OBJECT_NOT_FOUND,
-                    f"I see no {bare_name(text)}; I see {listed(list(self.world.objects))}.",
-                )
-            told = so != bool({"no", "not", "nothing"} & {*text.split()})
-            raise RefusedError(
-                RefusalCode.IMPOSSIBLE, f"“{text}”: that is {'' if told else 'not '}so; there is nothing to do."
-            )
 
     def _avoided(self, refs: Sequence[Ref], fits: Fits = lambda name: True) -> set[str]:
         avoid: set[str] = set()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from robosandbox.agent.language.chart import Found, rule
 from robosandbox.agent.language.clauses import Element
-from robosandbox.agent.language.conditions import Conditions, Given, only_under, under
+from robosandbox.agent.language.conditions import Conditions
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, replace
-from robosandbox.agent.language.modifiers import STATES
+from robosandbox.agent.language.logic import There
 from robosandbox.agent.language.wishes import spoken
 from robosandbox.agent.language.word_order import ORDERS
 from robosandbox.agent.language.worded import worded
@@ -60,19 +60,6 @@ class Commands(Conditions):
                             for end, elements in self.elements(k)
                             for command in frame_command("build", (*elements, Element("material", refs)))
                         ]
-        for given in self._condition(i):
-            after = self._skip(given.end)
-            after = after + 1 if self.text(after) == "then" else after
-            for start in self._preambles(after, 0) if after > given.end else [given.end]:
-                for k, command in self._verb_first(start):
-                    done = under(command, given, unless=self.text(i) == "unless")
-                    found += [(k, done)] if done else []
-        for j, command in list(found) if not {"if", "unless"}.isdisjoint(self.texts) else ():
-            joint = j + 1 if self.text(j) == "," else j
-            for given in self._condition(joint + (self.text(joint) == "but")):
-                unless = "unless" in (self.text(j), self.text(j + 1), self.text(j + 2))
-                done = only_under(command, given, unless=unless) if command.condition is None else None
-                found += [(given.end, done)] if done else []
         for j, _ in self.tag(i, "INSTEAD"):
             for k, _ in self.np_list(j):
                 found += self._verb_first(self._skip(k))
@@ -85,28 +72,9 @@ class Commands(Conditions):
 
     def _asks_for(self, i: int) -> bool:
         """As in "if there is a ball, tap it", which asks whether there is one."""
-        return self.text(i) == "if" and any(given.what for given in self._condition(i))
-
-    def _condition(self, i: int) -> list[Given]:
-        """As in "if the drawer is open", "unless there is something on the pallet"."""
-        if self.text(i) not in ("if", "unless"):
-            return []
-        found = [given for given in self.existence(i + 1) if self.closed_off(given.end)]
-        for j, ref in self.np(i + 1):
-            if self.text(j) not in ("is", "are") or ref.plural or ref.unknown or ref.determiner == "a":
-                continue
-            denied = self.text(j + 1) == "not"
-            k = j + 1 + denied
-            k = k + 1 if self.text(k) in ("still", "already", "currently") else k
-            states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
-            states += [(m, relation) for m, relation in self.relation(k) if not relation.directional]
-            for m, colour in self.tag(k, "COLOUR"):
-                so = replace(ref, colours=(*ref.colours, colour), text=" ".join(self.texts[i + 1 : m]))
-                found.append(Given(m, ref, None, so, denied, ref))
-            for m, relation in states:
-                so = replace(ref, relations=(*ref.relations, relation), text=" ".join(self.texts[i + 1 : m]))
-                found.append(Given(m, ref, None, so, denied, ref))
-        return found
+        return self.text(i) == "if" and any(
+            isinstance(told, There) and not told.bound.none and self.closed_off(j) for j, told in self.condition(i + 1)
+        )
 
     def _verb_first(self, i: int) -> Found[Command]:
         found: Found[Command] = worded(self, i)

@@ -1,195 +1,348 @@
-"""Conditions about what is there: "if there is no banana here", "if nothing is on the cube", "if the tray has a ball in it"."""
+"""Conditions about what is there and how it is: "if there are more cans than cubes", "unless nothing is on the cube"."""
 
 from __future__ import annotations
 
 from abc import ABC
-from typing import NamedTuple
+from typing import Literal
 
-from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.chart import Found, distinct, rule
+from robosandbox.agent.language.intent import IT, Ref, Relation, replace
+from robosandbox.agent.language.logic import Alike, Bound, Condition, Is, More, Not, Several, There
+from robosandbox.agent.language.modifiers import HELD, STATES
 from robosandbox.agent.language.towers import Towers
+from robosandbox.agent.language.wordlist import word_set
 
-_STILL = frozenset({"still", "already", "currently", "now"})
-_POSTURES = frozenset({"standing", "sitting", "lying", "resting", "placed", "stacked", "left"})
-_SEEN = tuple(
-    tuple(phrase.split())
-    for phrase in (
-        "there is",
-        "there are",
-        "you see",
-        "you find",
-        "you spot",
-        "you notice",
-        "you can see",
-        "you can find",
-        "you can spot",
+_STILL = word_set("still already currently now then yet")
+_POSTURES = word_set("standing sitting lying resting placed stacked left")
+_AROUND = word_set("anywhere around left here remaining")
+_REMAINING = _AROUND | {"is", "are"}
+_HOLDS = word_set("has have contains contain holds hold")
+_HANDS = word_set("gripper hand fingers claw")
+_SEEN: tuple[tuple[tuple[str, ...], bool], ...] = tuple(
+    (tuple(phrase.split()), denied)
+    for phrases, denied in (
+        ("there are not|there is not|you do not see|you do not find|you can not see|you can not find", True),
+        ("there is|there are|you see|you find|you spot|you notice|you can see|you can find|you can spot", False),
+    )
+    for phrase in phrases.split("|")
+)
+_INSIDE: dict[str, tuple[str, ...]] = {
+    "in": ("in it", "inside it", "in there", "in them", "inside"),
+    "on": ("on it", "on top of it", "on them", "on top"),
+}
+_BOUNDS: tuple[tuple[tuple[str, ...], int, int | None], ...] = tuple(
+    (tuple(words.split()), least, most)
+    for words, least, most in (
+        ("at least", 0, None),
+        ("no fewer than", 0, None),
+        ("no less than", 0, None),
+        ("more than", 1, None),
+        ("over", 1, None),
+        ("at most", -1, 0),
+        ("no more than", -1, 0),
+        ("fewer than", -1, -1),
+        ("less than", -1, -1),
+        ("under", -1, -1),
+        ("exactly", 0, 0),
+        ("precisely", 0, 0),
+        ("only", 0, 0),
     )
 )
-_UNSEEN = tuple(
-    tuple(phrase.split())
-    for phrase in ("there is not", "there are not", "you do not see", "you do not find", "you can not see", "you can not find")
-)  # fmt: skip
-_INSIDE: dict[str, tuple[str, ...]] = {
-    "in": ("in it", "inside it", "in there", "inside"),
-    "on": ("on it", "on top of it", "on top"),
-}
-_THING = Ref(text="something", determiner="a", nouns=("thing",))
+"""What comes before a number, and what it adds to it for the least and the most; -1 for the least is none."""
+_MORE: tuple[tuple[str, str, Literal["more", "fewer", "as many"]], ...] = (
+    ("more", "than", "more"),
+    ("fewer", "than", "fewer"),
+    ("less", "than", "fewer"),
+    ("as many", "as", "as many"),
+)
+_SAME = tuple(
+    tuple(words.split())
+    for words in ("of the same colour", "of the same color", "the same colour", "the same color", "of one colour")
+)
+_FREE = word_set("free clear")
+THING = Ref(text="something", determiner="a", nouns=("thing",))
+THERE = Relation("there")
 
 
-class Given(NamedTuple):
-    """A condition, as far as the words go.
-
-    Attributes:
-        end: Where it ends.
-        what: The thing that "it" means in the order itself; None leaves that to what was spoken of.
-        there: The thing that "on it" or "in it" means there.
-        condition: What has to be there, or the thing as it has to be.
-        denied: It must not be there, or not be so.
-        subject: The thing that a state is told of; None where the condition asks whether there is one.
-    """
-
-    end: int
-    what: Ref | None
-    there: Ref | None
-    condition: Ref
-    denied: bool = False
-    subject: Ref | None = None
-
-
-def under(command: Command, given: Given, *, unless: bool) -> Command | None:
-    """Return a command that is done under a condition told before it; None if "it" is what must not be there."""
-    denied = unless != given.denied
-    it = bool(command.objects) and command.objects[0].determiner == "it"
-    what = given.what
-    if denied and given.subject is None:
-        # "unless something is on the cube, tap it": the cube; but no ball that is not there can be tapped.
-        what = given.there if given.condition.nouns == ("thing",) else None
-        if it and what is None:
-            return None
-    objects = (what, *command.objects[1:]) if it and what else command.objects
-    place = command.place
-    there = given.there
-    if given.subject is not None and it:
-        # "if the can is not in the tray, put it there"
-        around = [relation.refs for relation in given.condition.relations[len(given.subject.relations) :]]
-        there = around[0][0] if len(around) == 1 and len(around[0]) == 1 else None
-    if isinstance(place, Relation) and len(place.refs) == 1 and place.refs[0].determiner == "it" and there:
-        if it and what == there:
-            return None
-        place = replace(place, refs=(there,))
-    return replace(
-        command, objects=objects, place=place, condition=given.condition, unless=denied, subject=given.subject
-    )
-
-
-def only_under(command: Command, given: Given, *, unless: bool) -> Command | None:
-    """Return a command with the condition that follows it: "... unless there is something in it" is about the place named."""
-    condition, subject = given.condition, given.subject
-    inner = [relation for relation in condition.relations if relation.refs and relation.refs[0].determiner == "it"]
-    if subject is None and inner:
-        place = command.place
-        if isinstance(place, Relation) and len(place.refs) == 1:
-            named = place.refs[0] if {place.kind, inner[0].kind} in ({"in"}, {"on"}) else None
-        else:
-            named = command.objects[0] if len(command.objects) == 1 and not place else None
-        if named is None or named.determiner == "it" or len(inner) != len(condition.relations):
-            return None
-        condition = replace(condition, relations=tuple(replace(relation, refs=(named,)) for relation in inner))
-    elif condition.determiner == "it" and len(command.objects) == 1 and not command.place:
-        # "close the drawer if it is open"
-        subject = command.objects[0]
-        relations = (*subject.relations, *condition.relations)
-        colours = (*subject.colours, *condition.colours)
-        condition = replace(subject, relations=relations, colours=colours, text=condition.text)
-    return replace(command, condition=condition, unless=unless != given.denied, subject=subject)
+def _number(word: str) -> int | None:
+    return {"one": 1, "zero": 0, "none": 0, "a": 1, "an": 1}.get(word)
 
 
 class Conditions(Towers, ABC):
-    """The rules for conditions about what there is."""
+    """The rules for conditions."""
 
-    def existence(self, i: int) -> list[Given]:
-        """Return the readings at `i`, after "if", of what is there or is not: where, and what it is."""
-        found: list[Given] = []
-        for words, denied in (*((words, False) for words in _SEEN), *((words, True) for words in _UNSEEN)):
+    @rule
+    def condition(self, i: int) -> Found[Condition]:
+        """Return what is told to be so or not from `i` on: one condition, or several of which all or any hold."""
+        either = self.text(i) == "either"
+        found: Found[Condition] = [] if either else self._single(i)
+        for j, first in self._single(i + either):
+            k = j + (self.text(j) == "," and self.text(j + 1) in ("and", "or"))
+            word = self.text(k)
+            if word not in ("and", "or") or (either and word == "and"):
+                continue
+            more = self.condition(k + 1)
+            if isinstance(first, There):
+                # "if there are two cubes and one can"
+                more = more + [(m, There(ref, bound, first.text)) for m, ref, bound in self._some(k + 1)]
+            for end, other in more:
+                parts = other.of if isinstance(other, Several) and other.every == (word == "and") else (other,)
+                if not any(isinstance(part, Several) for part in parts):
+                    found.append((end, Several((first, *parts), word == "and", self.said(i, end))))
+        return distinct(found)
+
+    def _single(self, i: int) -> Found[Condition]:
+        found: Found[Condition] = []
+        for words, denied in _SEEN:
             if self.text(i) == words[0] and tuple(map(self.text, range(i, i + len(words)))) == words:
-                for j, ref, none in self._something(self._after_still(i + len(words))):
-                    if not (denied and none):
-                        none = denied or none
-                        text = " ".join(self.texts[i:j]) if none else ""
-                        j += self.text(j) in ("anywhere", "around")
-                        found += self._there(j, ref, denied=none, text=text)
-        for j, ref, none in self._something(i):
-            # "nothing is on the cube", "no ball is in the tray"
-            k = self._after_still(j + 1)
+                k = self._still(i + len(words))
+                found += [(j, Not(there) if denied else there) for j, there in self._existing(i, k)]
+                found += self._compared_counts(i, k)
+                if self.text(k) in ("neither", "no"):
+                    found += self._none_of(i, k + 1)
+        if self.text(i) == "neither":
+            found += self._none_of(i, i + 1)
+        for j, ref, bound in self._some(i):
+            # "nothing is on the cube", "two balls are in the tray"
+            k = self._still(j + 1)
             k += self.text(k) in _POSTURES
             for end, relation in self.relation(k) if self.text(j) in ("is", "are") and not ref.relations else ():
                 if relation.refs and not relation.directional:
-                    found += self._there(
-                        end, replace(ref, relations=(relation,)), denied=none, text=" ".join(self.texts[i:end])
-                    )
+                    found += self._there(i, end, replace(ref, relations=(relation,)), bound)
         found += self._having(i)
+        found += self._in_hand(i)
+        found += self._states(i)
+        return [(j, condition) for j, condition in found if j > i]
+
+    def _still(self, i: int) -> int:
+        while self.text(i) in _STILL:
+            i += 1
+        return i
+
+    # How many.
+
+    def _amount(self, i: int) -> Found[Bound]:
+        """As in "at least two", "no", "more than ten", "three or more"."""
+        found: Found[Bound] = [(i + 1, Bound(0, 0))] if self.text(i) in ("no", "none", "zero") else []
+        found += [(i + 1, Bound())] if self.text(i) in ("any", "some") else []
+        for words, least, most in _BOUNDS:
+            if tuple(map(self.text, range(i, i + len(words)))) == words:
+                for j, number in self._whole_number(i + len(words)):
+                    found.append(
+                        (j, Bound(max(number + least, 0) if least >= 0 else 0, most if most is None else number + most))
+                    )
+        for j, number in self._whole_number(i) if self.text(i) not in ("a", "an", "none", "zero") else []:
+            if self.text(j) == "or" and self.text(j + 1) in ("more", "fewer", "less"):
+                more = self.text(j + 1) == "more"
+                found.append((j + 2, Bound(number) if more else Bound(0, number)))
+            found.append((j, Bound(number, loose=True)))
         return found
 
-    def _after_still(self, i: int) -> int:
-        return i + 1 if self.text(i) in _STILL else i
+    def _whole_number(self, i: int) -> Found[int]:
+        number = _number(self.text(i))
+        return self._count(i) or ([(i + 1, number)] if number is not None else [])
 
-    def _something(self, i: int) -> list[tuple[int, Ref, bool]]:
-        """As in "a ball", "nothing", "no ball": where it ends, what it is, and whether there has to be none."""
+    def _some(self, i: int) -> list[tuple[int, Ref, Bound]]:
+        """As in "a ball", "nothing", "no ball", "more than two cans on the tray", "two of them"."""
         if self.text(i) in ("nothing", "something", "anything"):
-            none = self.text(i) == "nothing"
-            found = [(i + 1, replace(_THING, text=self.said(i, i + 1)), none)]
-            k = self._after_still(i + 1)
+            bound = Bound(0, 0) if self.text(i) == "nothing" else Bound()
+            k = self._still(i + 1)
+            k += self.text(k) in ("else", "more")
             k += self.text(k) in _POSTURES
-            return found + [
-                (j, replace(_THING, text=self.said(i, j), relations=(relation,)), none)
+            return [(k, replace(THING, text=self.said(i, k)), bound)] + [
+                (j, replace(THING, text=self.said(i, j), relations=(relation,)), bound)
                 for j, relation in self.relation(k)
                 if relation.refs and not relation.directional
             ]
-        none = self.text(i) == "no"
-        return [
-            (j, ref, none)
-            for j, ref in self.np(i + none)
-            if (ref.nouns or ref.names)
-            and ref.determiner in (("bare",) if none else ("a",))
-            and not (ref.unknown or ref.options or ref.claims or ref.other or ref.one or ref.ranks)
-            and (ref.number is None or not none)
+        found: list[tuple[int, Ref, Bound]] = []
+        for k, bound in self._amount(i):
+            of_them = k + 2 if self.said(k, k + 2) in ("of them", "of those", "of these") else k
+            if of_them > k or k >= self.count or self.tokens[k].kind == "mark" or self.text(k) in _REMAINING:
+                found.append((of_them, replace(IT, text="them", plural=True), bound))
+            found += [
+                (j, replace(ref, text=self.said(i, j)), bound)
+                for j, ref in self.np(k)
+                if ref.determiner == "bare" and ref.number is None and _plainly(ref)
+            ]
+        found += [
+            (j, ref, Bound())
+            for j, ref in self.np(i)
+            if (ref.determiner == "a" or (ref.determiner == "bare" and ref.plural and ref.number is None))
+            and _plainly(ref)
         ]
+        return found
 
-    def _there(self, j: int, ref: Ref, *, denied: bool, text: str = "") -> list[Given]:
-        condition = replace(ref, determiner="a", plural=False, text=text or ref.text)
-        thing = ref.nouns == ("thing",) and not ref.colours
-        anchors = [relation.refs for relation in ref.relations]
-        anchor = anchors[0][0] if len(anchors) == 1 and len(anchors[0]) == 1 else None
-        if thing and anchor is None:
+    def _existing(self, i: int, k: int) -> Found[Condition]:
+        """What is there, told from `k` on after "there is" at `i`."""
+        found: Found[Condition] = []
+        for j, ref, bound in self._some(k):
+            for end in (j, j + 1) if self.text(j) in _AROUND else (j,):
+                found += self._there(i, end, ref, bound)
+        return found
+
+    def _there(self, i: int, end: int, ref: Ref, bound: Bound) -> Found[Condition]:
+        if ref.nouns == THING.nouns and not ref.colours and not ref.relations:
             # "if there is nothing": where?
             return []
-        single = not (thing or denied or ref.plural or ref.number)
-        what = replace(ref, determiner="the") if single else None
-        return [Given(j, what, anchor if thing or denied else None, condition, denied)]
+        if ref.determiner != "it":
+            ref = replace(ref, determiner="a", number=None)
+        return [(end, There(ref, bound, self._without_not(i, end)))]
 
-    def _having(self, i: int) -> list[Given]:
-        """As in "the tray has nothing in it", "the cube has something on top", "the bowl contains a ball"."""
-        found: list[Given] = []
-        for j, holder in self.np(i) if not {"has", "contains", "holds"}.isdisjoint(self.texts) else ():
-            if self.text(j) not in ("has", "contains", "holds") or holder.unknown or holder.plural:
+    def _none_of(self, i: int, k: int) -> Found[Condition]:
+        """As in "there is neither a banana nor an apple"."""
+        if self.text(k - 1) != "neither":
+            return []
+        found: Found[Condition] = []
+        for j, first, bound in self._some(k):
+            if self.text(j) == "nor" and bound == Bound():
+                for end, second, _ in self._some(j + 1):
+                    told = self.said(i, end)
+                    refs = [replace(ref, determiner="a", number=None) for ref in (first, second)]
+                    found.append((end, Several(tuple(There(ref, Bound(0, 0), told) for ref in refs), True, told)))
+        return found
+
+    def _compared_counts(self, i: int, k: int) -> Found[Condition]:
+        """As in "more red cubes than blue ones", "as many cans as balls"."""
+        found: Found[Condition] = []
+        for words, than, sign in _MORE:
+            begin = k + len(words.split())
+            for j, one in self.np(begin) if self.said(k, begin) == words else ():
+                for end, other in self.np(j + 1) if self.text(j) == than and one.plural else ():
+                    if other.one and not (other.nouns or other.names):
+                        other = replace(other, nouns=one.nouns, names=one.names, one=False)
+                    if other.plural and _plainly(one) and _plainly(other):
+                        found.append((end, More(one, other, sign, self.said(i, end))))
+        return found
+
+    def _having(self, i: int) -> Found[Condition]:
+        """As in "the tray has nothing in it", "the cube has something on top", "the bowl contains two balls"."""
+        found: Found[Condition] = []
+        for j, holder in self.np(i) if not _HOLDS.isdisjoint(self.texts) else ():
+            j = self._still(j)
+            denied = self.text(j) in ("does", "do") and self.text(j + 1) == "not"
+            j += 2 * denied
+            if self.text(j) not in _HOLDS or holder.unknown or holder.plural:
                 continue
-            for k, ref, none in self._something(self._after_still(j + 1)):
-                ends = [(k, "in")] if self.text(j) != "has" else []
+            for k, ref, bound in self._some(self._still(j + 1)):
+                ends = [(k, "in")] if self.text(j)[:3] != "ha" and self.text(j)[:4] != "have" else []
                 ends += [
                     (k + len(words), kind)
                     for kind, phrases in _INSIDE.items()
                     for words in map(str.split, phrases)
                     if self.texts[k : k + len(words)] == words
                 ]
-                for end, kind in ends if not ref.relations else ():
+                for end, kind in ends if not ref.relations and ref.determiner != "it" else ():
                     inside = replace(ref, relations=(Relation(kind, (holder,)),))
-                    found += self._there(end, inside, denied=none, text=" ".join(self.texts[i:end]))
+                    there = self._there(i, end, inside, bound)
+                    found += [(m, Not(each) if denied else each) for m, each in there]
         return found
+
+    def _in_hand(self, i: int) -> Found[Condition]:
+        """As in "you are holding something", "your hand is empty"."""
+        found: Found[Condition] = []
+        if self.said(i, i + 3) in ("you are holding", "you do hold") or self.said(i, i + 2) == "you hold":
+            k = i + 3 if self.text(i + 1) != "hold" else i + 2
+            denied = self.text(k) == "not"
+            for j, ref, bound in self._some(k + denied):
+                what = replace(ref, relations=(*ref.relations, HELD), determiner="a")
+                some = There(what, bound, self._without_not(i, j))
+                found.append((j, Not(some) if denied else some))
+            for j, ref in self.np(k + denied):
+                if ref.determiner == "the" and not ref.plural:
+                    found.append((j, self._being(i, j, ref, relations=(HELD,))))
+        start = i + (self.text(i) in ("your", "the"))
+        if self.text(start) in _HANDS and self.text(start + 1) == "is" and self.text(start + 2) in ("empty", "free"):
+            held = replace(THING, relations=(HELD,))
+            found.append((start + 3, There(held, Bound(0, 0), self.said(i, start + 3))))
+        return found
+
+    # How it is.
+
+    def _states(self, i: int) -> Found[Condition]:
+        """As in "the drawer is open", "the cans are not in the bin", "the ball is closer to the bin than the cube"."""
+        found: Found[Condition] = []
+        if self.text(i) == "they" and self.text(i + 1) == "are":
+            found += [(j, Alike((replace(IT, plural=True),), self.said(i, j))) for j in self._same(i + 2)]
+        for j, refs in self.np_list(i):
+            if self.text(j) not in ("is", "are") or any(ref.unknown or ref.determiner == "a" for ref in refs):
+                continue
+            k = self._still(j + 1)
+            denied = self.text(k) == "not" or self.said(k, k + 2) == "no longer"
+            k += 2 if self.text(k) == "no" else denied
+            k = self._still(k)
+            if len(refs) > 1 or refs[0].plural:
+                found += [(end, Alike(refs, self.said(i, end))) for end in self._same(k)]
+            for end, so in self._predicates(i, k, refs[0]):
+                conditions = [so, *(Is(ref, so.so, so.text, so.among) for ref in refs[1:])]
+                whole: Condition = Several(tuple(conditions), True, self._without_not(i, end)) if refs[1:] else so
+                found.append((end, Not(whole) if denied else whole))
+        return found
+
+    def _same(self, k: int) -> list[int]:
+        return [k + len(words) for words in _SAME if tuple(map(self.text, range(k, k + len(words)))) == words]
+
+    def _predicates(self, i: int, k: int, ref: Ref) -> Found[Is]:
+        found: Found[Is] = []
+        for m, colour in self.tag(k, "COLOUR"):
+            found.append((m, self._being(i, m, ref, colours=(colour,))))
+            for n, other in self.tag(m + 1, "COLOUR") if self.text(m) == "or" else ():
+                found.append((n, self._being(i, n, ref, colours=(colour, other))))
+        states = [(k + 1, STATES[self.text(k)])] if self.text(k) in STATES else []
+        states += [(k + 1, Relation("bare"))] if self.text(k) in _FREE else []
+        states += [(k + 1, THERE)] if self.text(k) == "there" else []
+        states += [(m, HELD) for m, _ in self.tag(k, "HELD")]
+        states += [
+            (m, relation)
+            for start in ((k, k + 1) if self.text(k) in _POSTURES else (k,))
+            for m, relation in self.relation(start)
+            if not relation.directional
+        ]
+        states += self._exceeds(k)
+        found += [(m, self._being(i, m, ref, relations=(relation,))) for m, relation in states]
+        for m, kind in self.np(k):
+            plain = kind.determiner == "a" and kind.nouns and not (kind.relations or kind.unknown or kind.ranks)
+            singled = kind.determiner == "the" and kind.ranks and not kind.unknown
+            if (plain or singled) and not ref.plural:
+                found.append((m, Is(ref, kind, self._without_not(i, m))))
+        return found
+
+    def _being(
+        self, i: int, end: int, ref: Ref, *, colours: tuple[str, ...] = (), relations: tuple[Relation, ...] = ()
+    ) -> Is:
+        return Is(ref, Ref(text="", colours=colours, relations=relations), self._without_not(i, end))
+
+    def _exceeds(self, k: int) -> Found[Relation]:
+        """As in "taller than the can", "farther away than the cube", "closer to the bin than the ball"."""
+        found: Found[Relation] = []
+        for m, key in self.tag(k, "SUPER"):
+            m += self.text(m) == "away"
+            anchors: list[tuple[int, tuple[Ref, ...]]] = [(m, ())]
+            if key in ("near", "far") and self.text(m) in ("to", "from"):
+                anchors = [(end, ()) for end, _ in self.tag(m + 1, "ROBOT")] or [
+                    (end, (anchor,)) for end, anchor in self.np(m + 1) if not anchor.plural
+                ]
+            for end, anchor in anchors:
+                for n, other in self.np(end + 1) if self.text(end) == "than" else ():
+                    if not (other.plural or other.unknown):
+                        n += self.text(n) == "is" and self.text(n + 1) not in STATES
+                        found.append((n, Relation("than", (other, *anchor), order=key)))
+        return found
+
+    def _without_not(self, i: int, end: int) -> str:
+        """Return what is said to be so, or denied."""
+        return " ".join(text for text in self.texts[i:end] if text != "not")
 
     def closed_off(self, j: int) -> bool:
         """Say whether a condition may end at `j`: at a mark, "then", or where an order begins."""
         return (
             self._skip(j) > j
             or self.text(j) == "then"
-            or (j < self.count and "VERB" in self.tags[j])
+            or (j < self.count and not {"VERB", "PREAMBLE"}.isdisjoint(self.tags[j]))
             or j >= self.count
         )
+
+
+def _plainly(ref: Ref) -> bool:
+    """Say whether a description is one of a kind of thing, with nothing that singles one out."""
+    named = ref.nouns or ref.names or ref.colours
+    return bool(named) and not (ref.unknown or ref.options or ref.claims or ref.other or ref.ranks)

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from robosandbox.types import SkillCall
+from robosandbox.agent.language.discourse import Discourse
+from robosandbox.agent.language.intent import Command, Ref
+from robosandbox.types import Refusal, SkillCall
 
 
 @dataclass(frozen=True)
@@ -21,16 +23,37 @@ class Step:
 
 
 @dataclass(frozen=True)
+class Rest:
+    """What of a sentence only time can tell.
+
+    Attributes:
+        steps: What is to be done, the first of it under the condition that is decided then.
+        avoid: What is not to be touched.
+        discourse: What was spoken of before.
+        text: The condition, as said.
+    """
+
+    steps: tuple[Command, ...]
+    avoid: tuple[Ref, ...]
+    discourse: Discourse
+    text: str
+
+
+@dataclass(frozen=True)
 class Draft:
     """A plan with the choices that were free.
 
     Attributes:
         steps: In order.
         substitutes: For objects chosen among several ("a cube"): what would do as well.
+        rest: What is decided when the steps are done and the robot has looked again.
+        nothing: Why there are no steps, where a condition does not hold and nothing else is told.
     """
 
     steps: tuple[Step, ...]
     substitutes: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    rest: Rest | None = None
+    nothing: Refusal | None = None
 
     @property
     def calls(self) -> tuple[SkillCall, ...]:

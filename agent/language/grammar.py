@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from robosandbox.agent.language.alternatives import Alternatives
 from robosandbox.agent.language.amendments import without
 from robosandbox.agent.language.anaphora import in_it, inside_it, named_first
+from robosandbox.agent.language.branching import Branching
 from robosandbox.agent.language.chart import MAX_READINGS, MAX_STEPS, Found, rule
 from robosandbox.agent.language.frames import frame_command
 from robosandbox.agent.language.intent import IT, Command, Ref, Relation, Sentence, replace
+from robosandbox.agent.language.logic import ForEach
 from robosandbox.agent.language.readings import Part, sentence_of
 from robosandbox.agent.language.strain import parties, strain
 from robosandbox.agent.language.things import ORDINALS
@@ -29,7 +30,7 @@ _ONCE = frozenset({"once", "after", "soon", "until", "till"})
 _STAYS = frozenset({"stay", "stays", "remain", "remains"})
 
 
-class Grammar(Alternatives):
+class Grammar(Branching):
     """The rules for sentences."""
 
     def __post_init__(self) -> None:
@@ -68,7 +69,7 @@ class Grammar(Alternatives):
         i = self._skip(i)
         if i >= n:
             return [(n, ())]
-        found += self.either(i)
+        found += self._under_conditions(i)
         for j, part in self.part(i):
             # "... and go home afterwards" says what the order of the words says already; alone it would be a condition.
             ends = [m for m, _ in self.tag(j, "LATER")] if follows else []
@@ -159,6 +160,24 @@ class Grammar(Alternatives):
                     for q in self._joints(late_word):
                         found += [(end, (*before, *rest)) for end, rest in self._parts(q) if rest]
         return self.plainest(found, MAX_READINGS)
+
+    def _under_conditions(self, i: int) -> Found[tuple[Part, ...]]:
+        """What depends on something, and what follows it: apart from it, or after "then"."""
+        found: Found[tuple[Part, ...]] = []
+        for end, command in self.control(i):
+            if self._skip(end) >= self.count:
+                found.append((self.count, (command,)))
+            for k in self._joints(end):
+                between = {*self.texts[end:k]}
+                if self._alternative(k) or not ("then" in between or between & {".", ";", "!"}):
+                    continue
+                each = isinstance(command.control, ForEach)
+                found += [
+                    (m, (command, *rest))
+                    for m, rest in self._parts(k)
+                    if rest and not _same_again(rest) and not (each and _of_it(rest[0]))
+                ]
+        return found
 
     def _told_to_finish(self, i: int) -> bool:
         return self.text(i) in _FINISHING and self.text(i + 1) in ("by", "with", "off", "up")
@@ -353,7 +372,7 @@ class Grammar(Alternatives):
                     for end, second in self._verb_first(k):
                         if len(second.objects) == 1 and second.objects[0].determiner != "it":
                             found += [
-                                (end, (first, replace(second, objects=(IT,))))
+                                (end, (first, replace(second, objects=(IT,), times=1)) * second.times)
                                 for first in frame_command(verb, (spoken(second.objects),))
                             ]
         return found
@@ -385,6 +404,16 @@ class Grammar(Alternatives):
                     for end in ends if needs_tail and not closing else [*ends, k]:
                         found.append((end, refs))
         return found
+
+
+def _same_again(rest: tuple[Part, ...]) -> bool:
+    """As in "... and do the same with the can": the same as what?"""
+    return isinstance(rest[0], Command) and rest[0].negated == "same"
+
+
+def _of_it(part: Part) -> bool:
+    """Say whether a part is about what was spoken of before it."""
+    return isinstance(part, Command) and bool(part.objects) and part.objects[0].determiner == "it"
 
 
 def _one_list(one: Part, other: Part) -> bool:

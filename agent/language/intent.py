@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple, TypeVar
+
+if TYPE_CHECKING:
+    from robosandbox.agent.language.logic import Control
 
 N = TypeVar("N", bound=NamedTuple)
 Determiner = Literal["the", "a", "all", "it", "bare"]
@@ -26,7 +29,7 @@ Verb = Literal[
     "tidy",
     "empty",
     "nothing",
-    "either",
+    "control",
     "worded",
 ]
 
@@ -223,10 +226,8 @@ class Command(NamedTuple):
         times: How often.
         bare: How much is left unsaid: no verb, or no place.
         negated: For nothing: the verb that is not to be done.
-        condition: "if the drawer is open": what has to be there, as it is described.
-        unless: It must not be there.
-        branches: For either: what is done where the condition of its first command holds, and what otherwise.
-        subject: What the condition tells a state of ("the drawer"); None where it asks whether there is such a thing.
+        control: For control: what depends on a condition, or is done again.
+        spoken: What a condition that was found to hold spoke of just before.
         skill: For worded: which skill says itself how it is asked for.
         slots: For worded: what else was said, by argument.
     """
@@ -241,10 +242,8 @@ class Command(NamedTuple):
     times: int = 1
     bare: float = 0.0
     negated: str = ""
-    condition: Ref | None = None
-    unless: bool = False
-    subject: Ref | None = None
-    branches: tuple[tuple[Command, ...], ...] = ()
+    control: Control | None = None
+    spoken: tuple[Ref, ...] = ()
     skill: str = ""
     slots: tuple[tuple[str, Any], ...] = ()
 

@@ -278,9 +278,27 @@ def choose(
             discourse.question = refused[0].about
         return refused[0].refusal
     draft, context = next(iter(plans.values()))
+    if draft.nothing is not None:
+        return draft.nothing
     if discourse is not None:
         discourse.become(context)
     return draft
+
+
+def resumed(draft: Draft, scene: ObservedScene, skills: Sequence[str]) -> Draft | Refusal:
+    """Return the plan for what a draft left for later, as things are now.
+
+    Args:
+        draft: Its steps are done.
+        scene: What perception sees now.
+        skills: Names of the skills at hand.
+    """
+    if draft.rest is None:
+        return Draft(())
+    try:
+        return build(Sentence(draft.rest.steps, draft.rest.avoid), scene, skills, draft.rest.discourse)
+    except RefusedError as error:
+        return error.refusal
 
 
 def _same_in_the_end(one: tuple[str, ...], other: tuple[str, ...]) -> bool:

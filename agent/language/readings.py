@@ -87,7 +87,7 @@ def _on_the_way(steps: list[Command]) -> tuple[Command, ...]:
     """As in "bring the cube over to the can and set it down beside the can": one carrying."""
     made: list[Command] = []
     for step in steps:
-        last = made[-1] if made and not (made[-1].condition or step.condition) else None
+        last = made[-1] if made and not (made[-1].control or step.control) else None
         over = last.place if last is not None and last.verb == "put" else None
         onwards = step.place if step.verb == "put" and step.objects == (IT,) else None
         step = replace(step, place=_left_free(last, step) or step.place) if last else step

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from robosandbox.agent.language.draft import Draft, Step
@@ -54,7 +55,7 @@ def _draft_of(attempt: Attempt, fresh: Draft | Refusal) -> Draft:
         next((step for step in known if step.call == call), Step(call))
         for call in (*attempt.completed, attempt.failed, *attempt.remaining)
     ]
-    return Draft(tuple(steps), fresh.substitutes if isinstance(fresh, Draft) else {})
+    return replace(fresh, steps=tuple(steps)) if isinstance(fresh, Draft) else Draft(tuple(steps))
 
 
 def _after_failure(before: Draft, last: Attempt) -> tuple[Step, ...]:
@@ -188,7 +189,7 @@ class _Reaction:
             substitutes = {k: v for k, v in self.before.substitutes.items() if k != name}
             substitutes[left[0]] = tuple(left[1:])
             swapped = [_renamed(step, str(name), left[0]) for step in (self.failed, *self.after)]
-            return Draft(tuple(swapped), substitutes)
+            return replace(self.before, steps=tuple(swapped), substitutes=substitutes)
         return None
 
     def _way(self) -> Draft | None:
@@ -286,7 +287,7 @@ class _Reaction:
     # Ends.
 
     def _draft(self, *steps: Step) -> Draft:
-        return Draft(tuple(steps), self.before.substitutes)
+        return replace(self.before, steps=steps)
 
     def _stop(self, why: str | None = None, code: RefusalCode = RefusalCode.IMPOSSIBLE) -> Refusal:
         message = f"{self.failed.call} failed: {self.error.message}"

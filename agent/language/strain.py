@@ -7,6 +7,7 @@ from typing import Any
 
 from robosandbox.agent.language import lazy_regex
 from robosandbox.agent.language.intent import Command, Element, Ref, Sentence
+from robosandbox.agent.language.logic import commands_of
 
 # A second list of things, or a second place, beside one verb.
 _AGAIN = 0.5
@@ -65,8 +66,8 @@ def parties(command: Command) -> tuple[Ref, ...]:
 
 
 def _of_command(command: Command) -> float:
-    if command.branches:
-        return sum(_of_command(each) for branch in command.branches for each in branch)
+    if command.control:
+        return sum(map(_of_command, commands_of(command)))
     several = len(command.objects) == 1 and command.objects[0].plural
     # "all the cans into the tray but not the blue one" leaves out a can, and tells of no other tray.
     contrast = 0.6 * sum(" but not " in ref.text for ref in getattr(command.place, "refs", ())) if several else 0.0

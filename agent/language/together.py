@@ -14,7 +14,7 @@ def fused(commands: Sequence[Command]) -> list[Command]:
     """As in "pick up both balls and put them in the bin": two hands would be needed, so each goes before the next is taken."""
     made: list[Command] = []
     for command in commands:
-        before = made[-1] if made and command.condition is None else None
+        before = made[-1] if made else None
         several = (
             before
             and before.verb in ("pick", "tidy")
@@ -29,10 +29,9 @@ def fused(commands: Sequence[Command]) -> list[Command]:
             and command.verb in ("put", "stack")
             and len(command.objects) == 1
             and command.objects[0].determiner == "it"
-            and command.condition is None
         ):
             one = Command(command.verb, before.objects, command.place, command.tower, command.order)
-            made[-1] = replace(one, condition=before.condition, unless=before.unless, subject=before.subject)
+            made[-1] = replace(one, spoken=before.spoken)
         elif before and before.verb == "tidy" and several and not before.place and _of_them(command):
             # "tidy away the blocks. They go in the crate."
             made[-1] = replace(before, verb="put", place=command.place)
@@ -57,7 +56,7 @@ def fused(commands: Sequence[Command]) -> list[Command]:
 def _of_them(command: Command) -> bool:
     """Say whether it only tells where what was spoken of goes."""
     them = len(command.objects) == 1 and command.objects[0].determiner == "it"
-    return command.verb == "put" and them and command.place is not None and command.condition is None
+    return command.verb == "put" and them and command.place is not None
 
 
 def _taken_out(command: Command) -> bool:

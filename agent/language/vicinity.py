@@ -113,16 +113,24 @@ class Vicinity(Orders, ABC):
             if rest[name] and all(self._around(relation.kind, [name], like) for like in rest[name])
         ]
 
+    def measured(self, names: Sequence[str], order: str, anchor: str = "") -> dict[str, float]:
+        """Return what things are compared by: the one with the least of it is nearest, biggest, ... of them.
+
+        Args:
+            names: The things.
+            order: The key of a rank.
+            anchor: For near and far: from what; the robot where it is "".
+        """
+        if order not in ("near", "far"):
+            return self._score(names, Rank(order))
+        origin = self.world.at[anchor] if anchor else self.world.base_xy
+        sign = 1.0 if order == "near" else -1.0
+        return {name: sign * math.dist(self.world.at[name], origin) for name in names}
+
     def _exceeding(self, names: list[str], relation: Relation) -> list[str]:
         """As in "taller than the can": what comes before it in the order."""
         anchor = self.one(relation.refs[0], lambda name: True).ids[0]
-        rank = Rank(relation.order)
-        if relation.order in ("near", "far"):
-            origin = self.world.base_xy
-            sign = 1.0 if relation.order == "near" else -1.0
-            score = {name: sign * math.dist(self.world.at[name], origin) for name in {*names, anchor}}
-        else:
-            score = self._score([*names, anchor], rank)
+        score = self.measured([*names, anchor], relation.order)
         limit = score[anchor] - 0.03 * abs(score[anchor])
         return [name for name in names if name != anchor and score[name] < limit]
 

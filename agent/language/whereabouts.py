@@ -41,6 +41,11 @@ class Whereabouts(TakingTurns):
     def _tells_before(self) -> bool:
         return not self.present.isdisjoint({"AFTER", "BEFORE"})
 
+    @cached_property
+    def depends_on(self) -> bool:
+        """Whether the sentence has a condition."""
+        return not {"if", "unless"}.isdisjoint(self.texts)
+
     def _place(self, i: int) -> Found[Any]:
         found: Found[Any] = []
         if "ROBOT" in self.present:
@@ -58,9 +63,13 @@ class Whereabouts(TakingTurns):
             found.append((i + 1, Relation("in", (IT,))))
         if text in ("in", "into", "inside") and self.text(i + 1) == "there":
             found.append((i + 2, Relation("in", (IT,))))
-        if text == "there" and (self._tells_before or self._put_there(i)):
+        there = self._put_there(i) if text == "there" else ""
+        if there == "on" and not self.depends_on:
+            # "put the honey on the beans, then put the jam there": on the beans, or on the honey?
+            there = ""
+        if text == "there" and (self._tells_before or there):
             # "put the stone in the tub after you put the bulb there", "..., then take the bulb and put it there"
-            found.append((i + 1, Relation("in", (IT,))))
+            found.append((i + 1, Relation(there or "in", (IT,))))
         if text == "in" and (i + 1 == len(self.tokens) or self.tokens[i + 1].kind == "mark" or self.tag(i + 1, "THEN")):
             # "open the drawer, put the can in and close it"
             found.append((i + 1, Relation("in", (IT,))))
@@ -102,14 +111,15 @@ class Whereabouts(TakingTurns):
             found += [(j, Table()) for j, _ in self.tag(k, "TABLE")]
         return found
 
-    def _put_there(self, i: int) -> bool:
-        """Say whether "there" ends an order to put something, and the place told last before it is in something."""
+    def _put_there(self, i: int) -> str:
+        """Return the kind of the place told last before a "there" that ends an order to put something; "" for no such."""
         verb = next((k for k in range(i - 1, max(i - 6, 0), -1) if "VERB" in self.tags[k]), 0)
         ends = i + 1 >= self.count or self.tokens[i + 1].kind == "mark" or bool(self.tag(i + 1, "THEN"))
         if not (ends and verb and self.text(verb) in _INTO_IT and self.text(i - 1) not in _POINTING):
-            return False
+            return ""
         told = next((hits for k in range(verb - 1, 0, -1) for hits in [self.relation(k)] if hits), [])
-        return bool(told) and all(relation.kind == "in" and relation.refs for _, relation in told)
+        kinds = {relation.kind if relation.refs else "" for _, relation in told}
+        return kinds.pop() if kinds in ({"in"}, {"on"}) else ""
 
     def _coordinates(self, i: int) -> Found[At]:
         j = i

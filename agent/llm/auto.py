@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from robosandbox.agent.course import Course, Desk, Finished, PlannedCourse, Report, begin
+from robosandbox.agent.course import Continuing, Course, Desk, Finished, PlannedCourse, Report, begin
 from robosandbox.agent.partial import PartialReading
 from robosandbox.protocols import Attempt, Planner
 from robosandbox.types import ObservedScene, Plan, Refusal
@@ -42,6 +42,10 @@ class AutoPlanner:
             return question
         self._handed_over = prompt
         return self._second.plan(prompt, scene, history)
+
+    def go_on(self, scene: ObservedScene) -> Plan | Refusal:
+        """Return what is done now that the steps of the first planner's plan are."""
+        return self._first.go_on(scene) if isinstance(self._first, Continuing) else Plan(steps=())
 
 
 class AutoDirector(AutoPlanner):

@@ -34,13 +34,16 @@ class Plan(StrictModel):
     Attributes:
         steps: The calls; none where nothing has to move.
         answer: What the person is told, where a question was asked.
+        then: What only time can tell, and the planner looks at when the steps are done; "" where all is decided.
     """
 
     steps: tuple[SkillCall, ...]
     answer: str = ""
+    then: str = ""
 
     def __str__(self) -> str:
-        return ", ".join(map(str, self.steps)) or self.answer or "nothing to do"
+        steps = ", ".join(map(str, self.steps)) or self.answer or "nothing to do"
+        return f"{steps}, then look whether “{self.then}”" if self.then else steps
 
 
 class RefusalCode(StrEnum):

@@ -1,0 +1,135 @@
+"""What a sentence's steps come to: branches chosen, loops unrolled, and what is left until the robot has looked again.
+
+What the relations of the world tell is decided at once, on paper after the steps before. What only time can tell, as how far
+a push went or what lies in a drawer that was shut, ends the plan there: the rest is decided when those steps are done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from robosandbox.agent.language.deciding import Deciding, NotYetError
+from robosandbox.agent.language.discourse import RefusedError, listed
+from robosandbox.agent.language.ground import bare_name
+from robosandbox.agent.language.intent import Command, Ref, replace
+from robosandbox.agent.language.logic import (
+    Condition,
+    ForEach,
+    If,
+    Steps,
+    There,
+    UntilLeft,
+    While,
+    stripped,
+    substituted,
+)
+from robosandbox.types import RefusalCode
+
+_MOST_ROUNDS = 40  # Number of decisions in one plan. Chosen: more things than a table holds.
+
+
+@dataclass(frozen=True, slots=True)
+class Unfolded:
+    """What of a sentence's steps can be planned now.
+
+    Attributes:
+        steps: Plain commands, in order.
+        rest: What is decided when they are done and the robot has looked again; none where all is decided.
+        not_so: Why nothing is done where a condition does not hold; None where each held or told what else to do.
+    """
+
+    steps: Steps
+    rest: Steps = ()
+    not_so: RefusedError | None = None
+
+
+def unfolded(steps: Steps, after: Callable[[Steps], Deciding]) -> Unfolded:
+    """Return the plain commands that steps come to.
+
+    Args:
+        steps: Of a sentence, some of them under conditions.
+        after: Returns a world in which plain commands have been done on paper.
+
+    Raises:
+        RefusedError: A condition cannot be seen, or a loop would not end.
+    """
+    made, left = [], list(steps)
+    not_so: RefusedError | None = None
+    rounds = 0
+    while left:
+        step = left.pop(0)
+        if step.control is None:
+            made.append(step)
+            continue
+        rounds += 1
+        if rounds > _MOST_ROUNDS:
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "That would go on for ever: what is done does not end it.")
+        world = after(tuple(made))
+        try:
+            chosen, refusal = _chosen(step, world)
+        except NotYetError:
+            if not made:
+                raise RefusedError(RefusalCode.UNSUPPORTED, "I cannot see yet what that depends on.") from None
+            return Unfolded(tuple(made), (step, *left), not_so)
+        not_so = not_so or refusal
+        left[:0] = chosen
+    return Unfolded(tuple(made), (), not_so)
+
+
+def _chosen(step: Command, world: Deciding) -> tuple[Steps, RefusedError | None]:
+    """Return what a step under a condition comes to, or why it comes to nothing."""
+    match step.control:
+        case If(condition=condition, then=then, otherwise=otherwise):
+            found = world.finding(condition)
+            chosen = then if found.holds else otherwise
+            return _speaking(chosen, found.spoken), None if chosen else not_so(condition, world)
+        case While(condition=condition, body=body):
+            found = world.finding(condition)
+            if not found.holds:
+                return (), not_so(condition, world)
+            return (*_speaking(body, found.spoken), step), None
+        case ForEach(what=what, body=body):
+            names = world.ground.many(what, lambda name: True).ids
+            each = [substituted(body, Ref(text=name, names=(name,))) for name in names]
+            return tuple(command for steps in each for command in steps), None
+        case UntilLeft() as form:
+            return _until_left(form, world), None
+        case _:
+            return (step,), None
+
+
+def _speaking(steps: Steps, spoken: tuple[Ref, ...]) -> Steps:
+    if not steps or not spoken:
+        return steps
+    return (replace(steps[0], spoken=(*spoken, *steps[0].spoken)), *steps[1:])
+
+
+def _until_left(form: UntilLeft, world: Deciding) -> Steps:
+    body = form.body
+    whole = replace(body.objects[0], determiner="all", plural=True, number=None)
+    if form.spared is not None:
+        return (replace(body, objects=(replace(whole, without=(*whole.without, form.spared)),)),)
+    names = world.ground.many(whole, world.world.movable).ids
+    left = form.bound.least if form.bound.most is None else form.bound.most
+    number = len(names) - left
+    if number < 1:
+        raise RefusedError(RefusalCode.IMPOSSIBLE, f"“{form.text}”: I see {listed(names)}; there is nothing to do.")
+    some = whole if not left else replace(whole, determiner="a", number=number, plural=number > 1)
+    return (replace(body, objects=(some,)),)
+
+
+def not_so(condition: Condition, world: Deciding) -> RefusedError:
+    """Return the refusal of an order whose condition does not hold."""
+    told, denied = stripped(condition)
+    none = isinstance(told, There) and told.bound.none
+    if (
+        isinstance(told, There)
+        and not (denied or none or told.what.relations or told.bound.loose)
+        and told.bound.most is None
+    ):
+        seen = listed(list(world.world.objects))
+        return RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"I see no {bare_name(told.what.text)}; I see {seen}.")
+    return RefusedError(
+        RefusalCode.IMPOSSIBLE, f"“{told.text}”: that is {'' if denied else 'not '}so; there is nothing to do."
+    )
