@@ -211,11 +211,10 @@ class Agent(Generic[WorldT]):
         if isinstance(answer, Finished):
             told.claim = answer.summary
             return Report(steps=(), failure=self._undone(monitor, at_the_end=True))
-        told.plan = (
-            answer
-            if told.plan is None or not course.goes_on
-            else Plan(steps=(*(step.call for step in told.steps), *answer.steps))
-        )
+        before = told.plan
+        told.plan = answer
+        if before is not None and (course.goes_on or before.then):
+            told.plan = Plan(steps=(*(step.call for step in told.steps), *answer.steps), then=answer.then)
         self._emit(Planned(answer, told.replans))
         if answer.steps and self.approve is not None and not self.approve(answer):
             return None

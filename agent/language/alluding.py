@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from robosandbox.agent.language.conditions import THING
-from robosandbox.agent.language.intent import Ref, Relation, replace
-from robosandbox.agent.language.logic import Condition, If, Is, Steps, There, stripped
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
+from robosandbox.agent.language.logic import Condition, If, Is, Steps, There, stripped, substituted
+from robosandbox.agent.language.readings import Part
 
 
 def told_of(body: Steps, condition: Condition) -> Steps:
@@ -41,6 +42,18 @@ def told_of(body: Steps, condition: Condition) -> Steps:
             return ()
         place = replace(place, refs=(there,))
     return (replace(first, objects=objects, place=place), *body[1:])
+
+
+def still_about(command: Command, rest: tuple[Part, ...]) -> tuple[Part, ...]:
+    """As in "if the can is red, tap it. If it is green, ...": "it" in the second condition is what the first is told of."""
+    condition = stripped(command.control.condition)[0] if isinstance(command.control, If) else None
+    after = rest[0] if isinstance(rest[0], Command) and isinstance(rest[0].control, If) else None
+    told = stripped(after.control.condition)[0] if after is not None and isinstance(after.control, If) else None
+    own = isinstance(condition, Is) and condition.subject.determiner != "it"
+    if after is None or not own or not (isinstance(told, Is) and told.subject.determiner == "it"):
+        return rest
+    assert isinstance(condition, Is)
+    return (*substituted((after,), condition.subject), *rest[1:])
 
 
 def echoed(other: Steps, form: If) -> Steps:

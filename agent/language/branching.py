@@ -101,6 +101,7 @@ _LEFT_ALONE = tuple(
     )
 )
 _APART = frozenset({".", ";", "!"})
+_RATHER = frozenset({"instead", "already", "rather"})
 _AGAIN = frozenset({"keep", "continue"})
 _LOOPS = frozenset({"put", "stack", "pick", "tap", "pour", "open", "close", "home", "control"})
 """Verbs that may be done until something is so; how far a push goes is told beforehand."""
@@ -202,7 +203,7 @@ class Branching(Amendments, ABC):
     def _left(self, i: int, done: Steps) -> Found[Command]:
         """As in "until two are left", "until only the red ball is left", "until there are none left on the table"."""
         last = done[-1]
-        if len(done) > 1 or len(last.objects) != 1 or not last.objects[0].plural or last.verb not in ("put", "tap"):
+        if len(done) > 1 or len(last.objects) != 1 or not last.objects[0].plural or last.verb != "put":
             return []
         found: Found[Command] = []
         k = i + 2 if self.said(i, i + 2) in ("there are", "there is") else i
@@ -337,6 +338,28 @@ class Branching(Amendments, ABC):
                     found += [(end, controlled(changed(form, otherwise=other)))] if other else []
         return found
 
+    def in_its_place(self, done: tuple[Part, ...], rest: tuple[Part, ...], k: int) -> tuple[Part, ...]:
+        """As in "tap the can, but if it is red, tap the cup": in place of what was told before, and decided before it.
+
+        Args:
+            done: What was told before.
+            rest: What follows from `k` on.
+            k: Where it begins.
+
+        Returns:
+            That reading; nothing where it cannot be meant.
+        """
+        form = rest[0].control if isinstance(rest[0], Command) else None
+        instead = not _RATHER.isdisjoint(self.texts[k:])
+        told = self.text(k - 1) == "but" or instead
+        if not isinstance(form, If) or form.otherwise or not told or not _plainly_done(done):
+            return ()
+        condition = self._about(form.condition, _commands(done))
+        if condition is None:
+            return ()
+        form = changed(form, condition=condition, otherwise=_commands(done), apart=not instead)
+        return (controlled(form), *rest[1:])
+
     def _leaves_it(self, i: int) -> bool:
         """Say whether nothing is to be done otherwise: "if it is open, leave it alone"."""
         return any(
@@ -373,4 +396,7 @@ def _plainly_done(part: tuple[Part, ...]) -> bool:
 
 
 def _may_go_on(body: Steps) -> bool:
-    return all(each.verb in _LOOPS for step in body for each in commands_of(step))
+    """Say whether orders may be given again and again; how often several things at once would be done is open."""
+    orders = [each for step in body for each in commands_of(step)]
+    several = any(ref.plural and ref.determiner != "it" for each in orders for ref in each.objects)
+    return not several and all(each.verb in _LOOPS for each in orders)

@@ -84,7 +84,12 @@ class Conditions(Towers, ABC):
             more = self.condition(k + 1)
             if isinstance(first, There):
                 # "if there are two cubes and one can"
-                more = more + [(m, There(ref, bound, first.text)) for m, ref, bound in self._some(k + 1)]
+                more = more + [
+                    (m, There(ref, bound, first.text))
+                    for m, ref, bound in self._some(k + 1)
+                    # "a can and a ball on the tray": is the can there, too?
+                    if ref.relations == first.what.relations
+                ]
             for end, other in more:
                 parts = other.of if isinstance(other, Several) and other.every == (word == "and") else (other,)
                 if not any(isinstance(part, Several) for part in parts):
@@ -103,12 +108,15 @@ class Conditions(Towers, ABC):
         if self.text(i) == "neither":
             found += self._none_of(i, i + 1)
         for j, ref, bound in self._some(i):
-            # "nothing is on the cube", "two balls are in the tray"
-            k = self._still(j + 1)
-            k += self.text(k) in _POSTURES
-            for end, relation in self.relation(k) if self.text(j) in ("is", "are") and not ref.relations else ():
-                if relation.refs and not relation.directional:
-                    found += self._there(i, end, replace(ref, relations=(relation,)), bound)
+            # "nothing is on the cube", "two balls are in the tray", "any cube is red"
+            for end, so in self._predicates(i, self._still(j + 1), ref) if self.text(j) in ("is", "are") else ():
+                told = so.so
+                plain = all(r.refs and not r.directional for r in told.relations) and not (told.nouns or told.ranks)
+                if plain and ref.determiner != "it":
+                    full = replace(
+                        ref, relations=(*ref.relations, *told.relations), colours=(*ref.colours, *told.colours)
+                    )
+                    found += self._there(i, end, full, bound)
         found += self._having(i)
         found += self._in_hand(i)
         found += self._states(i)
@@ -224,7 +232,7 @@ class Conditions(Towers, ABC):
             if self.text(j) not in _HOLDS or holder.unknown or holder.plural:
                 continue
             for k, ref, bound in self._some(self._still(j + 1)):
-                ends = [(k, "in")] if self.text(j)[:3] != "ha" and self.text(j)[:4] != "have" else []
+                ends = [(k, "in")] if self.text(j) not in ("has", "have") else []
                 ends += [
                     (k + len(words), kind)
                     for kind, phrases in _INSIDE.items()

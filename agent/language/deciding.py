@@ -178,8 +178,9 @@ class _Judge:
         if len(names) > 1 and not (condition.subject.plural or condition.subject.determiner == "all"):
             names = self.ground.one(condition.subject, lambda name: True).ids
         so = [self._has(name, condition) for name in names]
-        if any(so) != all(so):
-            return Finding(False, (condition.subject,))
+        if any(so) != all(so) and condition.subject.determiner != "all":
+            some = [name for name, each in zip(names, so, strict=True) if each]
+            raise RefusedError(RefusalCode.AMBIGUOUS, f"“{condition.text}”: {listed(some)} only; what then?", some)
         own = condition.subject
         full = replace(
             own, relations=(*own.relations, *condition.so.relations), colours=(*own.colours, *condition.so.colours)
@@ -236,6 +237,8 @@ class _Judge:
     def _stands(self, name: str, relation: Relation, condition: Condition) -> bool:
         if relation.kind == "than":
             return self._exceeds(name, relation, condition)
+        if relation.kind == "there":
+            raise _unseen(condition)
         if relation.kind == "bare":
             return not self.world.on_top_of(name)
         anchors = self._looked_into(relation, condition)

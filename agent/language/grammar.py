@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import cached_property
 
+from robosandbox.agent.language.alluding import still_about
 from robosandbox.agent.language.amendments import without
 from robosandbox.agent.language.anaphora import in_it, inside_it, named_first
 from robosandbox.agent.language.branching import Branching
@@ -93,11 +94,11 @@ class Grammar(Branching):
                 # "before you go home, put the can in the bin and close it": home comes last.
                 final = part[-1:] if part[1:] and self._goes_before(i, j, k) else ()
                 done = part[:-1] if final else part
-                found += [
-                    (end, (*(without(done, rest[0]) if set_apart else done), *rest, *final))
-                    for end, rest in self._parts(k)
-                    if rest and not (self.texts[j:k] == ["and"] and _one_list(part[-1], rest[0]))
-                ]
+                for end, rest in self._parts(k):
+                    if rest and not (self.texts[j:k] == ["and"] and _one_list(part[-1], rest[0])):
+                        rather = self.in_its_place(done, rest, k) if self.depends else ()
+                        rather = rather or (*(without(done, rest[0]) if set_apart else done), *rest)
+                        found.append((end, (*rather, *final)))
             after = j + 3 if self.said(j, j + 3) in ("at the end", "in the end") else j
             late = [k for k, _ in self.tag(self._skip(after), "FIRST_BUT")]
             if any(self.text(m) == "first" for m in (self._skip(j), self._skip(j) + 1)):
@@ -173,7 +174,7 @@ class Grammar(Branching):
                     continue
                 each = isinstance(command.control, ForEach)
                 found += [
-                    (m, (command, *rest))
+                    (m, (command, *still_about(command, rest)))
                     for m, rest in self._parts(k)
                     if rest and not _same_again(rest) and not (each and _of_it(rest[0]))
                 ]

@@ -271,7 +271,7 @@ def choose(
         if not any(_same_in_the_end(_effect(draft), other) for other in plans):
             plans[_effect(draft)] = (draft, context)
     if len(plans) > 1:
-        both = " or ".join("; ".join(calls) for calls in list(plans)[:2])
+        both = " or ".join("; ".join(calls) or "nothing" for calls in list(plans)[:2])
         return Refusal(code=RefusalCode.AMBIGUOUS, message=f"That can mean two things: {both}. Which?")
     if not plans:
         if discourse is not None:

@@ -108,12 +108,14 @@ class If:
         then: Done where it is.
         otherwise: Done where it is not.
         unless: Said with "unless": the condition is what must not be so, within a `Not`.
+        apart: Said with "but if" after what is otherwise done: where it holds, that may be meant, too.
     """
 
     condition: Condition
     then: Steps
     otherwise: Steps = ()
     unless: bool = False
+    apart: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from robosandbox.agent.language.deciding import Deciding, NotYetError
 from robosandbox.agent.language.discourse import RefusedError, listed
 from robosandbox.agent.language.ground import bare_name
-from robosandbox.agent.language.intent import Command, Ref, replace
+from robosandbox.agent.language.intent import Command, Ref, Relation, replace
 from robosandbox.agent.language.logic import (
     Condition,
     ForEach,
@@ -26,6 +26,7 @@ from robosandbox.agent.language.logic import (
 )
 from robosandbox.types import RefusalCode
 
+_ENDLESS = "That would go on for ever: what is done does not end it; say how often, or with which things."
 _MOST_ROUNDS = 40  # Number of decisions in one plan. Chosen: more things than a table holds.
 
 
@@ -54,49 +55,76 @@ def unfolded(steps: Steps, after: Callable[[Steps], Deciding]) -> Unfolded:
     Raises:
         RefusedError: A condition cannot be seen, or a loop would not end.
     """
-    made, left = [], list(steps)
+    made, left = list[Command](), list(steps)
+    spoken: tuple[Ref, ...] = ()
     not_so: RefusedError | None = None
-    rounds = 0
+    refused: RefusedError | None = None
+    rounds, again = 0, False
     while left:
         step = left.pop(0)
         if step.control is None:
-            made.append(step)
+            if refused is not None and _refers_back(step):
+                # "if there is a plum, tap it. Put it in the bowl", where there is none
+                raise refused
+            made += _speaking((step,), spoken)
+            refused, spoken = None, ()
             continue
         rounds += 1
         if rounds > _MOST_ROUNDS:
-            raise RefusedError(RefusalCode.IMPOSSIBLE, "That would go on for ever: what is done does not end it.")
-        world = after(tuple(made))
+            raise RefusedError(RefusalCode.IMPOSSIBLE, _ENDLESS)
         try:
-            chosen, refusal = _chosen(step, world)
+            world = after(tuple(made))
+        except RefusedError:
+            if not again:
+                raise
+            raise RefusedError(RefusalCode.IMPOSSIBLE, _ENDLESS) from None
+        for ref in spoken:
+            world.ground.many(ref, lambda name: True)
+        told = spoken
+        try:
+            chosen, refused, spoken = _chosen(step, world)
         except NotYetError:
             if not made:
                 raise RefusedError(RefusalCode.UNSUPPORTED, "I cannot see yet what that depends on.") from None
             return Unfolded(tuple(made), (step, *left), not_so)
-        not_so = not_so or refusal
-        left[:0] = chosen
+        not_so = not_so or refused
+        again = isinstance(step.control, While) and bool(chosen)
+        left[:0] = _speaking(chosen, told)
     return Unfolded(tuple(made), (), not_so)
 
 
-def _chosen(step: Command, world: Deciding) -> tuple[Steps, RefusedError | None]:
-    """Return what a step under a condition comes to, or why it comes to nothing."""
+def _chosen(step: Command, world: Deciding) -> tuple[Steps, RefusedError | None, tuple[Ref, ...]]:
+    """Return what a step under a condition comes to, or why it comes to nothing and what was spoken of."""
     match step.control:
-        case If(condition=condition, then=then, otherwise=otherwise):
+        case If(condition=condition, then=then, otherwise=otherwise) as form:
             found = world.finding(condition)
             chosen = then if found.holds else otherwise
-            return _speaking(chosen, found.spoken), None if chosen else not_so(condition, world)
+            if form.apart and found.holds:
+                raise RefusedError(
+                    RefusalCode.AMBIGUOUS,
+                    f"“{stripped(condition)[0].text}”: is what follows to be done then in place of what was told before, or after it?",
+                )
+            if not chosen:
+                return (), not_so(condition, world), found.spoken
+            return _speaking(chosen, found.spoken), None, ()
         case While(condition=condition, body=body):
             found = world.finding(condition)
             if not found.holds:
-                return (), not_so(condition, world)
-            return (*_speaking(body, found.spoken), step), None
+                return (), not_so(condition, world), ()
+            return (*_speaking(body, found.spoken), step), None, ()
         case ForEach(what=what, body=body):
             names = world.ground.many(what, lambda name: True).ids
             each = [substituted(body, Ref(text=name, names=(name,))) for name in names]
-            return tuple(command for steps in each for command in steps), None
-        case UntilLeft() as form:
-            return _until_left(form, world), None
+            return tuple(command for steps in each for command in steps), None, ()
+        case UntilLeft() as left:
+            return _until_left(left, world), None, ()
         case _:
-            return (step,), None
+            return (step,), None, ()
+
+
+def _refers_back(step: Command) -> bool:
+    refs = (*step.objects[:1], *(step.place.refs if isinstance(step.place, Relation) else ()))
+    return any(ref.determiner == "it" for ref in refs)
 
 
 def _speaking(steps: Steps, spoken: tuple[Ref, ...]) -> Steps:
