@@ -220,12 +220,12 @@ def substituted(steps: Steps, it: Ref) -> Steps:
 def commands_of(step: Command) -> Steps:
     """Return the plain commands of a step, those of every branch of it."""
     match step.control:
+        case None:
+            return (step,)
         case If(then=then, otherwise=otherwise):
             steps = (*then, *otherwise)
         case While(body=body) | ForEach(body=body):
             steps = body
-        case UntilLeft(body=body):
-            steps = (body,)
-        case None:
-            return (step,)
+        case UntilLeft(body=only):
+            steps = (only,)
     return tuple(each for inner in steps for each in commands_of(inner))
