@@ -49,8 +49,10 @@ class Pressing:
     def __init__(self, world: World, data: mujoco.MjData) -> None:
         self._world = world
         self._data = data
-        # A view: making it anew at every tick costs as much as looking at it.
-        self._loads, self._dofs = data.qfrc_constraint, world.robot.dof_indices
+        dofs = world.robot.dof_indices
+        # A view, of more joints where others are numbered between the arm's: making it anew costs as much as looking at it.
+        self._loads = data.qfrc_constraint[int(dofs.min()) : int(dofs.max()) + 1]
+        self._unloaded = bytes(self._loads.nbytes)
         self._layout: _Layout | None = None
 
     def forces(self) -> Mapping[str, Array]:
@@ -60,7 +62,7 @@ class Pressing:
         """
         data = self._data
         # What presses on a link loads the joints before it; mostly nothing does.
-        if not any(self._loads.take(self._dofs).tolist()):
+        if self._loads.tobytes() == self._unloaded:
             return _UNTOUCHED
         contact = data.contact
         geoms, addresses = contact.geom.tobytes(), contact.efc_address.tobytes()
@@ -73,9 +75,11 @@ class Pressing:
         frames = contact.frame.take(layout.contacts, axis=0).reshape(-1, 3)
         local = self._asked(layout.contacts) if layout.rows is None else data.efc_force.take(layout.rows)
         local *= layout.signs
-        found: dict[str, Array] = {}
-        for name, part in layout.things:
-            force = found[name] = local[part].dot(frames[part])
+        if len(layout.things) == 1:
+            found = {layout.things[0][0]: local.dot(frames)}
+        else:
+            found = {name: local[part].dot(frames[part]) for name, part in layout.things}
+        for force in found.values():
             force.setflags(write=False)
         return found
 

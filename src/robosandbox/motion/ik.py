@@ -236,7 +236,7 @@ class DLSMotionPlanner:
 
     def _timed(self, path: Array, speed: float) -> Trajectory:
         robot = self._robot
-        # np.gradient needs a path finer than the waypoints that were checked; the spline runs through all of them.
+        # Differences need a path finer than the waypoints that were checked; the spline runs through all of them.
         fine = spline(path, max(2 * len(path), 33)) if len(path) > 2 else path
         return time_path(fine, speed * robot.velocity_limits, speed * robot.acceleration_limits, self.dt)
 

@@ -14,20 +14,28 @@ def spline(knots: Array, samples: int) -> Array:
 
     Knots are spaced by the joint distance between them, so that unequal steps do not bend the curve.
     """
-    distance = np.linalg.norm(np.diff(knots, axis=0), axis=1)
-    knots = knots[np.concatenate([[True], distance > 1e-9])]
-    if len(knots) < 2:
-        return np.repeat(knots, samples, axis=0)
-    u = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(knots, axis=0), axis=1))])
+    distance = np.linalg.norm(knots[1:] - knots[:-1], axis=1)
+    apart = distance > 1e-9
+    if not apart.all():
+        knots = knots[np.concatenate([[True], apart])]
+        if len(knots) < 2:
+            return np.repeat(knots, samples, axis=0)
+        distance = np.linalg.norm(knots[1:] - knots[:-1], axis=1)
+    u = np.concatenate([[0.0], np.cumsum(distance)])
     at = np.linspace(0.0, u[-1], samples)
     if len(knots) == 2:
         straight: Array = knots[0] + (at / u[-1])[:, None] * (knots[1] - knots[0])
         return straight
-    h = np.diff(u)
-    slope = np.diff(knots, axis=0) / h[:, None]
-    system = np.diag(2.0 * (h[:-1] + h[1:])) + np.diag(h[1:-1], 1) + np.diag(h[1:-1], -1)
+    h = u[1:] - u[:-1]
+    slope = (knots[1:] - knots[:-1]) / h[:, None]
+    inner = len(h) - 1
+    system = np.zeros((inner, inner))
+    # Its three diagonals, in steps through all entries one after the other.
+    entries = system.reshape(-1)
+    entries[:: inner + 1] = 2.0 * (h[:-1] + h[1:])
+    entries[1 :: inner + 1] = entries[inner :: inner + 1] = h[1:-1]
     second = np.zeros_like(knots)
-    second[1:-1] = np.linalg.solve(system, 6.0 * np.diff(slope, axis=0))
+    second[1:-1] = np.linalg.solve(system, 6.0 * (slope[1:] - slope[:-1]))
     k = np.clip(np.searchsorted(u, at, side="right") - 1, 0, len(h) - 1)
     left, right, width = (at - u[k])[:, None], (u[k + 1] - at)[:, None], h[k][:, None]
     curve: Array = (
@@ -54,8 +62,8 @@ def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> T
     if len(path) < 2 or span < 1e-9:
         return Trajectory(q=frozen_array(path[-1:]), dt=dt)
     steps = len(path) - 1
-    first = np.gradient(path, axis=0) * steps
-    second = np.gradient(first, axis=0) * steps if steps > 2 else np.zeros_like(path)
+    first = _differences(path) * steps
+    second = _differences(first) * steps if steps > 2 else np.zeros_like(path)
     slope = np.abs(first).max(axis=0)
     bend = np.abs(second).max(axis=0)
     straight = bend.max() < 1e-6 * slope.max()
@@ -74,6 +82,14 @@ def time_path(path: Array, velocity: Array, acceleration: Array, dt: float) -> T
     q = path[k] * (1.0 - fraction) + path[k + 1] * fraction
     q[0], q[-1] = path[0], path[-1]
     return Trajectory(q=frozen_array(q), dt=dt)
+
+
+def _differences(rows: Array) -> Array:
+    """Return by how much rows (k, n) change from one to the next: central differences, one-sided at both ends, (k, n)."""
+    change = np.empty_like(rows)
+    change[1:-1] = (rows[2:] - rows[:-2]) / 2.0
+    change[0], change[-1] = rows[1] - rows[0], rows[-1] - rows[-2]
+    return change
 
 
 def join(parts: Sequence[Trajectory]) -> Trajectory:
