@@ -116,6 +116,8 @@ class Hands:
         """Tell whether the fingers press on something: stopped before they are closed, and pressing on."""
         geometry = self._geometry
         assert geometry is not None
+        if geometry.cup is not None:
+            return _sucks(state, geometry)
         if state.width < geometry.min_aperture + _SOMETHING or state.width > geometry.max_aperture - 1e-4:
             return False
         if state.force is None:
@@ -126,10 +128,17 @@ class Hands:
     def _still_holds(self, state: GripperState) -> bool:
         """Tell whether the fingers are as far apart as when they closed; how hard they press is the skill's choice."""
         assert self.hold is not None and self._geometry is not None
+        if self._geometry.cup is not None:
+            return _sucks(state, self._geometry)
         empty = max(self._geometry.min_aperture + _SOMETHING, _CLOSED * self.hold.width)
         # A wide thing leaves the fingers little way to open.
         spare = self._geometry.max_aperture - self.hold.width
         return empty < state.width < self.hold.width + min(_OPENED, _SPARE * max(spare, 0.0))
+
+
+def _sucks(state: GripperState, geometry: GripperGeometry) -> bool:
+    """Tell whether a cup is told to suck and lies on something all round."""
+    return state.closed > 0.0 and state.seal is not None and state.seal >= geometry.seal
 
 
 def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks: Iterable[Track]) -> Track | None:
@@ -151,8 +160,10 @@ def _between_fingers(tcp: Pose, width: float, geometry: GripperGeometry, tracks:
 
 
 def _centred(track: Track, tcp: Pose, width: float, geometry: GripperGeometry) -> Pose:
-    """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads."""
+    """Return the held thing's pose as the closed fingers have it: in their middle, its sides along the pads; a cup moves nothing."""
     item, closing = track.detected(), tcp.rotation[:, 1]
+    if geometry.cup is not None:
+        return item.pose
     rotation = item.pose.rotation
     if isinstance(item.shape.hull(item.size), BoxHull) and not item.shape.holds_things and abs(closing[2]) < 0.2:
         rotation = _squared(rotation, closing)

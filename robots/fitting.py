@@ -17,8 +17,8 @@ def fit_roles(imported: ImportedModel, sidecar: Sidecar) -> str:
     What a gripper does is measured on a model after this, by whoever asks: its servos decide how far it closes.
     """
     tcp_site = _place_tcp(imported.spec, sidecar)
-    if sidecar.gripper and imported.options is None:
-        fit_grip(imported, sidecar.gripper, tcp_site)
+    if sidecar.fingers and imported.options is None:
+        fit_grip(imported, sidecar.fingers, tcp_site)
     return tcp_site
 
 

@@ -25,7 +25,7 @@ from robosandbox.robots.locate import find_sidecar, is_bundled, known_sidecar, r
 from robosandbox.robots.measurements import home_by_address, measurements
 from robosandbox.robots.robot import Gripper, Robot
 from robosandbox.robots.roles import apply_roles, check_actuators, check_home
-from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.sidecar import Sidecar, SuctionRoles
 from robosandbox.robots.spec import RobotFiles
 from robosandbox.types import TABLE_HEIGHT, Array, Pose, frozen_array
 from robosandbox.validation import load_yaml_model
@@ -110,20 +110,20 @@ class RobotModel:
         roles = self.sidecar.gripper
         if roles is None or self.gripper is None:
             return None
-        joint_ids = [model.joint(prefix + name).id for name in roles.joints]
+        names, primary = ((), None) if isinstance(roles, SuctionRoles) else (roles.joints, roles.primary_joint)
+        joint_ids = [model.joint(prefix + name).id for name in names]
         actuator_ids = np.array([model.actuator(prefix + name).id for name in roles.actuator_names])
         sides = [frozenset(model.body(prefix + name).id for name in side) for side in self.gripper.fingers]
-        limited = model.actuator_forcelimited[actuator_ids].astype(bool)
         return Gripper(
             geometry=self.gripper.geometry,
-            qpos_index=int(model.jnt_qposadr[model.joint(prefix + roles.primary_joint).id]),
+            qpos_index=None if primary is None else int(model.jnt_qposadr[model.joint(prefix + primary).id]),
             joint_indices=model.jnt_qposadr[joint_ids].copy(),
             actuator_ids=actuator_ids,
             bodies=sides[0] | sides[1],
             finger_bodies=(sides[0], sides[1]),
             coupled_samples=self.gripper.coupled_samples,
             driven=np.flatnonzero(np.isin(joint_ids, [_driven_joint(model, a) for a in actuator_ids])),
-            force_limits=np.where(limited, np.abs(model.actuator_forcerange[actuator_ids]).max(axis=1), np.inf),
+            force_limits=_force_limits(model, actuator_ids),
         )
 
 
@@ -226,9 +226,9 @@ def load_with(
 
 def _fit_tool(imported: ImportedModel, sidecar: Sidecar) -> None:
     """Make what touches things fit to hold or push them."""
-    if sidecar.gripper:
-        refine_fingers(imported, sidecar.gripper.joints)
-    else:
+    if sidecar.fingers:
+        refine_fingers(imported, sidecar.fingers.joints)
+    elif sidecar.suction is None:
         ensure_solid_tool(imported, sidecar.arm.joints[-1])
 
 
@@ -278,6 +278,15 @@ def measure(
         notes=tuple(imported.notes),
         options=imported.options,
     )
+
+
+def _force_limits(model: mujoco.MjModel, actuators: Array) -> Array:
+    """Return the largest force of each actuator, (k,), N or N m: its limit, or of one that sucks what its largest control gives."""
+    limited = model.actuator_forcelimited[actuators].astype(bool)
+    sucks = model.actuator_trntype[actuators] == mujoco.mjtTrn.mjTRN_BODY.value
+    sucked = np.abs(model.actuator_ctrlrange[actuators]).max(axis=1) * np.abs(model.actuator_gainprm[actuators, 0])
+    most = np.abs(model.actuator_forcerange[actuators]).max(axis=1)
+    return np.where(limited, most, np.where(sucks, sucked, np.inf))
 
 
 def _driven_joint(model: mujoco.MjModel, actuator: int) -> int:

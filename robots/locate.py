@@ -122,7 +122,7 @@ def known_sidecar(imported: ImportedModel) -> tuple[Path, Sidecar] | None:
         if path.name.removesuffix(SIDECAR_SUFFIX).partition("--")[0] != _plain(imported.name):
             continue
         sidecar = load_yaml_model(path, Sidecar)
-        wanted = {*sidecar.arm.joints, *(sidecar.gripper.joints if sidecar.gripper else ())}
+        wanted = {*sidecar.arm.joints, *(sidecar.fingers.joints if sidecar.fingers else ())}
         body = sidecar.ee_site.inject.attach_body if sidecar.ee_site.inject else None
         # Without a gripper it is for the bare arm only: the model may have one.
         fits = wanted <= joints if sidecar.gripper else wanted == joints

@@ -13,6 +13,7 @@ import numpy as np
 
 from robosandbox.cache import as_data, cached, content_key
 from robosandbox.robots.gripper.calibrate import collision_geoms
+from robosandbox.robots.gripper.cup import derive_cup
 from robosandbox.robots.gripper.geometry import DerivedGripper, derive_gripper
 from robosandbox.robots.infer.placement import Workspace
 from robosandbox.robots.infer.reach import measured_workspace
@@ -78,9 +79,11 @@ def _measure(
     site = int(model.site(tcp_site).id)
     oriented = sidecar.ee_site.inject is not None and sidecar.ee_site.inject.quat_xyzw is not None
     gripper = None
-    if sidecar.gripper:
-        gripper = derive_gripper(model, sidecar.gripper, site, home_by_address(model, sidecar), oriented=oriented)
+    if sidecar.fingers:
+        gripper = derive_gripper(model, sidecar.fingers, site, home_by_address(model, sidecar), oriented=oriented)
     R_site_tcp = gripper.R_site_tcp if gripper else _bare_tool(model, sidecar, site, oriented)
+    if sidecar.suction:
+        gripper = derive_cup(model, sidecar.suction, site, R_site_tcp)
     if workspace is None:
         workspace = measured_workspace(model, sidecar, site, R_site_tcp, gripper, table_height)
     return Measurements(

@@ -20,7 +20,7 @@ class Gripper(GripperSpec):
     """A gripper bound to a model.
 
     Attributes:
-        qpos_index: Address of the primary joint in qpos.
+        qpos_index: Address of the primary joint in qpos; None of a suction cup.
         joint_indices: Addresses of all its joints in qpos, shape (g,).
         actuator_ids: Its actuators.
         bodies: Ids of the bodies that it moves, and of a fixed jaw.
@@ -29,7 +29,7 @@ class Gripper(GripperSpec):
         driven: Columns of `coupled_samples` whose joints have an actuator of their own, shape (d,).
     """
 
-    qpos_index: int
+    qpos_index: int | None
     joint_indices: Indices
     actuator_ids: Array
     bodies: frozenset[int]
@@ -38,19 +38,26 @@ class Gripper(GripperSpec):
     driven: Indices
 
     def joints_at(self, joint: float) -> Array:
-        """Return all gripper joint values, shape (g,), when the primary joint is at `joint`."""
+        """Return all gripper joint values, shape (g,), when the primary joint is at `joint`; a cup has none."""
         samples = self.geometry.joint_samples
         return np.array([np.interp(joint, samples, column) for column in self.coupled_samples.T])
 
     def state(self, data: mujoco.MjData) -> GripperState:
         """Return the gripper's own readings."""
-        joint = float(data.qpos[self.qpos_index])
         geometry = self.geometry
+        force = float(np.abs(data.actuator_force[self.actuator_ids]).sum())
+        if self.qpos_index is None:
+            # A cup has no encoder: what it is told to do is what it does.
+            sucking = float(
+                np.interp(data.ctrl[self.actuator_ids[0]], geometry.control_samples[:, 0], geometry.joint_samples)
+            )
+            return GripperState(joint=sucking, width=0.0, closed=sucking, force=force)
+        joint = float(data.qpos[self.qpos_index])
         return GripperState(
             joint=joint,
             width=max(0.0, geometry.aperture(joint if len(self.driven) < 2 else self._mean_joint(data))),
             closed=geometry.closed_fraction(joint),
-            force=float(np.abs(data.actuator_force[self.actuator_ids]).sum()),
+            force=force,
         )
 
     def _mean_joint(self, data: mujoco.MjData) -> float:

@@ -10,9 +10,10 @@ import numpy as np
 
 from robosandbox.errors import InputError
 from robosandbox.robots.gripper.calibrate import palm_of, servo_map
+from robosandbox.robots.gripper.cup import suctions
 from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.infer.kinematic_tree import actuator_joints
-from robosandbox.robots.sidecar import Sidecar
+from robosandbox.robots.sidecar import Sidecar, SuctionRoles
 from robosandbox.validation import did_you_mean
 
 _ARM_JOINTS = (mujoco.mjtJoint.mjJNT_HINGE.value, mujoco.mjtJoint.mjJNT_SLIDE.value)
@@ -43,8 +44,9 @@ def apply_roles(sidecar: Sidecar, imported: ImportedModel) -> Sidecar:
             raise InputError(f"arm.joints[{i}] {joint!r} has no actuator in {path.name}; give it a position servo")
         actuators.append(_adopt(imported, there, wanted))
     update: dict[str, object] = {"arm": arm.model_copy(update={"actuators": tuple(actuators)})}
-    if sidecar.gripper:
-        roles = sidecar.gripper
+    if sidecar.suction:
+        update["gripper"] = _sucking(sidecar.suction, model, path)
+    elif roles := sidecar.fingers:
         named = roles.actuator_names
         moved = [name for joint in (roles.primary_joint, *roles.joints) for name in by_joint.get(joint, ())]
         if not named:
@@ -105,6 +107,25 @@ def _adopt(imported: ImportedModel, there: list[str], wanted: str) -> str:
     return wanted
 
 
+def _sucking(roles: SuctionRoles, model: mujoco.MjModel, path: Path) -> SuctionRoles:
+    """Return a cup's roles with what sucks.
+
+    Raises:
+        InputError: Nothing of the model does, several do, or the named one does not.
+    """
+    there = suctions(model)
+    if roles.actuator is None:
+        if len(there) != 1:
+            found = f"{', '.join(there)} of {path.name} do; name one" if there else f"nothing in {path.name} does"
+            raise InputError(f"gripper.actuator: a cup sucks by an adhesion actuator, and {found}")
+        return roles.model_copy(update={"actuator": there[0]})
+    if roles.actuator not in there:
+        names = [str(model.actuator(a).name) for a in range(model.nu)]
+        hint = did_you_mean(roles.actuator, there or names)
+        raise InputError(f"gripper.actuator {roles.actuator!r} is not an adhesion actuator of {path.name}{hint}")
+    return roles
+
+
 def _check_joints(sidecar: Sidecar, spec: mujoco.MjSpec, path: Path) -> None:
     names: dict[str, Iterable[str]] = {
         "joint": [item.name for item in spec.joints],
@@ -112,8 +133,8 @@ def _check_joints(sidecar: Sidecar, spec: mujoco.MjSpec, path: Path) -> None:
         "site": [item.name for item in spec.sites],
     }
     wanted = [(f"arm.joints[{i}]", "joint", name) for i, name in enumerate(sidecar.arm.joints)]
-    if sidecar.gripper:
-        wanted += [(f"gripper.joints[{i}]", "joint", name) for i, name in enumerate(sidecar.gripper.joints)]
+    if sidecar.fingers:
+        wanted += [(f"gripper.joints[{i}]", "joint", name) for i, name in enumerate(sidecar.fingers.joints)]
     if sidecar.ee_site.inject:
         wanted.append(("ee_site.inject.attach_body", "body", sidecar.ee_site.inject.attach_body))
     if sidecar.ee_site.name:

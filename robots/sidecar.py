@@ -6,7 +6,7 @@ import math
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
-from pydantic import AfterValidator, Field, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from robosandbox.types import Finite, Limits, Positive, QuatXyzw, StrictModel, Vec3
 
@@ -91,6 +91,7 @@ class GripperRoles(StrictModel):
     """The gripper's joints and what open and closed are.
 
     Attributes:
+        kind: "fingers", which need not be said.
         attach: A gripper from a file of its own, mounted on the arm.
         joints: All joints that move with the gripper.
         primary_joint: The one whose value `open_qpos` and `closed_qpos` are.
@@ -100,6 +101,7 @@ class GripperRoles(StrictModel):
         closed_qpos: Joint value; may be the larger or the smaller one.
     """
 
+    kind: Literal["fingers"] = "fingers"
     attach: GripperAttachment | None = None
     joints: Annotated[tuple[Name, ...], Field(min_length=1)]
     primary_joint: Name
@@ -124,6 +126,25 @@ class GripperRoles(StrictModel):
     def actuator_names(self) -> tuple[str, ...]:
         """The actuators, however they were given."""
         return (self.actuator,) if self.actuator else self.actuators
+
+
+class SuctionRoles(StrictModel):
+    """A suction cup: no joints, and what sucks.
+
+    Attributes:
+        kind: "suction".
+        attach: A cup from a file of its own, mounted on the arm.
+        actuator: MuJoCo's adhesion on the cup's body; found in the model when left out.
+    """
+
+    kind: Literal["suction"]
+    attach: GripperAttachment | None = None
+    actuator: Name | None = None
+
+    @property
+    def actuator_names(self) -> tuple[str, ...]:
+        """The actuator, as of a gripper with fingers."""
+        return (self.actuator,) if self.actuator else ()
 
 
 class InjectedSite(StrictModel):
@@ -169,8 +190,23 @@ class Sidecar(StrictModel):
     """
 
     arm: ArmRoles
-    gripper: GripperRoles | None = None
+    gripper: Annotated[GripperRoles | SuctionRoles, Field(discriminator="kind")] | None = None
     ee_site: EeSite
     base_pose: BasePose = BasePose()
     limits: Limits | None = None
     physics: Literal["fitted", "as_in_file"] = "fitted"
+
+    @field_validator("gripper", mode="before")
+    @classmethod
+    def _fingers_by_default(cls, value: object) -> object:
+        return {"kind": "fingers", **value} if isinstance(value, dict) else value
+
+    @property
+    def fingers(self) -> GripperRoles | None:
+        """The gripper, where it is one with fingers."""
+        return self.gripper if isinstance(self.gripper, GripperRoles) else None
+
+    @property
+    def suction(self) -> SuctionRoles | None:
+        """The gripper, where it is a suction cup."""
+        return self.gripper if isinstance(self.gripper, SuctionRoles) else None

@@ -9,10 +9,16 @@ import numpy as np
 
 from robosandbox.types import Array, Limits
 
+# Share of a cup's radius about its axis that has to be covered for it to seal. Chosen as the half: what is held then hangs
+# inside of what holds it, and a cup half over an edge, which leaks, covers none.
+_SEALED = 0.5
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class GripperGeometry:
     """What the model says of a gripper; lengths in metres, directions in the TCP frame (z approach, y closing).
+
+    Of a suction cup the joint is its command, 0 off to 1 sucking, the TCP lies in the plane of its lip, and every gap is 0.
 
     Attributes:
         joint_samples: Primary joint values, increasing, shape (k,).
@@ -29,6 +35,7 @@ class GripperGeometry:
         finger_thickness: Of one finger along the closing direction, near its tip.
         finger_width: Of the pads across closing and approach.
         pads: Names of the two pad geoms or of their bodies, for messages.
+        cup: Diameter of a suction cup's lip; None for fingers.
     """
 
     joint_samples: Array
@@ -44,6 +51,12 @@ class GripperGeometry:
     finger_thickness: float
     finger_width: float
     pads: tuple[str, str]
+    cup: float | None = None
+
+    @property
+    def seal(self) -> float:
+        """Radius about a cup's axis that has to be covered for it to seal, metres; 0 for fingers."""
+        return 0.0 if self.cup is None else _SEALED * self.cup / 2.0
 
     def aperture(self, joint: float) -> float:
         """Return the gap between the pads at a primary joint value."""

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 import mujoco
 import numpy as np
 
+from robosandbox.sim.suction import is_sucking, pulls, seal
 from robosandbox.sim.world import World
 from robosandbox.types import Touch
 
@@ -22,9 +23,10 @@ class Contacts:
     def __init__(self, world: World, data: mujoco.MjData) -> None:
         self._world = world
         self._data = data
+        self._pulls = pulls(world, data)
 
     def by_object(self) -> tuple[dict[str, set[str]], str | None]:
-        """Return what each object touches, and which object both sides of the gripper touch.
+        """Return what each object touches, and which object both sides of the gripper touch, or a cup has sucked on to.
 
         The sides are looked for on the object's own body: a drawer whose grip is held is not held itself.
         """
@@ -41,7 +43,11 @@ class Contacts:
                 for side, bodies in enumerate(fingers):
                     if other in bodies:
                         sides.setdefault(body, set()).add(side)
-        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == 2]
+        needed = 2
+        if robot.gripper is not None and robot.gripper.geometry.cup is not None:
+            sealed = (seal(world, self._data) or 0.0) >= robot.gripper.geometry.seal
+            needed = 1 if sealed and is_sucking(robot.gripper, self._data) else 2
+        held = [item for item, body in world.object_bodies.items() if len(sides.get(body, ())) == needed]
         return touching, held[0] if held else None
 
     def on_objects(self) -> dict[str, list[Touch]]:
@@ -58,6 +64,7 @@ class Contacts:
             mujoco.mj_contactForce(world.model, data, index, local)
             if not local[0] > 0.0:
                 continue
+            local[0] -= self._pull(index)
             # The contact frame's first axis points from its first geom to its second, and so does the force on the second.
             force = contact.frame.reshape(3, 3).T @ local[:3]
             x, y, z = (float(c) for c in contact.pos)
@@ -88,9 +95,14 @@ class Contacts:
         force = np.zeros(6)
         for index, inner, outer in self._with_robot():
             mujoco.mj_contactForce(world.model, data, index, force)
-            if force[0] > strongest[0]:
-                strongest = (float(force[0]), world.names[inner], world.names[outer])
+            pressed = float(force[0]) - self._pull(index)
+            if pressed > strongest[0]:
+                strongest = (pressed, world.names[inner], world.names[outer])
         return strongest
+
+    def _pull(self, index: int) -> float:
+        """Return how hard a suction cup pulls at a contact against what it is said to press with, N."""
+        return 0.0 if self._pulls is None else float(self._pulls[index])
 
     def of_robot(self) -> list[tuple[float, int, int]]:
         """Return normal force, N, and body ids of every contact of the robot, those with itself included."""
@@ -100,7 +112,7 @@ class Contacts:
             first, second = (int(model.geom_bodyid[geom]) for geom in data.contact.geom[index])
             if first in bodies or second in bodies:
                 mujoco.mj_contactForce(model, data, index, force)
-                found.append((float(force[0]), first, second))
+                found.append((float(force[0]) - self._pull(index), first, second))
         return found
 
     def _is(self, body: int, name: str | None) -> bool:
@@ -120,7 +132,7 @@ class Contacts:
             if inner in fingers and self._is(outer, name):
                 mujoco.mj_contactForce(world.model, data, index, local)
                 total += float(local[0])
-        return total / 2.0
+        return total / (2.0 if gripper.finger_bodies[1] else 1.0)
 
     def around(self, carried: Iterable[str]) -> list[tuple[str, str, float]]:
         """Return the contacts of the robot, and of objects that count as its, with anything else.
@@ -149,7 +161,7 @@ class Contacts:
                 (
                     world.owners.get(inner, world.names[inner]),
                     world.owners.get(outer, world.names[outer]),
-                    float(force[0]),
+                    float(force[0]) - self._pull(int(index)),
                 )
             )
         return found

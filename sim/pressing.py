@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from robosandbox.sim.suction import pulls
 from robosandbox.sim.world import World
 from robosandbox.types import Array
 
@@ -54,6 +55,8 @@ class Pressing:
         self._loads = data.qfrc_constraint[int(dofs.min()) : int(dofs.max()) + 1]
         self._unloaded = bytes(self._loads.nbytes)
         self._layout: _Layout | None = None
+        gripper = world.robot.gripper
+        self._sucks = gripper is not None and gripper.geometry.cup is not None
 
     def forces(self) -> Mapping[str, Array]:
         """Return the sum of what the robot presses and pulls each thing with that it touches, N in the world, shape (3,).
@@ -74,6 +77,8 @@ class Pressing:
         # The contact frame's first axis points from its first geom to its second, and so does the force.
         frames = contact.frame.take(layout.contacts, axis=0).reshape(-1, 3)
         local = self._asked(layout.contacts) if layout.rows is None else data.efc_force.take(layout.rows)
+        if self._sucks and (pulled := pulls(self._world, data)) is not None:
+            local[::3] -= pulled[layout.contacts]
         local *= layout.signs
         if len(layout.things) == 1:
             found = {layout.things[0][0]: local.dot(frames)}

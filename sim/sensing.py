@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import mujoco
 import numpy as np
@@ -19,6 +20,7 @@ from robosandbox.sim.sensors import FRAME_SIZE, Sensor, perfect_intrinsics
 from robosandbox.sim.solids import Solids
 from robosandbox.sim.states import object_truth
 from robosandbox.sim.step_recorder import StepRecorder
+from robosandbox.sim.suction import seal
 from robosandbox.sim.world import World
 from robosandbox.types import Array, Observation, Pose, RgbdFrame, Truth, frozen_array
 
@@ -93,12 +95,15 @@ class SensedSimulation(ControlledSimulation):
         robot = world.robot
         mujoco.mj_kinematics(world.model, data)
         images = {name: self._render(name) for name in cameras}
+        gripper = robot.gripper.state(data) if robot.gripper else None
+        if gripper is not None and (sealed := seal(world, data)) is not None:
+            gripper = replace(gripper, seal=sealed)
         observed = Observation(
             time=float(data.time),
             q=frozen_array(data.qpos[robot.qpos_indices]),
             qd=frozen_array(data.qvel[robot.dof_indices]),
             tcp_pose=Pose.from_matrix(*robot.tcp(data)),
-            gripper=robot.gripper.state(data) if robot.gripper else None,
+            gripper=gripper,
             images=images,
         )
         if not cameras:

@@ -147,7 +147,7 @@ class StepRecorder:
             "qvel": qvel,
         }
         if robot.gripper is not None:
-            fixed["gripper"] = _gripper(robot.gripper, qpos, force)
+            fixed["gripper"] = _gripper(robot.gripper, qpos, force, action)
             fixed["action_gripper"] = _commanded(robot.gripper, action)
         return {
             name: np.ascontiguousarray(values, dtype=np.float64 if name in _EXACT else np.float32)
@@ -183,10 +183,10 @@ class StepRecorder:
         return normals
 
 
-def _gripper(gripper: Gripper, qpos: Array, force: Array) -> Array:
+def _gripper(gripper: Gripper, qpos: Array, force: Array, action: Array) -> Array:
     """Return joint, width, closed fraction and force of each row, as `Gripper.state` does for one."""
     geometry = gripper.geometry
-    joint = qpos[:, gripper.qpos_index]
+    joint = _commanded(gripper, action)[:, 0] if gripper.qpos_index is None else qpos[:, gripper.qpos_index]
     middle = joint
     if len(gripper.driven) >= 2:
         values = []

@@ -18,7 +18,7 @@ from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_wi
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
 from robosandbox.skills.primitives.nudging import nudge_off_walls
-from robosandbox.skills.primitives.sensing import changed, check_closed, check_open
+from robosandbox.skills.primitives.sensing import changed, check_closed, check_open, check_sealed
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -151,6 +151,7 @@ class Pick(Skill):
         before = arm.gripper.width
         arm.close()
         check_closed(arm, grasp, before)
+        check_sealed(arm, grasp)
         width, geometry = arm.gripper.width, arm.geometry
         empty = geometry.min_aperture + _CLOSED_ON_NOTHING * (grasp.width - geometry.min_aperture)
         scene = arm.look()

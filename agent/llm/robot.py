@@ -28,7 +28,10 @@ def describe_robot(ctx: GoalContext, scene: ObservedScene, skills: Mapping[str, 
     data: dict[str, Any] = {"arm": spec.name}
     if spec.gripper is not None:
         geometry = spec.gripper.geometry
-        data["gripper_opens"] = [round(geometry.min_aperture, 3), round(geometry.max_aperture, 3)]
+        if geometry.cup is not None:
+            data["suction_cup"] = round(geometry.cup, 3)
+        else:
+            data["gripper_opens"] = [round(geometry.min_aperture, 3), round(geometry.max_aperture, 3)]
     for limits in (spec.limits, ctx.limits):
         if limits is not None:
             data |= limits.model_dump(mode="json", exclude_none=True)

@@ -15,7 +15,7 @@ from robosandbox.robots.infer.placement import find_workspace
 from robosandbox.robots.infer.reach import collision_test
 from robosandbox.robots.infer.sidecar import Inference
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar
+from robosandbox.robots.sidecar import EeSite, GripperRoles, Sidecar, SuctionRoles
 from robosandbox.robots.singularity import conditioning, singularity
 from robosandbox.types import TABLE_HEIGHT, Array, matrix_from_quat_xyzw
 
@@ -25,6 +25,7 @@ _DOWN = np.array([0.0, 0.0, -1.0])
 _TCP_ASIDE = 0.010
 _TCP_BEYOND = 0.012  # Metres that it may lie beyond it. Chosen likewise.
 _TIP_SLACK = 0.003  # Metres that it may lie beyond the fingertips, where these reach farther. Chosen likewise.
+_TCP_OF_LIP = 0.005  # Metres that it may lie before or behind a cup's lip. Chosen as the height of a thin cup.
 _TCP_BEHIND = 0.045  # Metres that it may lie behind it. Chosen likewise.
 # A TCP farther behind than this, metres, is the first to be doubted where the trial fails. Chosen: a third of `_TCP_BEHIND`.
 _TCP_DOUBTED = 0.015
@@ -82,14 +83,16 @@ def _joints(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
     places = [listed.index(name) for name in chain]
     if places != sorted(places):
         return Check("joints", False, f"not from base to wrist; the order is {', '.join(chain)}", "arm.joints")
-    grip = set(found.sidecar.gripper.joints) if found.sidecar.gripper else set()
+    grip = set(found.sidecar.fingers.joints) if found.sidecar.fingers else set()
     if given.gripper is not None and grip & set(listed):
         return Check("joints", False, f"{sorted(grip & set(listed))[0]!r} moves the gripper, not the arm", "arm.joints")
     return Check("joints", True, f"all {len(listed)} joints from the base to the tool, in order")
 
 
 def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Check]:
-    roles, measured = given.gripper, found.sidecar.gripper
+    if given.suction is not None:
+        return [_cup(found, given.suction)]
+    roles, measured = given.fingers, found.sidecar.fingers
     if roles is None or measured is None:
         why = found.findings["gripper"].evidence
         return [Check("gripper", False, f"the model has no gripper that could be measured: {why}", "gripper")]
@@ -103,6 +106,17 @@ def _gripper(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[Ch
         if not checks[0].ok:
             return checks
     return [*checks, _open_closed(roles, found, measured)] if roles.primary_joint == measured.primary_joint else checks
+
+
+def _cup(found: Inference, roles: SuctionRoles) -> Check:
+    """Check that the model has the cup, and no other one at the arm's end."""
+    there, why = found.sidecar.suction, found.findings["gripper"].evidence
+    if there is None:
+        return Check("gripper", False, f"nothing at the arm's end sucks; {why}", "gripper.kind")
+    if roles.actuator not in (None, there.actuator):
+        detail = f"{roles.actuator!r} is not what sucks at the arm's end; that is {there.actuator!r}"
+        return Check("gripper_actuator", False, detail, "gripper.actuator")
+    return Check("gripper", True, why)
 
 
 def _primary(model: mujoco.MjModel, roles: GripperRoles, measured: GripperRoles) -> Check:
@@ -212,14 +226,16 @@ def _tcp(model: mujoco.MjModel, found: Inference, given: Sidecar) -> Check:
     x, y, along = R.T @ (tcp.point - origin)
     aside = float(np.hypot(x, y))
     where = f"{aside * 1000:.0f} mm beside and {along * 1000:+.0f} mm along the approach from"
-    what = "where the pads meet" if given.gripper else "the end of the last link"
+    cup = given.suction is not None
+    what = "the cup's lip" if cup else "where the pads meet" if given.gripper else "the end of the last link"
     if given.gripper is None or found.sidecar.gripper is None:
         far = float(np.linalg.norm(tcp.point - origin)) > _TCP_OF_LINK
         return Check("tcp", not far, f"{where} {what}", tcp.field if far else None)
     # Long pads hold things all the way to their tips, which is where some makers put the TCP.
-    beyond = max(_TCP_BEYOND, found.tip + _TIP_SLACK)
-    if aside > _TCP_ASIDE or not -_TCP_BEHIND <= along <= beyond:
-        return Check("tcp", False, f"{where} {what}: IK aims beside the fingers, not between them", tcp.field)
+    behind, beyond = (_TCP_OF_LIP, _TCP_OF_LIP) if cup else (_TCP_BEHIND, max(_TCP_BEYOND, found.tip + _TIP_SLACK))
+    if aside > _TCP_ASIDE or not -behind <= along <= beyond:
+        aims = "beside the cup" if cup else "beside the fingers, not between them"
+        return Check("tcp", False, f"{where} {what}: IK aims {aims}", tcp.field)
     if tcp.rotation is not None:
         angle = float(np.degrees(np.arccos(np.clip(tcp.rotation[:, 2] @ R[:, 2], -1.0, 1.0))))
         if angle > _APPROACH_DEG:
@@ -246,10 +262,8 @@ def _placement(model: mujoco.MjModel, found: Inference, given: Sidecar) -> list[
     tool = Tool(model.body(truth.attach_body).id, np.array(truth.xyz), matrix_from_quat_xyzw(truth.quat_xyzw))
     joints = tuple(model.joint(name).id for name in given.arm.joints)
     start = model.qpos0.copy()
-    measured = found.sidecar.gripper
-    if measured is not None:
-        for name, value in found.open_joints.items():
-            start[model.joint(name).qposadr[0]] = value
+    for name, value in found.open_joints.items():
+        start[model.joint(name).qposadr[0]] = value
     kinematics = Kinematics(model, joints, tool, qpos=start)
     q = np.array(given.arm.home_qpos)
     base = np.array(given.base_pose.xyz)

@@ -60,6 +60,20 @@ def infer_beside(
         return infer_imported(imported, listed=given.arm.joints)
 
 
+def refuse_unsound(found: Inference) -> None:
+    """Refuse what was inferred of a model where checking it would, for the same cause.
+
+    Raises:
+        InputError: The first check that it fails, and what was found there.
+    """
+    fault = next((item for item in compare(found, found.sidecar) if not item.ok and item.counts), None)
+    if fault is not None:
+        raise InputError(
+            f"{found.model.path.name}: no usable sidecar can be inferred: {fault.name}: {fault.detail}; write one by hand, or "
+            "name another arm (--arm)"
+        )
+
+
 def static_checks(files: RobotFiles) -> tuple[Check, ...]:
     """Return the checks of a sidecar that need no simulation; made once as long as the files stay the same."""
     return _static_checks(files, files.model.stat().st_mtime_ns, files.sidecar.stat().st_mtime_ns)

@@ -137,7 +137,7 @@ def measured_as_loaded(
     Raises:
         InputError: The gripper cannot be driven from open to closed.
     """
-    roles = sidecar.gripper
+    roles = sidecar.fingers
     assert roles is not None
     copy = replace(imported, spec=imported.spec.copy(), notes=[])
     tcp_site = fit_roles(copy, sidecar)

@@ -9,7 +9,7 @@ import mujoco
 import numpy as np
 
 from robosandbox.robots.kinematics import Kinematics
-from robosandbox.robots.singularity import centring, conditioning, is_singular
+from robosandbox.robots.singularity import centring, conditioning, is_singular, singularity
 from robosandbox.robots.surfaces import world_points
 from robosandbox.types import Array
 
@@ -231,7 +231,8 @@ def find_home(
         return Home(_rounded(kinematics, best), how, 0.85)
     q, positions, rotations = kinematics.samples()
     order = np.argsort(rotations[:, 2, 2] - 0.3 * (positions[:, 2] > space.floor + 0.1), kind="stable")
-    free = next((k for k in order if collides(q[k]) is None), order[0])
+    usable = (k for k in order if singularity(kinematics, q[k], space.far) is None)
+    free = next((k for k in usable if collides(q[k]) is None), order[0])
     how = f"the sampled posture that points down best; check it on the picture{note}"
     return Home(_rounded(kinematics, q[free]), how, 0.3)
 

@@ -36,9 +36,9 @@ def measured_workspace(
     start = model.qpos0.copy()
     for name, value in zip(sidecar.arm.joints, sidecar.arm.home_qpos, strict=True):
         start[model.joint(name).qposadr[0]] = value
-    if gripper is not None and sidecar.gripper is not None:
+    if gripper is not None and sidecar.fingers is not None:
         widest = int(gripper.geometry.aperture_samples.argmax())
-        for name, value in zip(sidecar.gripper.joints, gripper.coupled_samples[widest], strict=True):
+        for name, value in zip(sidecar.fingers.joints, gripper.coupled_samples[widest], strict=True):
             start[model.joint(name).qposadr[0]] = value
     joints = [model.joint(name).id for name in sidecar.arm.joints]
     kinematics = Kinematics(model, joints, Tool.at_site(model, site, R_site_tcp), qpos=start)
@@ -53,6 +53,8 @@ def collision_test(
 ) -> Callable[[Array], str | None]:
     """Return a function that says what touches at a configuration of the arm, or None.
 
+    Links that none of its joints moves against each other, as a hand's own, say nothing of a configuration.
+
     Args:
         model: The robot, with a table or without.
         kinematics: Its arm.
@@ -60,19 +62,30 @@ def collision_test(
     """
     data = mujoco.MjData(model)
     start = kinematics.data.qpos.copy()
+    rigid = _beyond(model, kinematics)
 
     def touching(q: Array) -> str | None:
         data.qpos[:] = start
         data.qpos[kinematics.addresses] = q
         mujoco.mj_fwdPosition(model, data)
         for contact in data.contact[: data.ncon]:
-            if contact.dist < -deepest:
-                pair = [str(model.body(int(model.geom_bodyid[g])).name) for g in contact.geom]
+            first, second = (int(model.geom_bodyid[g]) for g in contact.geom)
+            if contact.dist < -deepest and rigid[first] != rigid[second]:
+                pair = [str(model.body(body).name) for body in (first, second)]
                 pair.sort(key=lambda name: name == "world")
                 return f"{pair[0]!r} touching {'the table' if pair[1] == 'world' else repr(pair[1])}"
         return None
 
     return touching
+
+
+def _beyond(model: mujoco.MjModel, kinematics: Kinematics) -> list[int]:
+    """Return for each body how many bodies with a joint of the arm are on the way to it: where two agree, they move together."""
+    moved = {int(model.jnt_bodyid[joint]) for joint in kinematics.joints}
+    found = [0]
+    for body in range(1, model.nbody):
+        found.append(found[int(model.body_parentid[body])] + (body in moved))
+    return found
 
 
 def with_table(spec: mujoco.MjSpec, source: str, floor: float) -> mujoco.MjModel:

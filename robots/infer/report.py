@@ -9,6 +9,7 @@ from typing import Any
 
 from robosandbox.robots.check.finding import Finding
 from robosandbox.robots.infer.sidecar import Inference
+from robosandbox.robots.sidecar import SuctionRoles
 
 _WIDTH = 110  # Characters of a line. Chosen: fits terminals of 120.
 
@@ -51,6 +52,8 @@ def _gripper(inference: Inference, beside: Path | None) -> list[str]:
     if roles is None:
         return [*_said(found.get("gripper"), 0), "# gripper: none", ""]
     lines = [*_said(found.get("gripper"), 0), "gripper:"]
+    if isinstance(roles, SuctionRoles):
+        lines.append(f"  kind: {roles.kind}")
     if roles.attach is not None:
         model = roles.attach.model
         if beside is not None and model.is_absolute():
@@ -64,6 +67,9 @@ def _gripper(inference: Inference, beside: Path | None) -> list[str]:
         if any(roles.attach.xyz) or roles.attach.quat_xyzw != (0.0, 0.0, 0.0, 1.0):
             lines.append(f"    xyz: {_list(_round(roles.attach.xyz))}")
             lines.append(f"    quat_xyzw: {_list(_round(roles.attach.quat_xyzw))}")
+    if isinstance(roles, SuctionRoles):
+        lines += [*_said(found.get("gripper.actuator"), 2), f"  actuator: {_name(roles.actuator)}", ""]
+        return lines
     lines += [*_said(found.get("gripper.joints"), 2), f"  joints: {_list(roles.joints)}"]
     lines += [*_said(found.get("gripper.primary_joint"), 2), f"  primary_joint: {_name(roles.primary_joint)}"]
     if roles.actuator:

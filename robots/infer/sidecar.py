@@ -18,6 +18,7 @@ from robosandbox.robots.importers.imported import ImportedModel, compile_spec
 from robosandbox.robots.importers.importing import import_model
 from robosandbox.robots.importers.isolate import keep_arm
 from robosandbox.robots.importers.mount import mount
+from robosandbox.robots.infer.cup import InferredCup, infer_cup
 from robosandbox.robots.infer.gripper import InferredGripper, infer_gripper, measured_as_loaded
 from robosandbox.robots.infer.kinematic_tree import Chain, actuator_joints, find_chains
 from robosandbox.robots.infer.placement import Workspace, base_bottom, base_pose, find_home, find_workspace
@@ -32,6 +33,7 @@ from robosandbox.robots.sidecar import (
     GripperRoles,
     InjectedSite,
     Sidecar,
+    SuctionRoles,
 )
 from robosandbox.types import TABLE_HEIGHT, Array, quat_xyzw_from_matrix
 from robosandbox.validation import did_you_mean
@@ -125,11 +127,15 @@ def infer_imported(
     findings = {"arm.joints": Finding(0.95, f"the actuated chain from the base to {chain.name(model)!r}")}
     palm = chain.name(model)
     keep_arm(imported, model, {*names, *listed} & {str(model.joint(j).name) for j in range(model.njnt)})
+    hand: InferredGripper | InferredCup | None
     hand, findings["gripper"] = (
         infer_gripper(imported, gripper_names, names, chain)
         if gripper_names
         else (None, Finding(chain.confidence, chain.evidence))
     )
+    if hand is None:
+        model = compile_spec(imported.spec, imported.path.name)
+        hand = infer_cup(model, tuple(model.joint(name).id for name in names))
     if hand is None:
         ensure_solid_tool(imported, names[-1])
     model = compile_spec(imported.spec, imported.path.name)
@@ -144,7 +150,8 @@ def infer_imported(
         ee_site=_site(palm, position, rotation),
         base_pose=place.base,
     )
-    if hand is not None:
+    fingers = hand if isinstance(hand, InferredGripper) else None
+    if fingers is not None:
         sidecar, measured = measured_as_loaded(imported, sidecar, table_height, place.space)
         findings |= measured
     return Inference(
@@ -153,20 +160,23 @@ def infer_imported(
         findings={**findings, **place.findings, "arm.actuators": _driven(imported, actuators)},
         choices=choices,
         workspace=place.space,
-        open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if hand else {},
-        tip=hand.tip if hand else 0.0,
+        open_joints={name: float(start[model.joint(name).qposadr[0]]) for name in gripper_names} if fingers else {},
+        tip=fingers.tip if fingers else 0.0,
         notes=tuple(imported.notes),
     )
 
 
 def _tool(
-    hand: InferredGripper | None,
+    hand: InferredGripper | InferredCup | None,
     model: mujoco.MjModel,
     joints: tuple[int, ...],
     palm: str,
     findings: dict[str, Finding],
 ) -> tuple[str, Array, Array, Array]:
     """Return the TCP's body, its place and rotation there, and the configuration in which the hand is open; add what tells them."""
+    if isinstance(hand, InferredCup):
+        findings |= hand.findings
+        return hand.body, hand.tool, hand.rotation, model.qpos0.copy()
     if hand is not None:
         findings |= hand.findings
         return hand.palm, hand.tool, hand.rotation, hand.open_qpos
@@ -260,7 +270,9 @@ def _flange(imported: ImportedModel, gripper: Path, arm: str | None) -> GripperA
     )
 
 
-def _with_attachment(roles: GripperRoles, attachment: GripperAttachment | None) -> GripperRoles:
+def _with_attachment(
+    roles: GripperRoles | SuctionRoles, attachment: GripperAttachment | None
+) -> GripperRoles | SuctionRoles:
     return roles.model_copy(update={"attach": attachment}) if attachment else roles
 
 

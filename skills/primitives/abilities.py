@@ -36,7 +36,7 @@ class GripperAbilities(Abilities):
         self.gripper = gripper is not None
         if gripper is not None and state is not None:
             self.apertures = (gripper.geometry.min_aperture, gripper.geometry.max_aperture)
-            self.aperture = state.width
+            self.aperture, self.cup = state.width, gripper.geometry.cup
 
     def out_of_reach(self, point: Sequence[float], scene: ObservedScene) -> str | None:
         """Return None: motion planning tells."""

@@ -12,6 +12,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, GraspError, Phase, SkillError, UnreachableError
 from robosandbox.evidence import CollisionEvidence, GraspEvidence
 from robosandbox.grasp.analytic import narrowest
+from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.manipulator import (
@@ -101,8 +102,10 @@ def plan_grasp(
     found = arm.ctx.grasp.candidates(target, scene, arm.sim.spec, pieces=pieces, hand=hand)
     search = _Search(arm, target, least_aperture)
     fresh = (grasp for grasp in found if not any(_alike(in_frame(grasp, target), other) for other in excluded))
+    # A cup is to touch what it is to hold.
+    touched = () if arm.geometry.cup is None else (target.id,)
     for grasp in fresh:
-        plan = search.attempt(grasp)
+        plan = search.attempt(grasp, *touched)
         if plan is not None:
             arm.ctx.announce(GraspSearch(candidates=tuple(search.tried), chosen=len(search.tried) - 1))
             return plan
@@ -296,6 +299,10 @@ def _residual(error: UnreachableError) -> float:
 
 def why_no_grasp(geometry: GripperGeometry, target: DetectedObject, pieces: Sequence[Array]) -> str:
     """Return why no grasp fits an object, in a clause."""
+    if geometry.cup is not None:
+        widest = widest_face(target, pieces)
+        has = f"its widest measures {widest * 1000:.0f} mm" if widest else "it has none"
+        return f"this cup holds flat faces of at least {least_face(geometry.cup) * 1000:.0f} mm across, and {has}"
     width = narrowest(target, pieces)
     if width >= geometry.max_aperture - 0.006:
         return f"it is {width * 1000:.0f} mm wide and the gripper opens to {geometry.max_aperture * 1000:.0f} mm"
@@ -313,7 +320,7 @@ def _no_candidate(arm: Manipulator, target: DetectedObject, pieces: Sequence[Arr
         evidence=GraspEvidence(
             object=target.id,
             reason="none_found",
-            object_width=narrowest(target, pieces),
+            object_width=narrowest(target, pieces) if geometry.cup is None else None,
             aperture=arm.gripper.width,
             max_aperture=geometry.max_aperture,
         ),

@@ -103,7 +103,9 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, load: Loa
     pull, aperture = load.pull, arm.gripper.width
     reason, said = _cause(before, after, scene, load, travelled, arm.ctx.max_force_n)
     back = held_back(before, scene) if reason in ("caught", "wedged", "braced") else Held(None)
-    if reason == "slipped":
+    if reason == "slipped" and arm.geometry.cup is not None:
+        said = f"{before.id} came off the cup while it was lifted; look again and try another face"
+    elif reason == "slipped":
         said = (
             f"{before.id} slipped out while it was lifted: the fingers are {aperture * 1000:.1f} mm apart, it measures "
             f"{width * 1000:.1f} mm between them; look again and try another grasp"

@@ -1,4 +1,4 @@
-"""What the arm feels of its fingers: whether they go where they are sent; and what has moved meanwhile."""
+"""What the arm feels of its fingers or its cup: whether they go where they are sent, and it seals; and what has moved meanwhile."""
 
 from __future__ import annotations
 
@@ -67,6 +67,30 @@ def check_closed(arm: Manipulator, grasp: Grasp, before: float) -> None:
             raise _stuck(arm, grasp, arm.geometry.min_aperture)
         arm.open(before)
         arm.close()
+
+
+def check_sealed(arm: Manipulator, grasp: Grasp) -> None:
+    """Check that a suction cup that was told to suck lies on the object; fingers are not asked.
+
+    Raises:
+        GraspError: It leaks.
+    """
+    sealed, needed = arm.gripper.seal, arm.geometry.seal
+    if sealed is None or sealed >= needed:
+        return
+    raise GraspError(
+        f"no seal on {grasp.object}: the cup lies on it for {sealed * 1000:.0f} of {needed * 1000:.0f} mm about its axis; "
+        "look again and try another face",
+        phase=Phase.GRASP,
+        evidence=GraspEvidence(
+            object=grasp.object,
+            reason="no_seal",
+            aperture=0.0,
+            max_aperture=0.0,
+            seal=round(sealed, 5),
+            needed_seal=round(needed, 5),
+        ),
+    )
 
 
 def _stuck(arm: Manipulator, grasp: Grasp, commanded: float) -> GraspError:

@@ -92,7 +92,7 @@ class GraspEvidence(Evidence):
         reason: No candidate; closed on nothing; lost after closing; held, but fixed where it is or far too heavy
             ("immovable"); moved free of all else, but heavier than the grip or the arm can bear ("too_heavy"); under something
             ("caught"), between things or walls ("wedged"), or against one ("braced"); fingers that do not go where they
-            are sent ("gripper_stuck").
+            are sent ("gripper_stuck"); a suction cup that does not lie on it all round ("no_seal").
         object_width: Extent between the fingers, metres; None when no candidate was found.
         aperture: The gap after closing, or the most it opens, metres.
         max_aperture: The most it opens, metres.
@@ -101,11 +101,22 @@ class GraspEvidence(Evidence):
         moved: How far it went while it was lifted, metres; None when it was not lifted.
         tried: How many candidates were examined, and what stopped each kind of them.
         touching: What holds it back, where it is caught, wedged or braced.
+        seal: Radius about a suction cup's axis that lies on it, metres; None for fingers.
+        needed_seal: The radius that is needed, metres.
     """
 
     object: str
     reason: Literal[
-        "none_found", "missed", "slipped", "immovable", "too_heavy", "caught", "wedged", "braced", "gripper_stuck"
+        "none_found",
+        "missed",
+        "slipped",
+        "immovable",
+        "too_heavy",
+        "caught",
+        "wedged",
+        "braced",
+        "gripper_stuck",
+        "no_seal",
     ]
     object_width: float | None = None
     aperture: float
@@ -115,6 +126,8 @@ class GraspEvidence(Evidence):
     moved: float | None = None
     tried: dict[str, int] = Field(default_factory=dict)
     touching: tuple[str, ...] = ()
+    seal: float | None = None
+    needed_seal: float | None = None
 
     def met(self) -> tuple[str, ...]:
         """Return what holds it back."""

@@ -49,10 +49,12 @@ def infer(
     json: Json = False,
 ) -> int:
     """Work out a robot's sidecar from its model, with the evidence for each field."""
+    from robosandbox.robots.check.diagnosis import refuse_unsound
     from robosandbox.robots.infer.report import document, to_yaml
     from robosandbox.robots.infer.sidecar import infer as work_out
 
     found = work_out(_model(model), gripper=_file(gripper, "--gripper"), arm=arm)
+    refuse_unsound(found)
     if output is not None:
         try:
             output.parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Grasps from an object's shape, made lazily: across what is convex, around the rim of what is open."""
+"""Grasps from an object's shape, made lazily: across what is convex, around the rim of what is open; by a cup on what is flat."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from robosandbox.grasp.pieces import Pieces
 from robosandbox.grasp.rim import rim_tiers
 from robosandbox.grasp.sideways import is_filled, sideways
 from robosandbox.grasp.solid import Solid
+from robosandbox.grasp.suction import suction_tiers
 from robosandbox.robots.spec import GripperGeometry, RobotSpec
 from robosandbox.shapes.box import Box
 from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene
@@ -48,6 +49,10 @@ class AnalyticTopDown:
         if robot.gripper is None:
             return
         geometry = robot.gripper.geometry
+        if geometry.cup is not None:
+            for tier in suction_tiers(target, geometry.cup, robot.base_position, pieces):
+                yield from _ranked(tier, hand)
+            return
         near: list[DetectedObject] | None = None
         crowded: list[Grasp] = []
         for tier in _tiers(target, scene, geometry, robot.base_position, pieces):

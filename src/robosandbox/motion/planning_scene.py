@@ -95,9 +95,9 @@ class PlanningScene:
         return name in self._gripper_names
 
     def finger_side(self, name: str) -> int:
-        """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for the palm."""
+        """Return on which side of the gap a part of the gripper is: -1 or 1 along the closing direction, 0 for palm and cup."""
         gripper = self.robot.gripper
-        if gripper is not None:
+        if gripper is not None and gripper.geometry.cup is None:
             for sign, bodies in zip((-1, 1), gripper.finger_bodies, strict=True):
                 if name in {self._world.names[body] for body in bodies}:
                     return sign

@@ -278,7 +278,11 @@ def _check_gripper(driver: Driver) -> None:
         demand(state.commanded in (None, closed), f"the gripper was sent to {closed} and says {state.commanded}")
         widths.append(state.width)
     half = 0.5 * (gripper.geometry.max_aperture - gripper.geometry.min_aperture)
-    demand(widths[0] - widths[1] > half, f"the gripper is {widths[0]:.3f} m wide open and {widths[1]:.3f} m closed")
+    # A cup has no gap.
+    demand(
+        gripper.geometry.cup is not None or widths[0] - widths[1] > half,
+        f"the gripper is {widths[0]:.3f} m wide open and {widths[1]:.3f} m closed",
+    )
     driver.set_gripper(0.0)
 
 

@@ -253,6 +253,7 @@ class Hardware(BareDriver):
             closed=geometry.closed_fraction(joint),
             force=exact.force if self._capabilities.gripper_force else None,
             commanded=self._closed,
+            seal=exact.seal,
         )
 
     def _command(self, q: Array) -> None:

@@ -168,6 +168,14 @@ def _check_with(
 
 
 def _summary(robot: RobotModel) -> str:
-    hand = f"gripper opens to {robot.gripper.geometry.max_aperture * 1000:.0f} mm" if robot.gripper else "no gripper"
     repairs = f"; {len(robot.notes)} notes on the model" if robot.notes else ""
-    return f"{len(robot.sidecar.arm.joints)} arm joints, {hand}{repairs}"
+    return f"{len(robot.sidecar.arm.joints)} arm joints, {_hand(robot)}{repairs}"
+
+
+def _hand(robot: RobotModel) -> str:
+    if robot.gripper is None:
+        return "no gripper"
+    geometry = robot.gripper.geometry
+    if geometry.cup is not None:
+        return f"a suction cup of {geometry.cup * 1000:.0f} mm"
+    return f"gripper opens to {geometry.max_aperture * 1000:.0f} mm"

@@ -23,6 +23,9 @@ CUBE = "red_cube"
 CUBE_HALF = 0.012
 # How far each joint is moved, rad or m; chosen large beside a servo's error and small beside any joint's range.
 _STEP = 0.1
+# Half an edge of the cube for a suction cup, as a share of the cup's diameter; chosen so that the lip is well inside of its
+# faces.
+_OF_CUP = 0.75
 # How far a joint may stay off its command, rad or m; chosen as what a wrong gain exceeds many times over and all 25
 # arms of docs/arms.md keep.
 _TRACKED = 0.02
@@ -148,6 +151,8 @@ def _gripper_moves(sim: Driver, blame: str | None) -> Check:
     gripper = sim.spec.gripper
     assert gripper is not None
     geometry = gripper.geometry
+    if geometry.cup is not None:
+        return _cup_pulls(sim, blame)
     widths = []
     for closed in (1.0, 0.0):
         sim.set_gripper(closed)
@@ -160,6 +165,25 @@ def _gripper_moves(sim: Driver, blame: str | None) -> Check:
     if shut > geometry.min_aperture + _CLOSES:
         return Check("gripper", False, f"closes to {shut * 1000:.0f} mm only", blame or "gripper.closed_qpos")
     return Check("gripper", True, f"closes to {shut * 1000:.1f} mm, opens to {opened * 1000:.0f} mm")
+
+
+def _cup_pulls(sim: Driver, blame: str | None) -> Check:
+    pulls = []
+    for closed in (1.0, 0.0):
+        sim.set_gripper(closed)
+        sim.wait(sim.control_timestep)
+        state = sim.state().gripper
+        pulls.append(state.force or 0.0 if state else 0.0)
+    if not pulls[0] > pulls[1] == 0.0:
+        detail = f"the cup pulls with {pulls[0]:.1f} N when it is to suck and {pulls[1]:.1f} N when it is not"
+        return Check("gripper", False, detail, blame or "gripper.actuator")
+    return Check("gripper", True, f"the cup pulls with {pulls[0]:.0f} N, and lets go")
+
+
+def _cube_half(robot: RobotModel) -> float:
+    """Return half an edge of the cube to be picked, metres: a cup's face has to be larger than the cup."""
+    cup = robot.gripper.geometry.cup if robot.gripper else None
+    return CUBE_HALF if cup is None else max(CUBE_HALF, _OF_CUP * cup)
 
 
 def work_point(robot: RobotModel, share: float = 0.5) -> tuple[float, float]:
@@ -177,13 +201,15 @@ def work_point(robot: RobotModel, share: float = 0.5) -> tuple[float, float]:
     return round(float(x), 3), round(float(y), 3)
 
 
-def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table_height: float = 0.04) -> Task:
-    """Return the task of picking a 24 mm cube at a point of the table."""
+def cube_task(
+    path: Path, config: Path | None, at: tuple[float, float], *, table_height: float = 0.04, half: float = CUBE_HALF
+) -> Task:
+    """Return the task of picking a cube, 24 mm where `half` an edge, metres, says nothing else, at a point of the table."""
     cube = SceneObject(
         id=CUBE,
         kind="box",
-        size=(CUBE_HALF,) * 3,
-        pose=Pose(xyz=(*at, table_height + CUBE_HALF + 0.001)),
+        size=(half,) * 3,
+        pose=Pose(xyz=(*at, table_height + half + 0.001)),
         rgba=(0.85, 0.2, 0.2, 1.0),
         mass=0.05,
     )
@@ -196,7 +222,7 @@ def cube_task(path: Path, config: Path | None, at: tuple[float, float], *, table
 
 
 def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, what_if: bool) -> Check:
-    at = work_point(robot)
+    at, half = work_point(robot), _cube_half(robot)
     if max(map(abs, at)) > _TABLE_HALF:
         return Check(
             "pick",
@@ -205,13 +231,13 @@ def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, wha
             blame or "base_pose.xyz",
         )
     try:
-        with open_session(cube_task(path, config, at), what_if=what_if) as session:
+        with open_session(cube_task(path, config, at, half=half), what_if=what_if) as session:
             session.ctx.advise = False
             episode = session.run()
             verdict = session.judge()
     except InputError as error:
         return Check("pick", False, str(error), blame)
-    where = f"a 24 mm cube at ({at[0]:.2f}, {at[1]:.2f})"
+    where = f"a {2000 * half:.0f} mm cube at ({at[0]:.2f}, {at[1]:.2f})"
     if verdict.success:
         return Check("pick", True, f"held {where} and lifted it by {verdict.detail['dz_mm']:.0f} mm")
     return Check("pick", False, f"{where}: {episode.final_detail}", blame or _pick_field(robot, episode.final_detail))
@@ -219,7 +245,7 @@ def _pick(path: Path, config: Path, robot: RobotModel, blame: str | None, *, wha
 
 def _pick_field(robot: RobotModel, message: str) -> str | None:
     geometry = robot.gripper.geometry if robot.gripper else None
-    if geometry is not None:
+    if geometry is not None and geometry.cup is None:
         widest, narrowest = float(geometry.aperture_samples.max()), float(geometry.aperture_samples.min())
         if "the gripper opens" in message and geometry.max_aperture < _OPENS * widest:
             return "gripper.open_qpos"

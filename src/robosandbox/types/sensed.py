@@ -25,6 +25,7 @@ class GripperState:
         closed: 0 at the sidecar's open, 1 at its closed.
         force: What the actuator presses with, in its own unit (N or N m), >= 0; None where nothing measures it.
         commanded: Where the fingers were last sent, 0 open to 1 closed; None where that is not told.
+        seal: Radius about a suction cup's axis that lies on something, metres; None for fingers.
     """
 
     joint: float
@@ -32,6 +33,7 @@ class GripperState:
     closed: float
     force: float | None
     commanded: float | None = None
+    seal: float | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -81,6 +81,8 @@ class Blueprint:
         gripper = self.robot.gripper
         if gripper is None:
             return ""
+        if gripper.qpos_index is None:
+            return "N"
         joint = int(np.flatnonzero(self.model.jnt_qposadr == gripper.qpos_index)[0])
         return "N m" if self.model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_HINGE else "N"
 

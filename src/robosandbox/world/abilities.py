@@ -27,6 +27,7 @@ class Abilities:
         gripper: Whether it can hold things.
         apertures: Least and most gap between its fingers, metres.
         aperture: The gap between them now, metres.
+        cup: Diameter of its suction cup, metres; None for fingers.
         workspaces: Where its tool centre point may be, each a limit of its own.
         max_force: With which it may press on anything, N.
     """
@@ -34,6 +35,7 @@ class Abilities:
     gripper: bool = True
     apertures: tuple[float, float] = (0.0, math.inf)
     aperture: float = 0.0
+    cup: float | None = None
     workspaces: Sequence[Workspace] = ()
     max_force: float = math.inf
 
@@ -69,7 +71,7 @@ class LateAbilities(Abilities):
 
     def __init__(self, robot: Abilities) -> None:
         self.gripper, self.apertures, self.aperture = robot.gripper, robot.apertures, robot.aperture
-        self.workspaces, self.max_force = robot.workspaces, robot.max_force
+        self.workspaces, self.max_force, self.cup = robot.workspaces, robot.max_force, robot.cup
         self.denied: int = 0
         self._robot = robot
         self._is_asking = False

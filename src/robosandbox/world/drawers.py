@@ -85,6 +85,12 @@ def grip_fits(view: View, d: str) -> Finding:
     """The gripper takes a drawer's grip between its fingers."""
     least, most = view.robot.apertures
     width = 2.0 * float(DrawerParts.of(view.get(d).size).grip[1])
+    if view.robot.cup is not None:
+        return Finding(
+            holds=False,
+            cause=f"this robot has a suction cup, and the grip of {d} takes fingers",
+            help="open it by hand",
+        )
     return Finding(
         holds=least < width < most,
         margin=min(width - least, most - width),

@@ -148,7 +148,8 @@ def distinct(view: View, a: str, b: str) -> Finding:
 def graspable(view: View, a: str) -> Finding:
     """The gripper can take hold of an object as it lies."""
     why = view.robot.ungraspable(view.get(a), view.scene)
-    return Finding(holds=why is None, cause=why or "", help="take something narrower, or push it")
+    other = "narrower" if view.robot.cup is None else "with a wider flat face"
+    return Finding(holds=why is None, cause=why or "", help=f"take something {other}, or push it")
 
 
 @predicate("object")

@@ -79,7 +79,9 @@ class FailureEvidence(Layer):
             case GraspEvidence() as found:
                 self._mark((found.object,))
                 width = "" if found.object_width is None else f"{1000 * found.object_width:.0f} mm wide; "
-                fingers = f"gripper opens to {1000 * found.max_aperture:.0f} mm"
+                fingers = (
+                    f"gripper opens to {1000 * found.max_aperture:.0f} mm" if found.max_aperture else "suction cup"
+                )
                 self._label("grasp", found.object, f"{found.object}: {found.reason} ({width}{fingers})")
             case PlacementEvidence() as found:
                 self._mark(found.blocking or (found.object,))
