@@ -14,7 +14,7 @@ from robosandbox.evidence import GraspEvidence, TimeoutEvidence
 from robosandbox.motion.planning_scene import PlanningScene
 from robosandbox.perception.ground_truth import GroundTruthPerception
 from robosandbox.protocols import Driver, GraspPlanner, MotionPlanner, Perception
-from robosandbox.types import Intent, Limits, ObservedScene, SkillCall, force_limits
+from robosandbox.types import CAREFUL, Intent, Limits, ObservedScene, SkillCall, Tempo, force_limits
 from robosandbox.world.abilities import Abilities
 from robosandbox.world.alternatives import Failure
 
@@ -46,6 +46,7 @@ class AgentContext(GoalContext):
         what_if_seconds: How many simulated seconds all trials after one failure may take together.
         advise: Whether a failure on a robot with a sidecar of its own names what static checks find wrong with the sidecar.
         limits: What no call and no motion may pass, besides the limits in the robot's sidecar.
+        tempo: How fast the arm goes.
         phase: The phase that began last.
         seen: What perception saw when it last looked.
     """
@@ -58,6 +59,7 @@ class AgentContext(GoalContext):
     what_if_seconds: float = 120.0
     advise: bool = True
     limits: Limits | None = None
+    tempo: Tempo = CAREFUL
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
     _force: ForceGuard | None = field(default=None, init=False, repr=False)
@@ -133,6 +135,7 @@ class AgentContext(GoalContext):
             what_if=False,
             advise=False,
             limits=self.limits,
+            tempo=self.tempo,
         )
         copy.skills = self.skills
         # A cancel stops what is tried out, too.

@@ -26,8 +26,6 @@ from robosandbox.skills.primitives.drawers import (
 )
 from robosandbox.skills.primitives.guarded import follow_free
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
@@ -125,8 +123,8 @@ def _stroke(arm: Manipulator, drawer: DetectedObject) -> float:
         end = moved_by(start, (opening_of(drawer) + _STAND_OFF + _PRESS) * inwards)
         try:
             arm.motion.allow()
-            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=CARRY_SPEED)
-            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(box_of(drawer))
             arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
         except (UnreachableError, CollisionError) as error:

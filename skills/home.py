@@ -7,8 +7,8 @@ import numpy as np
 from robosandbox.errors import CollisionError, Phase, UnreachableError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.carrying import carried_along
-from robosandbox.skills.primitives.manipulator import FREE_SPEED, HOVER_HEIGHT, Manipulator
+from robosandbox.skills.primitives.carrying import carried_along, carry_speed
+from robosandbox.skills.primitives.manipulator import HOVER_HEIGHT, Manipulator
 from robosandbox.types import SkillResult
 from robosandbox.world.contracts import Contract
 from robosandbox.world.facts import fact
@@ -34,10 +34,12 @@ class Home(Skill):
         held = arm.start.held
         home = arm.sim.spec.home_q
         arm.use(arm.start, held=held)
+        speed = arm.tempo.free
         if held:
+            speed = carry_speed(arm, arm.held, arm.start, speed)
             arm.motion.allow("table", *carried_along(arm.find(held), arm.start))
         try:
-            trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
+            trajectory = arm.motion.plan_joints(arm.q, home, speed=speed)
         except CollisionError as blocked:
             # Fingers beside an object touch it at the start of every way but the one straight up.
             arm.motion.allow("table", *(item.id for item in arm.start.objects))
@@ -46,7 +48,7 @@ class Home(Skill):
             except UnreachableError:
                 raise blocked from None
             arm.use(arm.look(), held=held)
-            trajectory = arm.motion.plan_joints(arm.q, home, speed=FREE_SPEED)
+            trajectory = arm.motion.plan_joints(arm.q, home, speed=speed)
         arm.follow(trajectory, Phase.HOME)
         error = float(np.abs(arm.q - home).max())
         return SkillResult(skill=self.name, detail={"joint_error": error})

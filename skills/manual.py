@@ -10,8 +10,8 @@ import numpy as np
 from robosandbox.errors import AlreadyHoldingError, CollisionError, Phase, UnreachableError
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.carrying import carried_along
-from robosandbox.skills.primitives.manipulator import FREE_SPEED, Manipulator
+from robosandbox.skills.primitives.carrying import carried_along, carry_speed
+from robosandbox.skills.primitives.manipulator import Manipulator
 from robosandbox.types import Array, Pose, SkillResult
 
 _DOWN = np.array([0.0, 0.0, -1.0])
@@ -42,9 +42,11 @@ class MoveTo(Skill):
         arm = Manipulator(ctx)
         held = arm.start.held
         arm.use(arm.start, held=held)
+        speed = arm.tempo.free
         if held:
+            speed = carry_speed(arm, arm.held, arm.start, speed)
             arm.motion.allow(*carried_along(arm.find(held), arm.start))
-        trajectory = arm.motion.plan_joints(arm.q, _standing_at(arm, (x, y, z), heading), speed=FREE_SPEED)
+        trajectory = arm.motion.plan_joints(arm.q, _standing_at(arm, (x, y, z), heading), speed=speed)
         arm.follow(trajectory, Phase.APPROACH)
         there = arm.sim.state().tcp_pose
         off = float(np.linalg.norm(there.position - np.array([x, y, z])))

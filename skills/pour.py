@@ -11,7 +11,7 @@ from robosandbox.errors import CollisionError, Phase, PourError, SkillError, Unr
 from robosandbox.evidence import PourEvidence
 from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
-from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator, most_telling, raised
+from robosandbox.skills.primitives.manipulator import Manipulator, most_telling, raised
 from robosandbox.skills.primitives.placing import taken_anew
 from robosandbox.types import (
     Array,
@@ -216,12 +216,12 @@ def _carry(arm: Manipulator, held: DetectedObject, q: Array, goal: Pose) -> Traj
         up = Pose(xyz=(*start.xyz[:2], max(height, start.xyz[2])), quat_xyzw=start.quat_xyzw)
         over = Pose(xyz=(*goal.xyz[:2], up.xyz[2]), quat_xyzw=goal.quat_xyzw)
         try:
-            return arm.motion.plan_through(q, (up, over, goal), speed=CARRY_SPEED)
+            return arm.motion.plan_through(q, (up, over, goal), speed=arm.tempo.full)
         except (UnreachableError, CollisionError) as error:
             failures.append(error)
     carried = held.pose.rotation.T @ start.rotation
     try:
-        around = arm.motion.plan_joints(q, arm.motion.ik(goal, q), speed=CARRY_SPEED)
+        around = arm.motion.plan_joints(q, arm.motion.ik(goal, q), speed=arm.tempo.full)
     except (UnreachableError, CollisionError):
         raise most_telling(failures) from None
     for row in around.q[:: max(1, len(around.q) // _LEVEL_SAMPLES)]:

@@ -15,8 +15,6 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
@@ -215,8 +213,8 @@ def _stroke(
         start, end = _line(target, axis, distance, rotation, half_depth, height)
         try:
             arm.motion.allow()
-            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=CARRY_SPEED)
-            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+            descent = arm.line_to(start, raised(start, HOVER_HEIGHT), speed=arm.tempo.near)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(target.id)
             push = arm.motion.plan_line(descent.q[-1], end, speed=_PUSH_SPEED)
         except (UnreachableError, CollisionError) as error:

@@ -13,8 +13,6 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     Manipulator,
     leaning,
@@ -118,8 +116,8 @@ def _touch(arm: Manipulator, target: DetectedObject) -> float:
     for tcp in _poses(arm, target, hand):
         try:
             arm.motion.allow()
-            descent = arm.line_to(raised(tcp, _NEAR), raised(tcp, HOVER_HEIGHT), speed=CARRY_SPEED)
-            approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+            descent = arm.line_to(raised(tcp, _NEAR), raised(tcp, HOVER_HEIGHT), speed=arm.tempo.near)
+            approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
             arm.motion.allow(target.id)
             touch = _deepest(arm, descent.q[-1], tcp)
         except (UnreachableError, CollisionError) as error:

@@ -33,6 +33,7 @@ class WorkcellOptions:
         grasp_options: What it takes.
         motion: Name of an installed motion planner.
         motion_options: What it takes, such as `clearance`.
+        tempo: How fast the arm goes: careful, brisk or fast.
         sensor: What its cameras are like: ideal, realsense or rough.
         seed: The layout; 0 is the task as written.
         max_replans: How often a failure may be answered with a new plan.
@@ -55,6 +56,7 @@ class WorkcellOptions:
     grasp_options: Mapping[str, Any] | None = None
     motion: str = "dls"
     motion_options: Mapping[str, Any] | None = None
+    tempo: str = "careful"
     sensor: str = "ideal"
     seed: int = 0
     max_replans: int = 3

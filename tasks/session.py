@@ -26,7 +26,7 @@ from robosandbox.tasks.layouts import Layouts
 from robosandbox.tasks.loader import find_task, load_task
 from robosandbox.tasks.options import WorkcellOptions
 from robosandbox.tasks.task import Task
-from robosandbox.types import Array, Scene
+from robosandbox.types import Array, Scene, find_tempo
 
 DEFAULT_TASK = "pick_from_three"
 # How far from a task's start configuration a driver may begin, rad or m; chosen so that an encoder's noise stays far below.
@@ -77,6 +77,7 @@ def open_workcell(options: WorkcellOptions, *, wait_hook: Callable[[], None] | N
             motion=paths,
             what_if=options.what_if,
             limits=task.limits,
+            tempo=find_tempo(options.tempo),
         )
         agent = Agent(ctx=ctx, skills=skills, planner=mind, max_replans=options.max_replans)
         workcell = EmbeddedWorkcell(task, sim, agent, layouts=layouts, seed=options.seed)

@@ -6,8 +6,9 @@ import numpy as np
 
 from robosandbox.errors import UnreachableError
 from robosandbox.motion.timing import join
-from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator, raised
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.skills.primitives.gripping import bearable
+from robosandbox.skills.primitives.manipulator import Manipulator, raised
+from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Speed, Timing, Trajectory
 from robosandbox.world.relations import contents
 
 # Rad by which what holds things may lean on its way; chosen as a third of the slope on which boxes begin to slide at a
@@ -27,20 +28,31 @@ def carried_along(held: DetectedObject, scene: ObservedScene) -> tuple[str, ...]
     return tuple(dict.fromkeys(name for name, _ in contents(scene.objects, held)))
 
 
-def transfer(arm: Manipulator, q_goal: Array, *, level: bool) -> Trajectory:
+def carry_speed(arm: Manipulator, held: DetectedObject, scene: ObservedScene, speed: Speed) -> Speed:
+    """Return at what speed something held is carried: as full, heavy and hard to hold as it is, at most at `speed`.
+
+    A speed of the careful tempo is returned as it is.
+    """
+    if not isinstance(speed, Timing):
+        return speed
+    return arm.tempo.full if carried_along(held, scene) else bearable(arm, held, speed)
+
+
+def transfer(arm: Manipulator, q_goal: Array, *, level: bool, speed: Speed) -> Trajectory:
     """Return a free way from where the arm is.
 
     Args:
         arm: Its motion planner knows what is held.
         q_goal: Where to, shape (n,).
         level: Whether what is held is to keep its attitude, but for a turn about the vertical.
+        speed: At which it is carried.
 
     Raises:
         CollisionError: There is no free way.
         UnreachableError: There is none on which it stays level.
     """
     motion, q = arm.motion, arm.q
-    direct = motion.plan_joints(q, q_goal, speed=CARRY_SPEED)
+    direct = motion.plan_joints(q, q_goal, speed=speed)
     if not level or tilt(arm, direct) <= MOST_TILT:
         return direct
     start, goal = motion.forward(q), motion.forward(q_goal)
@@ -48,9 +60,9 @@ def transfer(arm: Manipulator, q_goal: Array, *, level: bool) -> Trajectory:
     for rise in _RISES:
         height = max(start.xyz[2], goal.xyz[2]) + rise
         try:
-            up = motion.plan_line(q, _at(start, height), speed=CARRY_SPEED)
-            across = motion.plan_line(up.q[-1], _at(goal, height), speed=CARRY_SPEED)
-            down = motion.plan_line(across.q[-1], goal, speed=CARRY_SPEED)
+            up = motion.plan_line(q, _at(start, height), speed=speed)
+            across = motion.plan_line(up.q[-1], _at(goal, height), speed=speed)
+            down = motion.plan_line(across.q[-1], goal, speed=speed)
         except UnreachableError as error:
             failure = error
             continue

@@ -20,8 +20,6 @@ from robosandbox.evidence import DrawerEvidence, GraspEvidence
 from robosandbox.shapes.drawer import DrawerParts
 from robosandbox.skills.primitives.guarded import follow_free, follow_until
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
@@ -158,9 +156,9 @@ def _find_way(arm: Manipulator, drawer: DetectedObject, aside: float, travel: fl
         for height in _HOVERS:
             try:
                 arm.motion.allow(box_of(drawer))
-                descent = arm.line_to(tcp, withdrawn(tcp, height), speed=CARRY_SPEED)
+                descent = arm.line_to(tcp, withdrawn(tcp, height), speed=arm.tempo.near)
                 arm.motion.allow()
-                approach = arm.motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+                approach = arm.motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
                 arm.motion.allow(box_of(drawer))
                 end = moved_by(tcp, travel * away)
                 pull = arm.motion.plan_line(descent.q[-1], end, speed=SLIDE_SPEED)
@@ -232,7 +230,7 @@ def withdraw(arm: Manipulator, drawer: DetectedObject) -> None:
     observation = arm.sim.state()
     for distance in _HOVERS:
         try:
-            back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=FREE_SPEED)
+            back = arm.motion.plan_line(observation.q, withdrawn(observation.tcp_pose, distance), speed=arm.tempo.free)
         except (UnreachableError, CollisionError):
             continue
         arm.follow(back, Phase.RETREAT)

@@ -16,8 +16,6 @@ from robosandbox.grasp.suction import least_face, widest_face
 from robosandbox.robots.spec import GripperGeometry
 from robosandbox.shapes import CONTAINER_WALL
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     LIFT_HEIGHT,
     Manipulator,
@@ -224,7 +222,7 @@ class _Search:
         """Add the approach, which is what takes longest to find."""
         self._arm.motion.allow()
         try:
-            approach = self._arm.motion.plan_joints(self._q, descent.q[0], speed=FREE_SPEED)
+            approach = self._arm.motion.plan_joints(self._q, descent.q[0], speed=self._arm.tempo.free)
         except CollisionError:
             self._blocked += 1
             raise
@@ -250,7 +248,7 @@ class _Search:
             for seed in (q_grasp, self._q):
                 try:
                     hover = self._arm.motion.ik(withdrawn(grasp.tcp_pose, height), seed, restarts=_RESTARTS)
-                    return self._arm.motion.plan_line(hover, grasp.tcp_pose, speed=CARRY_SPEED)
+                    return self._arm.motion.plan_line(hover, grasp.tcp_pose, speed=self._arm.tempo.near)
                 except UnreachableError as error:
                     failure = error
         assert failure is not None

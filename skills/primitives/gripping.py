@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from robosandbox.skills.primitives.manipulator import CARRY_SPEED, Manipulator
-from robosandbox.types import DetectedObject
+from robosandbox.skills.primitives.manipulator import Manipulator
+from robosandbox.types import CAREFUL, DetectedObject, Timing, share_of
 from robosandbox.world.relations import centre
 
 # m/s^2; the standard acceleration of free fall, rounded.
@@ -44,12 +44,43 @@ def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
         held: What is held, where it is seen.
         mass: Its mass, kg.
     """
-    robot, tcp = arm.sim.spec, arm.sim.state().tcp_pose
-    acceleration = CARRY_SPEED * float(robot.acceleration_limits.max()) * robot.reach[1]
+    acceleration = share_of(arm.tempo.carry) * _quickest(arm)
+    return _MARGIN * mass * (_GRAVITY + acceleration) * _leverage(arm, held) / (2.0 * _FRICTION)
+
+
+def bearable(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
+    """Return the timing, made less where the grip does not hold an object at it, by the reckoning of `needed_force`.
+
+    Weight and grip are measured, so that the arm has to stand still. A driver that measures neither is as careful as can be.
+
+    Args:
+        arm: Whose hand.
+        held: What is held, where it is seen.
+        speed: At most.
+    """
+    sim, least = arm.sim, share_of(CAREFUL.carry)
+    if not (sim.capabilities.gripper_force and sim.capabilities.wrist_wrench):
+        return speed * (min(speed.share, least) / speed.share)
+    grip, weight = sim.grip_on(held.id), float(sim.force_on(held.id)[2])
+    if weight <= 0.0:
+        return speed * (min(speed.share, least) / speed.share)
+    most = 2.0 * _FRICTION * grip / (_MARGIN * _leverage(arm, held) * weight / _GRAVITY) - _GRAVITY
+    share = float(np.clip(most / _quickest(arm), min(least, speed.share), speed.share))
+    return speed * (share / speed.share)
+
+
+def _quickest(arm: Manipulator) -> float:
+    """Return the acceleration of the hand at the limit of the joints', m/s^2."""
+    robot = arm.sim.spec
+    return float(robot.acceleration_limits.max()) * robot.reach[1]
+
+
+def _leverage(arm: Manipulator, held: DetectedObject) -> float:
+    """Return how many times its weight an object asks of the pads' friction, for where they hold it."""
+    tcp = arm.sim.state().tcp_pose
     offset, closing = centre(held) - tcp.position, tcp.rotation[:, 1]
     lever = float(np.linalg.norm(offset - closing * (closing @ offset)))
-    radius = _PAD_RADIUS_SHARE * arm.geometry.finger_width
-    return _MARGIN * mass * (_GRAVITY + acceleration) * (1.0 + lever / radius) / (2.0 * _FRICTION)
+    return 1.0 + lever / (_PAD_RADIUS_SHARE * arm.geometry.finger_width)
 
 
 def ease(arm: Manipulator, held: DetectedObject) -> float | None:

@@ -6,8 +6,8 @@ import math
 
 from robosandbox.errors import CollisionError, GraspError, Phase, UnreachableError
 from robosandbox.evidence import GraspEvidence
-from robosandbox.skills.primitives.manipulator import CARRY_SPEED, FINE_SPEED, LIFT_HEIGHT, Manipulator, raised
-from robosandbox.types import DetectedObject, ObservedScene
+from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator, raised
+from robosandbox.types import CAREFUL, DetectedObject, ObservedScene
 from robosandbox.world.relations import contents, on_top
 
 # N on what is lifted from which it is lifted slowly; chosen as the weight of 1.5 kg, above what any lighter thing's inertia
@@ -63,7 +63,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
 
     begin = arm.sim.state().tcp_pose.xyz[2]
     guards = [*([heavy] if has.wrist_wrench else []), *([rubs] if has.contact == "named" else [])]
-    gone, speed = 0.0, CARRY_SPEED
+    gone, speed = 0.0, arm.tempo.lift
     while gone < LIFT_HEIGHT:
         try:
             gone += arm.rise(LIFT_HEIGHT - gone, Phase.LIFT, speed=speed, guards=guards)
@@ -71,7 +71,7 @@ def rise_with(arm: Manipulator, held: DetectedObject, scene: ObservedScene, widt
         except _Heavy:
             guards.remove(heavy)
             arm.rise(_TRIAL, Phase.LIFT, speed=_TRIAL_SPEED)
-            speed = FINE_SPEED
+            speed = CAREFUL.lower
         except _Rubs:
             ticks, looks = 0, looks - 1
             if not looks:
@@ -150,7 +150,7 @@ def _wedged(
     arm.motion.allow("table", *(item.id for item in scene.objects))
     try:
         observation = arm.sim.state()
-        back = arm.motion.plan_line(observation.q, raised(observation.tcp_pose, -risen), speed=CARRY_SPEED)
+        back = arm.motion.plan_line(observation.q, raised(observation.tcp_pose, -risen), speed=CAREFUL.carry)
         arm.follow(back, Phase.LOWER, yielding=True)
     except (UnreachableError, CollisionError):
         # From here it is let go all the same: it has come up by as little as the hand has.

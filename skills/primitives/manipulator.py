@@ -27,15 +27,11 @@ from robosandbox.types import (
     GripperState,
     ObservedScene,
     Pose,
+    Speed,
+    Tempo,
     Trajectory,
 )
 
-# Share of the joints' speed limits with something in hand, or near things; chosen: halved, episodes of six tasks take
-# 25 % longer, doubled 15 % less, and all succeed at either.
-CARRY_SPEED = 0.35
-# Likewise just above a support; chosen so that a bump is felt before it pushes (halved 4 % longer, doubled 2 % less).
-FINE_SPEED = 0.15
-FREE_SPEED = 0.5
 # How far what was grasped is lifted, metres; as in the seeds, whose pick comes up 167 mm (halved 6 % shorter episodes,
 # doubled 11 % longer).
 LIFT_HEIGHT = 0.17
@@ -86,6 +82,7 @@ class Manipulator:
         ctx: What the skill may use.
 
     Attributes:
+        tempo: How fast it goes in each situation.
         start: What was seen when the skill began.
     """
 
@@ -93,6 +90,7 @@ class Manipulator:
         self.ctx = ctx
         self.sim: Driver = ctx.sim
         self.motion: MotionPlanner = ctx.motion
+        self.tempo: Tempo = ctx.tempo
         self._planning: PlanningScene | None = None
         ctx.enter(Phase.PERCEIVE)
         self.start: ObservedScene = self.look()
@@ -232,7 +230,7 @@ class Manipulator:
             ),
         )
 
-    def line_to(self, target: Pose, hover: Pose, *, speed: float) -> Trajectory:
+    def line_to(self, target: Pose, hover: Pose, *, speed: Speed) -> Trajectory:
         """Return a straight way of the TCP from one pose to another, in the posture nearest to the arm's, or the target's.
 
         Raises:
@@ -249,14 +247,17 @@ class Manipulator:
         except UnreachableError:
             raise failure from None
 
-    def rise(self, height: float, phase: Phase, *, speed: float = FREE_SPEED, guards: Sequence[Guard] = ()) -> float:
+    def rise(self, height: float, phase: Phase, *, speed: Speed | None = None, guards: Sequence[Guard] = ()) -> float:
         """Move the TCP straight up by `height`, or by as much of it as can be reached; return how far; guards as in `follow`.
+
+        It goes as with nothing near where no speed is given.
 
         Raises:
             UnreachableError: Not even a quarter of it can be reached.
             CollisionError: Something is above.
         """
         observation = self.sim.state()
+        speed = self.tempo.free if speed is None else speed
         failure: UnreachableError | None = None
         for share, angle in _RISES:
             target = leaning(raised(observation.tcp_pose, share * height), self.sim.spec.base_position, angle)

@@ -9,17 +9,14 @@ from typing import Literal
 
 from robosandbox.errors import CollisionError, Phase, PlacementError, SkillError, UnreachableError
 from robosandbox.evidence import PlacementEvidence
-from robosandbox.skills.primitives.carrying import carried_along, transfer
+from robosandbox.skills.primitives.carrying import carried_along, carry_speed, transfer
 from robosandbox.skills.primitives.manipulator import (
-    CARRY_SPEED,
-    FINE_SPEED,
-    FREE_SPEED,
     HOVER_HEIGHT,
     Manipulator,
     most_telling,
     raised,
 )
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
+from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, SkillResult, Trajectory
 from robosandbox.world.alternatives import Alternative, Failure
 from robosandbox.world.facts import TABLE, fact
 from robosandbox.world.relations import Relation
@@ -136,7 +133,7 @@ def _leave(arm: Manipulator, held: str) -> None:
     if arm.motion.touch(arm.q) is None:
         return
     arm.motion.allow("table", *(item.id for item in arm.start.objects))
-    arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=CARRY_SPEED)
+    arm.rise(HOVER_HEIGHT, Phase.LIFT, speed=arm.tempo.lift)
 
 
 def _find_way(
@@ -174,6 +171,7 @@ class _Search:
         self._tcp_in_object = (observation.tcp_pose.inverse() @ held.pose).inverse()
         self._level = levelled(held.pose.rotation)
         self._load = carried_along(held, scene)
+        self._speed = carry_speed(arm, held, scene, arm.tempo.carry)
         self._failures: list[SkillError] = []
         self._blocked = 0
 
@@ -203,16 +201,16 @@ class _Search:
             opening = self._opening(motion.ik(tcp_goal, q_above, restarts=_RESTARTS))
             self._hold()
             hover = self._hover(tcp_goal, q_above)
-            motion.plan_line(hover, above, speed=FINE_SPEED)
+            motion.plan_line(hover, above, speed=arm.tempo.lower)
             motion.allow(*self._load, *self._allowed)
-            descent = motion.plan_line(hover, tcp_goal, speed=FINE_SPEED)
+            descent = motion.plan_line(hover, tcp_goal, speed=arm.tempo.lower)
             motion.allow(*self._load)
             self._blocked += 1
-            way = transfer(arm, hover, level=bool(self._load))
+            way = transfer(arm, hover, level=bool(self._load), speed=self._speed)
             if self._load:
                 # Led along lines it may get there in another posture.
                 motion.allow(*self._load, *self._allowed)
-                descent = motion.plan_line(way.q[-1], tcp_goal, speed=FINE_SPEED)
+                descent = motion.plan_line(way.q[-1], tcp_goal, speed=arm.tempo.lower)
         except (UnreachableError, CollisionError) as error:
             self._failures.append(error)
             return None
@@ -266,11 +264,11 @@ def _release(arm: Manipulator, object_id: str, opening: float) -> None:
     arm.use(arm.look())
     arm.motion.allow(object_id)
     try:
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=CARRY_SPEED)
+        arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=arm.tempo.leave)
     except CollisionError:
         # The fingers opened against a neighbour; straight up is still the way that disturbs it least.
         arm.motion.allow("table", *(item.id for item in arm.start.objects))
-        arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=FINE_SPEED)
+        arm.rise(HOVER_HEIGHT, Phase.RETREAT, speed=CAREFUL.lower)
 
 
 def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
@@ -278,7 +276,7 @@ def _from_aside(arm: Manipulator, object_id: str) -> ObservedScene:
     scene = arm.look()
     arm.use(scene)
     try:
-        away = arm.motion.plan_joints(arm.q, arm.sim.spec.home_q, speed=FREE_SPEED)
+        away = arm.motion.plan_joints(arm.q, arm.sim.spec.home_q, speed=arm.tempo.free)
     except CollisionError:
         return scene
     arm.follow(away, Phase.RETREAT)

@@ -51,6 +51,16 @@ def known_driver(text: str) -> str:
     return text
 
 
+def known_tempo(tempo: str) -> str:
+    """Return the name of a tempo; raises InputError where there is none."""
+    # The usual one is there; looking for another takes NumPy.
+    if tempo != "careful":
+        from robosandbox.types import find_tempo
+
+        find_tempo(tempo)
+    return tempo
+
+
 def known_sensor(sensor: str | None) -> str | None:
     """Return the name of a kind of sensor; raises InputError where there is none."""
     # The usual one is there; looking for another takes NumPy.

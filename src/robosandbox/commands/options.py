@@ -76,6 +76,9 @@ GraspName = Annotated[
 MotionName = Annotated[
     str, typer.Option("--motion", help="What plans the arm's motions.", callback=checks.known("motion_planners"))
 ]
+TempoName = Annotated[
+    str, typer.Option("--tempo", help="How fast the arm goes: careful, brisk or fast.", callback=checks.known_tempo)
+]
 PerceptionName = Annotated[
     str, typer.Option("--perception", help="What sees the objects.", callback=checks.known("perceptions"))
 ]

@@ -28,6 +28,7 @@ from robosandbox.commands.options import (
     Seed,
     SensorName,
     TaskName,
+    TempoName,
     TimeLimit,
     WhatIf,
 )
@@ -42,7 +43,7 @@ if TYPE_CHECKING:
 
 Result = TypeVar("Result")
 # What a sim process has of its own, so that no client says it.
-OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration", "grasp", "motion", "seed")
+OF_THE_WORLD = ("task", "robot", "driver", "perception", "sensor", "calibration", "grasp", "motion", "tempo", "seed")
 
 
 # Each option of a command line that says something of a workcell. Most are fields of `WorkcellOptions`; `package_path` and
@@ -66,6 +67,7 @@ _OPTIONS: dict[str, Any] = {
     "calibration": CalibrationFile,
     "grasp": GraspName,
     "motion": MotionName,
+    "tempo": TempoName,
     "seed": Seed,
     "max_replans": MaxReplans,
     "what_if": WhatIf,

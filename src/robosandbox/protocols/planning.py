@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.protocols.drivers import Driver
     from robosandbox.robots.spec import RobotSpec
-    from robosandbox.types import Array, DetectedObject, Grasp, Observation, ObservedScene, Pose, Trajectory
+    from robosandbox.types import Array, DetectedObject, Grasp, Observation, ObservedScene, Pose, Speed, Trajectory
 
 
 @runtime_checkable
@@ -77,14 +77,14 @@ class MotionPlanner(Protocol):
         """Return the error that standing at `q` (n,) would be, or None."""
         ...
 
-    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: float = 0.5) -> Trajectory:
+    def plan_joints(self, q_start: Array, q_goal: Array, *, speed: Speed = 0.5) -> Trajectory:
         """Return a collision-free trajectory; raises CollisionError."""
         ...
 
-    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: float = 0.5) -> Trajectory:
+    def plan_through(self, q_start: Array, tcp_poses: Sequence[Pose], *, speed: Speed = 0.5) -> Trajectory:
         """Return straight TCP lines through poses, without a stop; raises UnreachableError or CollisionError."""
         ...
 
-    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: float = 0.5) -> Trajectory:
+    def plan_line(self, q_start: Array, tcp_pose: Pose, *, speed: Speed = 0.5) -> Trajectory:
         """Return a straight TCP line, checked all along; raises UnreachableError or CollisionError."""
         ...

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from robosandbox.motion.planning_scene import PlanningScene
     from robosandbox.protocols.drivers import Driver
     from robosandbox.protocols.planning import GraspPlanner, MotionPlanner, Perception
-    from robosandbox.types import Intent, ObservedScene, Plan, Refusal, SkillCall, SkillResult
+    from robosandbox.types import Intent, ObservedScene, Plan, Refusal, SkillCall, SkillResult, Tempo
     from robosandbox.world.alternatives import Failure
 
 
@@ -33,6 +33,11 @@ class SkillContext(Protocol):
     @property
     def max_force_n(self) -> float:
         """With how many newtons a skill may press what it is to move."""
+        ...
+
+    @property
+    def tempo(self) -> Tempo:
+        """How fast the arm goes in each situation."""
         ...
 
     @property

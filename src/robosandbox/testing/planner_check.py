@@ -11,7 +11,7 @@ import numpy as np
 from robosandbox.errors import CollisionError, UnreachableError
 from robosandbox.protocols import GraspPlanner, MotionPlanner, SkillContext
 from robosandbox.robots.spec import RobotSpec
-from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, Trajectory
+from robosandbox.types import Array, DetectedObject, Grasp, ObservedScene, Pose, Timing, Trajectory
 
 # Number of grasps of a planner that are looked at; chosen because skills rarely weigh more.
 _GRASPS = 20
@@ -110,6 +110,11 @@ def check_motion_planner(planner: MotionPlanner, ctx: SkillContext) -> None:
     _check_trajectory(planner.plan_joints(home, q_goal), sim.spec, home, q_goal)
     line = planner.plan_line(home, goal)
     _check_trajectory(line, sim.spec, home, None)
+    quick = planner.plan_line(home, goal, speed=Timing(share=1.0))
+    _check_trajectory(quick, sim.spec, home, None)
+    _demand(
+        quick.duration <= line.duration, "plan_line() takes longer when it is to be timed optimally at the full limits"
+    )
     points = np.array([planner.forward(q).position for q in line.q])
     _demand(bool(np.abs(points[:, :2] - tcp.position[:2]).max() <= _LINE_TOLERANCE), "plan_line() is not straight")
     _demand(_same(planner.forward(line.q[-1]), goal), "plan_line() does not end at its goal")

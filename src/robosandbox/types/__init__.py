@@ -33,9 +33,11 @@ from robosandbox.types.objects import IDENTIFIER, MAX_BEADS, ObjectKind, Randomi
 from robosandbox.types.plan import MAX_PROMPT_LENGTH, Plan, Refusal, RefusalCode, SkillCall, SkillResult
 from robosandbox.types.scene import TABLE_HEIGHT, Scene
 from robosandbox.types.sensed import DetectedObject, GripperState, Intrinsics, Observation, ObservedScene, RgbdFrame
+from robosandbox.types.tempo import CAREFUL, TEMPOS, Speed, Tempo, Timing, find_tempo, share_of
 from robosandbox.types.truth import Convex, ObjectTruth, Touch, Truth, Verdict
 
 __all__ = [
+    "CAREFUL",
     "DIRECTION_AXES",
     "IDENTIFIER",
     "MAX_BEADS",
@@ -44,6 +46,7 @@ __all__ = [
     "MAX_UNINTENDED_FORCE_N",
     "SIDE_AXES",
     "TABLE_HEIGHT",
+    "TEMPOS",
     "Array",
     "Checkpoint",
     "Convex",
@@ -75,7 +78,10 @@ __all__ = [
     "Side",
     "SkillCall",
     "SkillResult",
+    "Speed",
     "StrictModel",
+    "Tempo",
+    "Timing",
     "Touch",
     "Trajectory",
     "Truth",
@@ -83,10 +89,12 @@ __all__ = [
     "Verdict",
     "Workspace",
     "cross",
+    "find_tempo",
     "force_limits",
     "frozen_array",
     "matrix_about_axis",
     "matrix_from_quat_xyzw",
     "matrix_from_rotation_vector",
     "quat_xyzw_from_matrix",
+    "share_of",
 ]

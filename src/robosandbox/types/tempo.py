@@ -1,0 +1,113 @@
+"""How fast the arm goes: what of its limits it uses where, and how each motion is timed."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from robosandbox.errors import InputError
+from robosandbox.suggestions import did_you_mean
+
+# Share of the joints' speed limits with something in hand, or near things; chosen: halved, episodes of six tasks take
+# 25 % longer, doubled 15 % less, and all succeed at either.
+_CARRY = 0.35
+# Likewise just above a support; chosen so that a bump is felt before it pushes (halved 4 % longer, doubled 2 % less).
+_FINE = 0.15
+# Likewise with nothing near; chosen by the same six tasks.
+_FREE = 0.5
+# m/s of the TCP near where it meets or leaves something; chosen as the careful tempo has it there: a thing that is lowered is
+# 4 mm from its support at 0.04 m/s, a hand that comes down to a grasp 4 mm from it at 0.055.
+_TOUCH = 0.05
+# How near that is, metres; chosen as twice the planner's clearance, from where a placement may touch its support.
+_NEAR = 0.004
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timing:
+    """A motion that is timed optimally: along each stretch of its path as fast as the joints' limits let it go there.
+
+    Attributes:
+        share: Of the velocity and acceleration limits of the joints.
+        departure: The most that the TCP moves at near the start, m/s.
+        arrival: The most that it moves at near the end, m/s.
+        near: How near that is, metres along the TCP's way.
+    """
+
+    share: float
+    departure: float = math.inf
+    arrival: float = math.inf
+    near: float = _NEAR
+
+    def __mul__(self, share: float) -> Timing:
+        """Return the motion at a share of these limits."""
+        return replace(self, share=self.share * share)
+
+    __rmul__ = __mul__
+
+
+# How fast a motion goes: with a number, at one cruise speed that keeps this share of the joints' limits all along.
+Speed = float | Timing
+
+
+def share_of(speed: Speed) -> float:
+    """Return the share of the joints' limits that a speed uses."""
+    return speed.share if isinstance(speed, Timing) else speed
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Tempo:
+    """How fast the arm goes in each situation. Where a skill works in contact it has speeds of its own, at every tempo.
+
+    Attributes:
+        name: What people call it.
+        free: With nothing in hand and nothing near.
+        near: Down to what is to be gripped or touched.
+        lift: Up with what was gripped, whose weight is not known yet.
+        carry: With something in hand, at most: how heavy it is and how hard it is held may ask for less.
+        full: With something in hand that holds things.
+        lower: Down to a support with something in hand.
+        leave: Up from what was let go.
+    """
+
+    name: str
+    free: Speed
+    near: Speed
+    lift: Speed
+    carry: Speed
+    full: Speed
+    lower: Speed
+    leave: Speed
+
+
+CAREFUL = Tempo(
+    name="careful", free=_FREE, near=_CARRY, lift=_CARRY, carry=_CARRY, full=_CARRY, lower=_FINE, leave=_CARRY
+)
+
+
+def _optimal(name: str, share: float) -> Tempo:
+    """Return the tempo whose motions are timed optimally within a share of the joints' limits, slow only near contact."""
+    return Tempo(
+        name=name,
+        free=Timing(share=share),
+        near=Timing(share=share, arrival=_TOUCH),
+        lift=Timing(share=share, departure=_TOUCH),
+        carry=Timing(share=share),
+        full=_CARRY,
+        lower=Timing(share=share, arrival=_TOUCH),
+        leave=Timing(share=share, departure=_TOUCH),
+    )
+
+
+# By name, from the slowest to the fastest. Brisk is half of the limits, as the careful tempo's free motions; fast all of them.
+TEMPOS = {tempo.name: tempo for tempo in (CAREFUL, _optimal("brisk", _FREE), _optimal("fast", 1.0))}
+
+
+def find_tempo(name: str) -> Tempo:
+    """Return the tempo of a name.
+
+    Raises:
+        InputError: There is none.
+    """
+    if name not in TEMPOS:
+        raise InputError(f"--tempo: no tempo {name[:60]!r}; there is {', '.join(TEMPOS)}{did_you_mean(name, TEMPOS)}")
+    return TEMPOS[name]
