@@ -17,9 +17,9 @@ import numpy as np
 from robosandbox.errors import CollisionError, LimitError, Phase, SkillError, UnreachableError
 from robosandbox.skills.primitives.grasping import plan_grasp
 from robosandbox.skills.primitives.guarded import follow_free
-from robosandbox.skills.primitives.manipulator import CARRY_SPEED, FINE_SPEED, FREE_SPEED, Manipulator, raised
+from robosandbox.skills.primitives.manipulator import Manipulator, raised
 from robosandbox.skills.primitives.pressing import Way
-from robosandbox.types import Array, DetectedObject, ObservedScene, Pose, Trajectory
+from robosandbox.types import CAREFUL, Array, DetectedObject, ObservedScene, Pose, Trajectory
 from robosandbox.world.relations import bottom, centre, lies_in, moved, support, top
 
 # N with which the tip presses; chosen as the weight of half a kilogram: a thing of a few hundred grams is dragged, and what
@@ -169,11 +169,11 @@ def _plan(
         end = Pose.from_matrix(begin.position + away, rotation)
         motion.allow()
         try:
-            descent = arm.line_to(begin, raised(begin, _HOVER), speed=CARRY_SPEED)
-            approach = motion.plan_joints(q, descent.q[0], speed=FREE_SPEED)
+            descent = arm.line_to(begin, raised(begin, _HOVER), speed=arm.tempo.near)
+            approach = motion.plan_joints(q, descent.q[0], speed=arm.tempo.free)
             motion.allow(target.id)
             motion.plan_line(descent.q[-1], raised(begin, -_FEEL_FROM - _STEP_DOWN))
-            return approach, descent, motion.plan_line(descent.q[-1], end, speed=FINE_SPEED)
+            return approach, descent, motion.plan_line(descent.q[-1], end, speed=CAREFUL.lower)
         except (UnreachableError, CollisionError):
             continue
     return None
