@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from robosandbox.agent.force import ForceGuard, meant_by
 from robosandbox.agent.goal import GoalContext
+from robosandbox.agent.sliding import SlideGuard, slides_under
 from robosandbox.agent.workspace import WorkspaceGuard, check_call
 from robosandbox.drivers import require
 from robosandbox.errors import CancelledError, ErrorCode, GoalTimeoutError, Phase, Repair, SkillError
@@ -63,6 +64,7 @@ class AgentContext(GoalContext):
     phase: str = field(default=Phase.CHECK, init=False)
     seen: ObservedScene | None = field(default=None, init=False, repr=False)
     _force: ForceGuard | None = field(default=None, init=False, repr=False)
+    _sliding: SlideGuard | None = field(default=None, init=False, repr=False)
     _started: float = field(default=0.0, init=False, repr=False)
     _deadline: float | None = field(default=None, init=False, repr=False)
 
@@ -75,6 +77,9 @@ class AgentContext(GoalContext):
         if has.contact is not None or has.wrist_wrench:
             self._force = ForceGuard(self.sim, *force_limits(*self._all_limits()))
             self.sim.guards.append(self._force)
+            if has.contact == "named":
+                self._sliding = SlideGuard(self.sim)
+                self.sim.guards.append(self._sliding)
             return
         for limits in self._all_limits():
             force = limits.max_force_n or limits.max_unintended_force_n
@@ -120,7 +125,12 @@ class AgentContext(GoalContext):
         """
         if self._force is not None:
             held = self.seen.held if self.seen else None
-            self._force.mean(meant_by(call, self.skills.get(call.skill), held))
+            meant = meant_by(call, self.skills.get(call.skill), held)
+            self._force.mean(meant)
+            if self._sliding is not None:
+                # What only moves the arm, as going home, gets out of wherever it is.
+                named = {*meant, *(value for value in call.arguments.values() if isinstance(value, str))}
+                self._sliding.keep(slides_under(self.planning, self.seen, named) if meant and self.seen else {})
         for limits in self._all_limits():
             if limits.workspace is not None:
                 check_call(call, self.look(), limits.workspace)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from robosandbox.agent.force import ForceGuard, meant_by
+from robosandbox.agent.sliding import slides_under
 from robosandbox.drivers import Capabilities
 from robosandbox.errors import LimitError, PushError
 from robosandbox.evidence import PushEvidence
@@ -197,3 +198,37 @@ def test_what_a_call_means_to_press_follows_from_its_contract() -> None:
     assert meant("stack", object="cube", target="block") == {"cube"}
     assert meant("open_drawer", drawer="drawer") == {"drawer"} and meant("home") == set()
     assert meant("of_somebody_else", thing="cube") == {"cube"}, "nothing is known of it"
+
+
+def bin_beside(mass: float) -> Scene:
+    cube = SceneObject(id="cube", kind="box", size=(0.02, 0.02, 0.02), pose=Pose(xyz=(0.15, 0.25, 0.061)), mass=0.05)
+    vessel = SceneObject(id="bin", kind="bin", size=(0.06, 0.06, 0.06), pose=Pose(xyz=(0.15, 0.0, 0.0405)), mass=mass)
+    return Scene(objects=(cube, vessel))
+
+
+def test_what_is_to_stay_slides_under_its_weight_times_friction_and_what_is_named_is_free_to_go() -> None:
+    with open_session(bin_beside(1.0), what_if=False) as session:
+        ctx, seen = session.ctx, session.observe()
+        assert slides_under(ctx.planning, seen, ("cube",)) == pytest.approx({"bin": 0.5 * 9.81}, rel=0.01)
+        assert slides_under(ctx.planning, seen, ("cube", "bin")) == {}
+    with open_session("open_drawer", what_if=False) as session:
+        assert set(slides_under(session.ctx.planning, session.observe(), ())) == {"drawer"}, "not what is picked up"
+
+
+def test_a_shove_of_what_is_to_stay_stops_the_arm_before_it_slides() -> None:
+    with open_session(bin_beside(1.0), what_if=False) as session:
+        sim, motion = session.sim, session.ctx.motion
+        motion.use(session.ctx.planning(session.observe()), sim.state())
+        motion.allow("bin")
+        down = np.diag([1.0, -1.0, -1.0])
+        begin, end = (Pose.from_matrix(np.array([0.15, y, 0.08]), down) for y in (-0.12, -0.04))
+        sim.set_gripper(1.0)
+        sim.follow(motion.plan_joints(sim.state().q, motion.ik(begin), speed=0.3))
+        at = np.array(session.observe().find("bin").pose.xyz)  # type: ignore[union-attr]
+        session.ctx.permit(SkillCall(skill="pick", arguments={"object": "cube"}))
+        with pytest.raises(LimitError, match=r"slides under 4\.9"):
+            sim.follow(motion.plan_line(sim.state().q, end, speed=0.05))
+        sim.wait(0.5)
+        assert np.linalg.norm(np.array(session.observe().find("bin").pose.xyz) - at) < 0.002  # type: ignore[union-attr]
+        session.ctx.permit(SkillCall(skill="home"))
+        session.agent.perform(SkillCall(skill="home"))

@@ -9,10 +9,10 @@ from robosandbox.types import CAREFUL, DetectedObject, Timing, share_of
 from robosandbox.world.relations import centre
 
 # m/s^2; the standard acceleration of free fall, rounded.
-_GRAVITY = 9.81
+GRAVITY = 9.81
 # Coefficient; chosen as what most pairs of materials have at least: friction is not seen. Halved it asks for twice the
 # force.
-_FRICTION = 0.5
+FRICTION = 0.5
 # Factor; chosen so that what is held stays when a hand is stopped at once; halved and doubled all of twelve episodes
 # succeed.
 _MARGIN = 2.5
@@ -45,7 +45,7 @@ def needed_force(arm: Manipulator, held: DetectedObject, mass: float) -> float:
         mass: Its mass, kg.
     """
     acceleration = share_of(arm.tempo.carry) * _quickest(arm)
-    return _MARGIN * mass * (_GRAVITY + acceleration) * _leverage(arm, held) / (2.0 * _FRICTION)
+    return _MARGIN * mass * (GRAVITY + acceleration) * _leverage(arm, held) / (2.0 * FRICTION)
 
 
 def bearable(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
@@ -64,7 +64,7 @@ def bearable(arm: Manipulator, held: DetectedObject, speed: Timing) -> Timing:
     grip, weight = sim.grip_on(held.id), float(sim.force_on(held.id)[2])
     if weight <= 0.0:
         return speed * (min(speed.share, least) / speed.share)
-    most = 2.0 * _FRICTION * grip / (_MARGIN * _leverage(arm, held) * weight / _GRAVITY) - _GRAVITY
+    most = 2.0 * FRICTION * grip / (_MARGIN * _leverage(arm, held) * weight / GRAVITY) - GRAVITY
     share = float(np.clip(most / _quickest(arm), min(least, speed.share), speed.share))
     return speed * (share / speed.share)
 
@@ -97,7 +97,7 @@ def ease(arm: Manipulator, held: DetectedObject) -> float | None:
     if gripper is None or before <= 0.0:
         return before
     sim.wait(_WEIGHING_SECONDS)
-    mass = max(0.0, float(sim.force_on(held.id)[2])) / _GRAVITY
+    mass = max(0.0, float(sim.force_on(held.id)[2])) / GRAVITY
     wanted = max(needed_force(arm, held, mass), _LEAST_SHARE * before)
     state = arm.gripper
     closed = float(np.clip(state.closed, 0.0, 1.0))

@@ -85,6 +85,13 @@ class PlanningScene:
 
     # What skills ask.
 
+    def loose_mass(self, object_id: str) -> float | None:
+        """Return what an object is believed to weigh, kg; None for one that is fixed, and for grains."""
+        model, body = self._world.model, self.body(object_id)
+        if body is None or int(model.body_weldid[body]) == 0:
+            return None
+        return float(model.body_subtreemass[body])
+
     def pieces(self, object_id: str) -> tuple[Array, ...]:
         """Return points that span each convex piece of a mesh, in the object's frame, each (k, 3); none without a mesh."""
         body = self.body(object_id)
