@@ -5,17 +5,17 @@ A tool's arguments are a model whose docstring is its description. What is answe
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any, Protocol, runtime_checkable
 
-from pydantic import Field, ValidationError, field_validator
+from pydantic import AfterValidator, Field, ValidationError, field_validator
 
 from robosandbox.agent.context import AgentContext
 from robosandbox.agent.episode import FailedAttempt, Step
 from robosandbox.agent.goal import GoalContext
 from robosandbox.agent.preview import preview
 from robosandbox.errors import ErrorRecord, InputError, InvalidArgumentError, SkillError
+from robosandbox.printable import printable
 from robosandbox.protocols import Skill
 from robosandbox.types import ObservedScene, Plan, Refusal, RefusalCode, SkillCall, StrictModel
 from robosandbox.world.achieve import achieve
@@ -31,7 +31,6 @@ _DECIMALS = 4
 _MOST_GOALS = 20  # Number of relations in one list. Chosen far above what a sentence asks.
 _LONGEST = 600  # Characters of a sentence for the person. Chosen: three lines or so.
 _LONGEST_PROGRAM = 4_000  # Characters of a program. Chosen: a hundred lines.
-_UNPRINTABLE = re.compile(r"[\x00-\x1f\x7f-\x9f\u200e\u200f\u2028-\u202e\u2066-\u2069]+")
 
 Steps = Annotated[tuple[SkillCall, ...], Field(min_length=1, max_length=MAX_STEPS, description="The calls in order.")]
 Relations = Annotated[tuple[str, ...], Field(max_length=_MOST_GOALS)]
@@ -61,7 +60,7 @@ class Spoken(StrictModel):
     @field_validator("message")
     @classmethod
     def _message_is_printable(cls, value: str) -> str:
-        text = _UNPRINTABLE.sub(" ", value).strip()
+        text = printable(value)
         if not text:
             raise ValueError("says nothing")
         return text
@@ -99,7 +98,9 @@ class AskArguments(Spoken):
 class FinishArguments(StrictModel):
     """Say that all that was asked is done, after its last call has succeeded."""
 
-    summary: Annotated[str, Field(max_length=_LONGEST, description="One sentence for the person.")]
+    summary: Annotated[
+        str, Field(max_length=_LONGEST, description="One sentence for the person."), AfterValidator(printable)
+    ]
     holds: Annotated[Relations, Field(description=f"What holds now, to be checked. {_RELATIONS_HELP}")] = ()
 
 

@@ -82,9 +82,19 @@ class Usage:
             "sent_back": len(self.sent_back),
         }
 
+    def __str__(self) -> str:
+        """Return what was asked in a line: "2 requests, 1,240 tokens in, 38 out, 3.1 s, $0.0021; 1 answer sent back"."""
+        said = f"{_counted(self.requests, 'request')}, {self.input_tokens:,} tokens in, {self.output_tokens:,} out"
+        said += f", {self.seconds:.1f} s" + (f", ${self.cost:.4f}" if self.cost else "")
+        return said + (f"; {_counted(len(self.sent_back), 'answer')} sent back" if self.sent_back else "")
+
     def transcript(self) -> list[dict[str, Any]]:
         """Return the exchanges as JSON data."""
         return [{**asdict(one), "seconds": round(one.seconds, 3)} for one in self.exchanges]
+
+
+def _counted(number: int, what: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'}"
 
 
 _METERS: ContextVar[tuple[Usage, ...]] = ContextVar("model usage", default=())

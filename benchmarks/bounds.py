@@ -1,6 +1,6 @@
 """What a model is bound to by a sentence: things that are forbidden and not bound, and things that are bound and were never forbidden.
 
-    uv run benchmarks/bounds.py [--bounds tests/bounds/*.yaml] [--prompts tests/prompts/*.yaml] [--show] [--json]
+    uv run benchmarks/bounds.py [--bounds tests/prohibitions/*.yaml] [--prompts tests/prompts/*.yaml] [--show] [--json]
 
 A bounds file holds a scene and sentences that the grammar need not understand, each with what it forbids (`never` and ids) or alone
 allows (`only` and ids), `-` for nothing. A prompts file holds sentences with every acceptable plan: whatever binds a model there must
@@ -25,7 +25,7 @@ from robosandbox.agent.planner import StubPlanner
 from robosandbox.types import ObservedScene
 from robosandbox.world.verifier import Constraints
 
-BOUNDS = tuple(sorted((Path(__file__).parent.parent / "tests" / "bounds").glob("*.yaml")))
+BOUNDS = tuple(sorted((Path(__file__).parent.parent / "tests" / "prohibitions").glob("*.yaml")))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

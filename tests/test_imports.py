@@ -13,7 +13,7 @@ SOURCE = Path(__file__).resolve().parents[1] / "src" / "robosandbox"
 
 # A module may import from its own layer and from those before it.
 LAYERS = (
-    {"tags", "error_codes", "errors", "ranges", "progress", "suggestions"},
+    {"tags", "error_codes", "errors", "ranges", "printable", "progress", "suggestions"},
     {"validation"},
     {"plugins", "spatial", "cache"},
     {"shapes"},

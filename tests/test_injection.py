@@ -5,16 +5,20 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from robosandbox.agent.episode import Consulted, Thought
 from robosandbox.agent.language.bounds import bounds_of
 from robosandbox.agent.llm import known
 from robosandbox.agent.llm.modes import Mode
+from robosandbox.agent.llm.pictures import _drawn
 from robosandbox.agent.llm.planner import LLMPlanner
 from robosandbox.agent.llm.prompt import act_instructions, instructions, question
 from robosandbox.agent.llm.settings import LLMSettings
 from robosandbox.agent.llm.toolbox import acting_tools
 from robosandbox.agent.planner import StubPlanner
+from robosandbox.commands.live import LiveView
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.testing.hostile import HOSTILE, picture_of
 from robosandbox.testing.openai_server import ScriptedServer, plan
@@ -153,4 +157,28 @@ def test_the_table_of_hostile_inputs_is_made(monkeypatch: pytest.MonkeyPatch) ->
     with hostile.world() as session:
         rows = [hostile.try_out(session, number) for number in (0, 5)]
     assert [row.beyond for row in rows] == [0, 0] and all(row.grammar_same and row.sent_back >= 3 for row in rows)
+    assert [row.kept_in for row in rows] == [5, 5]
     assert hostile.page(rows).count("\n| ") == 3
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_it_stays_data_where_it_is_told_again(text: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(str(Path(__file__).resolve().parents[1] / "benchmarks"))
+    hostile = __import__("hostile")
+    assert all(map(hostile.is_data, hostile.quoted(text, with_name(text), SKILLS)))
+
+
+@pytest.mark.parametrize("text", HOSTILE, ids=range(len(HOSTILE)))
+def test_a_picture_with_it_as_a_drawn_id_has_a_short_plain_label(text: str) -> None:
+    blank = np.zeros((60, 80, 3), np.uint8)
+    drawn, cut = (_drawn(blank.copy(), {name: (4.0, 30.0)}) for name in (text, text[:32]))
+    assert drawn.any() and (drawn == cut).all()
+
+
+def test_a_terminal_gets_one_line_that_moves_no_cursor(capsys: pytest.CaptureFixture[str]) -> None:
+    live = LiveView(plain=True)
+    for text in HOSTILE:
+        live(Thought(text))
+        live(Consulted(tool="look", arguments={"camera": text}, answer={"scene": text}))
+    said = capsys.readouterr().err
+    assert len(said.splitlines()) == 2 * len(HOSTILE) and not re.search("[\x00-\x09\x0b-\x1f\x7f-\x9f\u202e]", said)

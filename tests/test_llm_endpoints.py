@@ -1,6 +1,7 @@
 """What is learnt of an endpoint and kept for the next process, and answers that arrive piece by piece."""
 
 import json
+import re
 import signal
 import time
 from collections.abc import Callable, Iterator
@@ -18,6 +19,7 @@ from robosandbox.agent.llm.known import KnownEndpoints
 from robosandbox.agent.llm.modes import Mode
 from robosandbox.agent.overheard import overheard
 from robosandbox.agent.planners import make_planner
+from robosandbox.agent.usage import Exchange, Usage
 from robosandbox.cli import app
 from robosandbox.commands.console import EXIT_DONE, run_app
 from robosandbox.commands.live import LiveView
@@ -298,3 +300,15 @@ def test_a_terminal_shows_what_is_written(capsys: pytest.CaptureFixture[str]) ->
     assert live._being_written() == "drafts: home()"
     live(Planned(Plan(steps=(SkillCall(skill="home", arguments={}),)), 0))
     assert "thinks  The cube is there." in capsys.readouterr().err
+
+
+def test_what_a_prompt_took_is_said_in_a_line(capsys: pytest.CaptureFixture[str]) -> None:
+    usage = Usage(exchanges=[Exchange(input_tokens=1200, output_tokens=38, seconds=1.5)] * 2, sent_back=["no JSON"])
+    assert str(usage) == "2 requests, 2,400 tokens in, 76 out, 3.0 s; 1 answer sent back"
+    live = LiveView(plain=True)
+    with ScriptedServer(plan(("pick", {"object": "red_cube"}))) as server:
+        told = {"model": "m", "base_url": server.url}
+        with open_session("pick_from_three", planner="openai", planner_options=told, what_if=False) as session:
+            live.watch(session.agent)
+            session.run("make it dance")
+    assert re.search(r"asked  1 request, \d+ tokens in, \d+ out, [\d.]+ s$", capsys.readouterr().err, re.MULTILINE)

@@ -915,3 +915,13 @@ def test_a_misuse_is_corrected_over_openais_responses() -> None:
         asking = make_planner("responses", SKILLS, {"base_url": server.url, "model": "scripted"})
         assert picks(asking.plan("pick up the red cube", SCENE))
     assert "no object 'elephant'" in json.dumps(server.requests[-1]["input"])
+
+
+def test_where_the_time_ends_among_attempts_the_last_cause_is_told() -> None:
+    stalled = Answer(body=PICK.body, send=20, then="stall")
+    told = r"no answer within 2 s: HTTP 503: overloaded; try again later"
+    with (
+        ScriptedServer(fails(503, "overloaded"), stalled) as server,
+        pytest.raises(PlannerUnavailableError, match=told),
+    ):
+        ask(server, time_limit=2.0)

@@ -31,10 +31,11 @@ from pydantic_ai.settings import ModelSettings
 from robosandbox.agent.llm.forms import Call, MisuseError, NoAnswerError, Tool
 from robosandbox.agent.llm.known import KnownEndpoints
 from robosandbox.agent.llm.modes import Mode, after_no_answer, after_refusal
-from robosandbox.agent.llm.prompt import data_text
+from robosandbox.agent.llm.prompt import data_text, untagged
 from robosandbox.agent.llm.service import ModeRefusedError, Service
 from robosandbox.agent.usage import count_sent_back
 from robosandbox.errors import PlannerAnswerError
+from robosandbox.printable import printable
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -142,7 +143,11 @@ class Endpoint(WrapperModel):
 
 
 def correction(response: ModelResponse, reason: str) -> list[ModelRequestPart]:
-    """Return the reply to an answer that cannot be used: a result for each of its tool calls, as the protocol asks."""
+    """Return the reply to an answer that cannot be used: a result for each of its tool calls, as the protocol asks.
+
+    A reason may quote ids and what the model wrote: no tag can stand in it, and no line of its own.
+    """
+    reason = untagged(printable(reason))
     calls = [part for part in response.parts if isinstance(part, ToolCallPart)]
     if not calls:
         return [UserPromptPart(content=reason)]

@@ -152,7 +152,11 @@ def _as_data(certain: Constraints) -> dict[str, Any]:
 
 def data_text(value: Any) -> str:
     """Return JSON in which no tag can stand."""
-    text = json.dumps(value, ensure_ascii=False, separators=(",", ":"))
+    return untagged(json.dumps(value, ensure_ascii=False, separators=(",", ":")))
+
+
+def untagged(text: str) -> str:
+    """Return a text in which no tag can stand: its angle brackets as JSON escapes."""
     return text.replace("<", "\\u003c").replace(">", "\\u003e")
 
 

@@ -37,6 +37,8 @@ _log = logging.getLogger(__name__)
 
 _ANSWER_TOKENS = 8_000  # Number of tokens of one answer. Chosen far above a plan's, so that thoughts fit.
 _CONNECT_SECONDS = 5.0  # Seconds until a server that does not answer counts as absent. Chosen.
+# Seconds of a prompt's time that are told of once they are spent. Chosen: what nobody waits for.
+_SPENT_SECONDS = 0.1
 _TRANSIENT = (
     failures.ModelRateLimitError,
     failures.ModelUnavailableError,
@@ -80,7 +82,10 @@ class Service:
         for budget in self._budgets:
             budget.check(self._where)
         self._begun = time.monotonic()
-        self._time = min(budget.left("seconds") for budget in self._budgets)
+        tightest = min(self._budgets, key=lambda budget: budget.left("seconds"))
+        self._time = tightest.left("seconds")
+        self._limit = tightest.limits.seconds or self._time
+        self._fault: Exception | None = None
         transport: httpx2.AsyncBaseTransport
         if player is not None:
             transport = player
@@ -136,6 +141,7 @@ class Service:
                     budget.take(answer)
                 return answer
             fault, asked = answer
+            self._fault = fault
             _log.info("attempt %d at %s: %s", attempt, self._where, self._said(fault))
             if attempt == self._settings.attempts:
                 raise PlannerUnavailableError(
@@ -179,6 +185,14 @@ class Service:
     def _where(self) -> str:
         return f"{self._settings.model} at {self._url or OFFICIAL[self._settings.service]}"
 
+    def _too_late(self) -> str:
+        """Return what to say where the time ends before an answer does."""
+        is_whole = self._limit - self._time < _SPENT_SECONDS
+        within = f"{self._limit:.3g} s" if is_whole else f"the {self._time:.2g} s that were left of {self._limit:.3g} s"
+        if self._fault is not None:
+            return f"{self._where}: no answer within {within}: {self._said(self._fault)}; try again later, or use --planner stub"
+        return f"{self._where}: no complete answer within {within}; try again, give a longer --time-limit, or use a faster model"
+
     async def _request(
         self, messages: Sequence[ModelMessage], mode: Mode, parameters: ModelRequestParameters
     ) -> ModelResponse:
@@ -194,10 +208,7 @@ class Service:
                 response = await self._response(list(messages), settings, parameters)
             return response
         except TimeoutError:
-            raise PlannerUnavailableError(
-                f"{self._where}: no complete answer within {self._time:.3g} s; "
-                "try again, give a longer --time-limit, or use a faster model"
-            ) from None
+            raise PlannerUnavailableError(self._too_late()) from None
         finally:
             usage = None if response is None else response.usage
             count_exchange(
@@ -277,7 +288,8 @@ class Service:
         elif isinstance(error, failures.ModelAPIError):
             cause = error.__cause__
             inner = cause.__cause__ if cause is not None and cause.__cause__ is not None else cause
-            text = f"{error.message} ({inner})" if inner is not None and str(inner) else error.message
+            is_new = inner is not None and str(inner) and str(inner) not in error.message
+            text = f"{error.message} ({inner})" if is_new else error.message
         else:
             text = f"an answer that cannot be read ({' '.join(str(error).split())[:200]})"
         return clean(text, self._key)

@@ -14,6 +14,7 @@ from rich.console import Console
 from rich.text import Text
 
 from robosandbox.agent import episode as events
+from robosandbox.printable import printable
 
 if TYPE_CHECKING:
     from rich.status import Status
@@ -76,18 +77,20 @@ class LiveView:
                     self._print("could", f"{', '.join(map(str, repair.calls))}: {repair.why}", "yellow")
             case events.Replanning():
                 self.show("planning anew")
-            case events.Ended():
+            case events.Ended(episode):
                 self._hide()
+                if episode.model_usage.requests:
+                    self._print("asked", str(episode.model_usage), "dim")
 
     def show(self, text: str) -> None:
         """Have the moving line, where there is one, say something."""
         if not self._console.is_terminal:
             return
         if self._status is None:
-            self._status = status = self._console.status(Text(text))
+            self._status = status = self._console.status(Text(printable(text)))
             status.start()
         else:
-            self._status.update(Text(text))
+            self._status.update(Text(printable(text)))
 
     def close(self) -> None:
         """Take the moving line away, whatever it shows."""
@@ -95,19 +98,18 @@ class LiveView:
 
     def _being_written(self) -> str:
         """Return the end of what a model has written so far, as much as a line holds."""
-        thought = " ".join(self._thought.split())
-        text = ", ".join(self._drafted) or thought
+        text = ", ".join(self._drafted) or printable(self._thought)
         return f"{'drafts' if self._drafted else 'thinks'}: {text[-_LONGEST:]}"
 
     def _think(self, thought: str) -> None:
         """Keep a thought in view now that it is complete; nothing where there is none."""
         self._hide()
         if thought:
-            self._print("thinks", " ".join(thought.split())[:_LONGEST], "dim")
+            self._print("thinks", printable(thought)[:_LONGEST], "dim")
         self._thought, self._drafted = "", []
 
     def _print(self, head: str, text: str, style: str) -> None:
-        self._console.print(Text.assemble((f"{head:>8}", style), "  ", text), soft_wrap=True)
+        self._console.print(Text.assemble((f"{head:>8}", style), "  ", printable(text)), soft_wrap=True)
 
     def _hide(self) -> None:
         if self._status is not None:
@@ -121,7 +123,7 @@ def ask_here(agent: Agent[Any]) -> None:
         return
 
     def ask(question: str) -> str:
-        print(f"{question}\n> ", end="", file=sys.stderr, flush=True)
+        print(f"{printable(question)}\n> ", end="", file=sys.stderr, flush=True)
         return sys.stdin.readline().strip()
 
     agent.ask = ask

@@ -15,6 +15,7 @@ from robosandbox.commands.options import Json, Prompt
 from robosandbox.commands.recording import Record, Video, VideoFps, record_settings, recording
 from robosandbox.commands.world import OF_THE_WORLD, Connection, open_here, takes_world
 from robosandbox.errors import InputError
+from robosandbox.printable import printable
 from robosandbox.tasks.options import WorkcellOptions
 
 if TYPE_CHECKING:
@@ -234,10 +235,10 @@ def _document(session: Workcell, episode: Episode) -> dict[str, Any]:
 def sentence(episode: Episode, judged: dict[str, Any] | None = None) -> str:
     """Return what was done, or why not, in a line."""
     if not episode.success:
-        return f"{episode.final_reason}: {episode.final_detail}"
+        return f"{episode.final_reason}: {printable(episode.final_detail)}"
     if episode.answer:
         return episode.answer
     if judged is None:
-        return f"done: {episode.final_detail}"
+        return f"done: {printable(episode.final_detail)}"
     numbers = ", ".join(f"{key}={value:.3f}" for key, value in judged["detail"].items())
-    return f"{'done' if judged['success'] else 'not done'}: {episode.final_detail} ({numbers})"
+    return f"{'done' if judged['success'] else 'not done'}: {printable(episode.final_detail)} ({numbers})"

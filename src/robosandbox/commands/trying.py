@@ -58,6 +58,10 @@ def ask_before(session: EmbeddedWorkcell, prompt: str | None) -> None:
         for line in preview(session.ctx, plan, session.agent.skills).lines():
             print(f"    plan  {line}", file=sys.stderr)
         print("carry it out? [y/N] ", end="", file=sys.stderr, flush=True)
-        return sys.stdin.readline().strip().lower() in ("y", "yes")
+        answer = sys.stdin.readline()
+        if not answer.endswith("\n"):
+            # Whoever is not there has not ended the line either.
+            print(file=sys.stderr)
+        return answer.strip().lower() in ("y", "yes")
 
     session.agent.approve = ask

@@ -24,6 +24,7 @@ from robosandbox.agent.tools import (
     wrong_arguments,
 )
 from robosandbox.errors import InputError, SkillError
+from robosandbox.printable import printable
 from robosandbox.protocols import Skill
 from robosandbox.types import (
     MAX_PROMPT_LENGTH,
@@ -190,7 +191,7 @@ def failed(code: str, message: str) -> types.CallToolResult:
 def answer(data: dict[str, Any], *, said: str | None = None, is_error: bool = False) -> types.CallToolResult:
     """Return data for programs, with numbers rounded, and the same as text for models."""
     data = rounded(data)
-    text = json.dumps(data) if said is None else f"{said}\n{json.dumps(data)}"
+    text = json.dumps(data) if said is None else f"{printable(said)}\n{json.dumps(data)}"
     return types.CallToolResult(
         content=[types.TextContent(type="text", text=text)], structured_content=data, is_error=is_error
     )
