@@ -58,12 +58,9 @@ def partial_reading(
         scene: What perception sees.
         skills: What a plan may call.
     """
-    clauses = [part.strip() for part in _BORDERS.split(prompt) if part.strip()][:_MOST_CLAUSES]
     moved: set[str] = set()
     fewest, question = 0, None
-    for clause in () if _OPEN.search(prompt) or is_corrected(prompt, scene) else clauses:
-        if _DENIES.search(clause):
-            continue
+    for clause in _asking(prompt, scene):
         answer = grammar.plan(clause, scene, ())
         if isinstance(answer, Plan):
             named = _moved_by(answer, scene, skills)
@@ -79,6 +76,14 @@ def partial_reading(
     free = moved - bounds.never if bounds.only is None else moved & bounds.only
     constraints = Constraints(never=bounds.never, only=bounds.only, moved=frozenset(free), fewest=fewest)
     return PartialReading(constraints=constraints, question=question)
+
+
+def _asking(prompt: str, scene: ObservedScene) -> list[str]:
+    """Return the clauses that ask for something by themselves; none where any of it may not hold."""
+    if _OPEN.search(prompt) or is_corrected(prompt, scene):
+        return []
+    clauses = [part.strip() for part in _BORDERS.split(prompt) if part.strip()][:_MOST_CLAUSES]
+    return [clause for clause in clauses if not _DENIES.search(clause)]
 
 
 def _moved_by(plan: Plan, scene: ObservedScene, skills: Sequence[Skill[Any]]) -> set[str]:

@@ -78,9 +78,13 @@ class LiveView:
             case events.Replanning():
                 self.show("planning anew")
             case events.Ended(episode):
-                self._hide()
-                if episode.model_usage.requests:
-                    self._print("asked", str(episode.model_usage), "dim")
+                self._end(episode)
+
+    def _end(self, episode: events.Episode) -> None:
+        """Take the moving line away, and say what models were asked."""
+        self._hide()
+        if episode.model_usage.requests:
+            self._print("asked", str(episode.model_usage), "dim")
 
     def show(self, text: str) -> None:
         """Have the moving line, where there is one, say something."""
