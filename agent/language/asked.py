@@ -117,6 +117,6 @@ class Asked:
             RefusedError: Nothing fits, or several things.
         """
         ids, said = self.meant(span)
-        if len(ids) != 1:
+        if len(ids) != 1 or any(ref.determiner == "a" or ref.options for ref in self._refs(span)):
             raise RefusedError(RefusalCode.AMBIGUOUS, f"Which one do you mean by “{said}”: {listed(ids)}?", ids)
         return self.view.get(ids[0])

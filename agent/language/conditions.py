@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC
+from dataclasses import replace as changed
 from typing import Literal
 
 from robosandbox.agent.language.chart import Found, distinct, rule
@@ -167,6 +168,12 @@ class Conditions(Towers, ABC):
             of_them = k + 2 if self.said(k, k + 2) in ("of them", "of those", "of these") else k
             if of_them > k or k >= self.count or self.tokens[k].kind == "mark" or self.text(k) in _REMAINING:
                 found.append((of_them, replace(IT, text="them", plural=True), bound))
+            # "one of the bins", "none of the cubes": how many of them no longer is a bare number.
+            found += [
+                (j, replace(ref, determiner="a", text=self.said(i, j)), changed(bound, loose=False))
+                for j, ref in (self.np(k + 1) if self.text(k) == "of" else ())
+                if ref.plural and ref.determiner in ("the", "all") and ref.number is None and _plainly(ref)
+            ]
             found += [
                 (j, replace(ref, text=self.said(i, j)), bound)
                 for j, ref in self.np(k)

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 _SEE = "do_you_see|can_you_see|you_see|are_there|is_there|there_are|are_here|are_visible|have_you|do_you_have|are_left"
-_NOW = "now|right_now|at_the_moment|currently|please|then|exactly|still|already|yet"
+_NOW = "now|right_now|at_the_moment|currently|please|then|exactly|still|already|yet|altogether|in_total|all_in_all"
 _IN = "in|inside|inside_of|within"
 _ON = "on|on_top_of|upon|sitting_on|standing_on|lying_on|stacked_on"
 _TABLE = "the_table|the_desk|the_table_top|the_workspace"
@@ -46,6 +46,8 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("on", f"what {_ARE} {_ON} * {_NOW}?", {}),
     ("on", f"what does|is * stand|rest|lie {_ON}", {}),
     ("in", "how full is|are *", {}),
+    ("in", f"is|are * {_NOW}? full", {}),
+    ("fits", "can|does|will|would|could|do * fit in|into|inside *", {}),
     ("beside", f"what {_ARE} {_LEFT} *", {"side": "left"}),
     ("beside", f"what {_ARE} {_RIGHT} *", {"side": "right"}),
     ("beside", f"what {_ARE} {_FRONT} *", {"side": "front"}),
@@ -57,6 +59,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("count", f"how_many * {_ARE} there|here|on_the_table", {}),
     ("count", "how_many * there_are|you_see|are_there", {}),
     ("count", "how_many *", {}),
+    ("count", "what|which * do_you_see|can_you_see|are_there", {}),
     ("more", "are_there|do_you_see more * than *", {"wanted": "more"}),
     ("more", "are_there|do_you_see fewer|less * than *", {"wanted": "fewer"}),
     ("far_from_me", "how_far|how_far_away is|are * from you|me|the_robot|the_arm|the_base|the_robot's_base", {}),
@@ -65,15 +68,15 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("far", "what_is_the_distance from|between * to|and *", {}),
     ("far_apart", "how_far apart are|is *", {}),
     ("far_apart", "what_is_the_distance between *", {}),
-    ("what", "how big|large|tall|wide|high|long|small|thick is|are *", {}),
-    ("what", "what|which size|colour|color|shape|kind|dimensions is|are|has|have *", {}),
+    ("what", "how big|large|tall|wide|high|long|small|thick|deep is|are *", {}),
+    ("what", "what|which size|colour|color|colours|colors|shape|kind|dimensions is|are|has|have *", {}),
     ("what", "what are|is the size|colour|color|shape|dimensions|height|width of *", {}),
     ("mass", "how heavy is|are *", {}),
     ("mass", "what|how_much does|do * weigh", {}),
     ("count_in", f"which|what * {_ARE} {_IN} *", {"relation": "inside"}),
     ("count_in", f"which|what * {_ARE} {_ON} *", {"relation": "on"}),
     ("which", f"which|what of? * {_ARE} *", {}),
-    ("whether_there", f"is|are there any|a|an|some|still|even? * {_NOW}?|here?", {}),
+    ("whether_there", f"is|are there any|a|an|some|still|even? * {_NOW}?|here?|anywhere?|around?", {}),
     ("whether_there", "do|can you see|spot|find|have any|some? *", {}),
     ("whether_there", "is|are * still? there|here|around", {}),
     ("whether_there", "if|whether there is|are any|a|an|some? *", {}),
@@ -93,6 +96,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("whether_beside", f"is|are * {_BACK} *", {"side": "back"}),
     ("whether_beside", f"is|are * {_NEAR} *", {}),
     ("whether_state", f"is|are * {_NOW}? open|opened", {"relation": "open"}),
+    ("whether_state", "how far|wide open is|are *", {"relation": "open"}),
     ("whether_state", f"is|are * {_NOW}? closed|shut", {"relation": "closed"}),
     ("whether_state", f"is|are * {_NOW}? empty", {"relation": "empty"}),
     ("whether_state", f"is|are * {_NOW}? upright|standing|standing_up", {"relation": "upright"}),
@@ -121,7 +125,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("abilities", "what|who are you", {}),
     ("abilities", "what_is your name|job|purpose", {}),
     ("abilities", "what|which skills|commands do you have|know", {}),
-    ("last", "what did|have you just? do|done", {}),
+    ("last", "what did|have you just? do|done last|before|first?", {}),
     ("last", "what happened|went_wrong|was_that", {}),
     ("last", "why did that|it|you|this fail|not_work|stop", {}),
     ("last", "did that|it|you work|succeed|do_it|manage", {}),

@@ -24,6 +24,8 @@ from robosandbox.agent.language.describing import (
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.question_forms import Form
 from robosandbox.agent.language.tokens import Token, TooLongError, tokenize
+from robosandbox.agent.language.whether import replied
+from robosandbox.agent.language.world import World
 from robosandbox.types import SIDE_AXES, DetectedObject, ObservedScene, Refusal, RefusalCode
 from robosandbox.world.contracts import find
 from robosandbox.world.facts import TABLE, fact
@@ -86,9 +88,10 @@ def answered(
                 except RefusedError as error:
                     # Of words that are not known the grammar says more.
                     refusal = refusal or (error.refusal if error.refusal.sure else None)
+        said = replied(tokens, scene, discourse) if tokens else None
     except TooComplicatedError:
         return None
-    return refusal
+    return Answer(*said) if said else refusal
 
 
 def _words(text: str, scene: ObservedScene) -> tuple[Token, ...]:
@@ -301,6 +304,14 @@ class _Answers(Asked):
     def _say_abilities(self) -> Answer:
         own = ", ".join(name.replace("_", " ") for name in self._skills)
         return Answer(f"My skills are {own}. I also say where things are, how many, how big and how far apart.")
+
+    def _say_fits(self, span: Span, other: Span) -> Answer:
+        item, target = self.one(span), self.one(other)
+        if not target.shape.holds_things:
+            return Answer(f"{target.id} holds nothing: it is {target.shape.name}.", (item.id,))
+        fits = World(self.scene).fits_in(item.id, target.id)
+        sizes = f"{item.id} measures {size(item)}, {target.id} {size(target)}."
+        return Answer(f"{'Yes' if fits else 'No'}: {sizes}", (item.id,))
 
     def _say_last(self) -> Answer:
         return Answer(self._told or "Nothing was done yet.")
