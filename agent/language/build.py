@@ -122,6 +122,7 @@ def _leaves_its_neighbour(draft: Draft) -> bool:
 
 
 _PLACING = frozenset({"place_on", "place_in", "place_beside", "place_at", "stack"})
+_SELVES = frozenset({"itself", "themselves"})
 _SKILLS_OF = {
     "pick": frozenset({"pick", "stack"}),
     "put": _PLACING,
@@ -185,6 +186,8 @@ class _Builder(Deciding):
                 f"I cannot move “{towers[0].text}” as a whole; tell me which of its parts goes where.",
             )
 
+        if isinstance(command.place, Relation) and any(ref.text in _SELVES for ref in command.place.refs):
+            raise RefusedError(RefusalCode.IMPOSSIBLE, "Nothing goes on, in or beside itself.", firm=True)
         last = command.objects[-1] if command.verb == "stack" and command.objects[1:] and not command.place else None
         if last is None or not last.relations or last.relations[-1].kind not in (*get_args(Side), "beside"):
             return

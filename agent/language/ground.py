@@ -240,6 +240,7 @@ class Grounder(Vicinity):
         names = [item.id for item in found]
         for relation in ref.relations:
             names = self._related(names, relation, ref)
+        every = names
         for excluded in ref.without:
             gone = set(self._loosely(excluded, names))
             counted = excluded.number or (
@@ -257,6 +258,13 @@ class Grounder(Vicinity):
                     sorted(gone),
                 )
             names = [name for name in names if name not in gone]
+            if every and not names:
+                raise RefusedError(
+                    RefusalCode.OBJECT_NOT_FOUND,
+                    f"“{ref.text}”: that leaves none of {listed(every)}.",
+                    every,
+                    firm=True,
+                )
         if fits:
             preferred = [name for name in names if fits(name)]
             names = preferred or names
@@ -425,6 +433,12 @@ class Grounder(Vicinity):
         if ref.total is not None and len(names) != ref.total:
             raise RefusedError(RefusalCode.OBJECT_NOT_FOUND, f"“{ref.text}”: I see {listed(names)}.", names)
         if ref.share is not None:
+            if all(self.world.objects[name].shape.is_granular for name in names):
+                raise RefusedError(
+                    RefusalCode.UNSUPPORTED,
+                    f"“{ref.text}”: I pour all that is in a vessel, and cannot measure a part.",
+                    names,
+                )
             count = round(ref.share * len(names))
             if abs(count - ref.share * len(names)) > 1e-6 or not count:
                 raise RefusedError(

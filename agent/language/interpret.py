@@ -18,6 +18,7 @@ from robosandbox.agent.language.idioms import OPENING
 from robosandbox.agent.language.indirect import plainly_asked
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
+from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
 from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.slots import Said
@@ -25,6 +26,7 @@ from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
 from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
+from robosandbox.agent.language.worded import known
 from robosandbox.agent.language.wordings import in_plain_words
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
@@ -73,6 +75,28 @@ def interpret(
         chosen: Answers to questions asked before: unclear words and the ids that they mean.
     """
     names = tuple(skills)
+    made = _interpreted(prompt, scene, names, discourse, chosen)
+    if isinstance(made, Draft) or len(prompt) > _MOST_REMEMBERED:
+        return made
+
+    def works(sentence: str) -> bool:
+        context = deepcopy(discourse) if discourse else None
+        return isinstance(_interpreted(sentence, scene, names, context, chosen), Draft)
+
+    try:
+        said = _said(prompt, tuple(item.id for item in scene.objects))
+        return with_offer(made, said.tokens, said.grammar, works)
+    except (TooLongError, TooComplicatedError):
+        return made
+
+
+def _interpreted(
+    prompt: str,
+    scene: ObservedScene,
+    names: tuple[str, ...],
+    discourse: Discourse | None,
+    chosen: Mapping[str, str] | None,
+) -> Draft | Refusal:
     readings = read(prompt, scene, names)
     if isinstance(readings, Refusal):
         return readings
@@ -355,6 +379,10 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
         tags = {tag for _, tag, _ in LEXICON.at(tokens, i)}
         starts = i == 0 or tokens[i - 1].text in (",", "and", "then", ".", "to", ";", "you")
         giving = any(tag == "VERB" and value == "give" for _, tag, value in LEXICON.at(tokens, i))
+        if starts and token.text in known_verbs(skills):
+            return _unrecognized(f"To {token.text} takes a thing, and how: say which and how far, or where to.")
+        if starts and token.text == "do" and words[i + 1 : i + 2] == ["not"]:
+            continue
         if starts and (giving or (token.text in UNSUPPORTED_VERBS and ("VERB" not in tags or i == 0))):
             return Refusal(
                 code=RefusalCode.UNSUPPORTED,
@@ -364,6 +392,11 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     unmovable = _unmovable(tokens, known)
     if unmovable:
         return unmovable
+    if words[0] == "not" or words[:2] == ["do", "not"]:
+        return _unrecognized(
+            "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
+            "or name what I must not touch."
+        )
     if any(token.text in ("me", "us") for token in tokens):
         return Refusal(
             code=RefusalCode.UNSUPPORTED,
@@ -374,8 +407,14 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
         if token.text in CONDITIONS:
             return Refusal(
                 code=RefusalCode.UNSUPPORTED,
-                message=f"I do not follow conditions (“{token.raw}”); tell me what to do now.",
+                message=f"I cannot make out what follows “{token.raw}”: I follow conditions on what is there, where it is and how it looks.",
                 candidates=tuple(skills),
+            )
+    for j, verb in said.grammar.tag(0, "VERB"):
+        ends = [refs for end, refs in said.grammar.np_list(j) if end == len(tokens)]
+        if verb == "put" and ends and not any(ref.unknown for ref in ends[0]):
+            return Refusal(
+                code=RefusalCode.AMBIGUOUS, message=f"Where should “{said.grammar.said(j, len(tokens))}” go?"
             )
     strange = [
         _SAID_AS.get(token.text, token.raw) for i, token in enumerate(tokens)
@@ -386,6 +425,11 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     return _unrecognized(
         f"I know the words but not the sentence “{' '.join(t.raw for t in tokens)}”; please say it differently."
     )
+
+
+def known_verbs(skills: Sequence[str]) -> frozenset[str]:
+    """Return the verbs of skills that say themselves how they are asked for."""
+    return frozenset(verb for name, words in known().items() if name in skills for verb in words.verbs)
 
 
 def _unmovable(tokens: Sequence[Token], known: SceneWords) -> Refusal | None:

@@ -122,6 +122,7 @@ _WRITTEN: tuple[tuple[str, str, dict[str, str]], ...] = (
     ("abilities", "what can|could you do|make", {}),
     ("abilities", "what can|could i say|ask|tell_you", {}),
     ("abilities", "what are you able to do", {}),
+    ("abilities", "help me?", {}),
     ("abilities", "what|who are you", {}),
     ("abilities", "what_is your name|job|purpose", {}),
     ("abilities", "what|which skills|commands do you have|know", {}),

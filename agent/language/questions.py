@@ -278,6 +278,8 @@ class _Answers(Asked):
         return Answer(f"No: I see {none}; I see {listed([item.id for item in self.scene.objects]) or 'nothing'}.")
 
     def _say_whether_is(self, span: Span, other: Span) -> Answer:
+        if any(ref.options and any(one.nouns for one in ref.options) for ref in self._refs(other)):
+            raise RefusedError(RefusalCode.UNSUPPORTED, "Ask about one of them at a time.")
         item, (fitting, _) = self.one(span), self.fitting(other)
         return Answer(f"{'Yes' if item.id in fitting else 'No'}: {description(self.scene, item)}", (item.id,))
 

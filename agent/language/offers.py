@@ -1,0 +1,62 @@
+"""What helps who was refused: the part that was understood, and a sentence near to theirs that would work."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+from robosandbox.agent.language.grammar import Grammar
+from robosandbox.agent.language.tokens import MARKS, Token
+from robosandbox.agent.language.wordlist import word_set
+from robosandbox.types import Refusal, RefusalCode
+
+_JOINTS = MARKS | {"and", "then", "but", "otherwise", "else"}
+# What such words reach is not told without the rest of the sentence.
+_BINDING = word_set(
+    "not no never without except only if unless until while when before after than or either neither once"
+)
+_MOST_PARTS = 4  # Number of parts of a sentence that are tried alone. Chosen: more are no help.
+_ORDERS = ("pick up {}", "open {}", "close {}", "tap {}")
+
+
+def with_offer(refusal: Refusal, tokens: Sequence[Token], grammar: Grammar, works: Callable[[str], bool]) -> Refusal:
+    """Return a refusal that says as well what was understood, or what could be said instead.
+
+    Args:
+        refusal: Why the sentence is not carried out.
+        tokens: The sentence.
+        grammar: Its phrases.
+        works: Tells whether a sentence would be carried out.
+    """
+    if refusal.code not in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED) or "?" in {t.text for t in tokens}:
+        return refusal
+    parts = [part for part in _parts(tokens) if works(part)]
+    if parts:
+        told = " and ".join(f"“{part}”" for part in parts)
+        return _adding(refusal, f"I understood {told}: say that alone, or the rest in other words.")
+    near = next((order for order in _near(grammar) if works(order)), "")
+    return _adding(refusal, f"I could do this, for example: “{near}”.") if near else refusal
+
+
+def _adding(refusal: Refusal, more: str) -> Refusal:
+    end = "" if refusal.message.endswith((".", "?", "!")) else "."
+    return refusal.model_copy(update={"message": f"{refusal.message}{end} {more}"})
+
+
+def _parts(tokens: Sequence[Token]) -> Iterator[str]:
+    """Yield the parts of a sentence that say something for themselves."""
+    starts = [0, *(k + 1 for k, token in enumerate(tokens) if token.text in _JOINTS)]
+    spans = list(zip(starts, [*(start - 1 for start in starts[1:]), len(tokens)], strict=True))
+    for start, end in spans[:_MOST_PARTS] if len(spans) > 1 else ():
+        part = tokens[start:end]
+        if len(part) > 1 and _BINDING.isdisjoint(token.text for token in part):
+            yield " ".join(token.raw for token in part)
+
+
+def _near(grammar: Grammar) -> Iterator[str]:
+    """Yield orders about the things that are named, the first of them first."""
+    for i in range(grammar.count):
+        ends = [end for end, ref in grammar.np(i) if ref.determiner == "the" and not ref.unknown and not ref.plural]
+        if ends:
+            said = grammar.said(i, max(ends))
+            yield from (order.format(said) for order in _ORDERS)
+            return
