@@ -37,7 +37,7 @@ HARMLESS = {("toy_jaw", "nothing grasped: TCP beside the fingers")}
         if symptom != "bad home" and (name, symptom) not in HARMLESS
     ],
 )
-@pytest.mark.sample(every=4)
+@pytest.mark.sample(every=7)
 def test_failure_ends_in_the_field_that_is_wrong_its_value_and_the_command(name, symptom, tmp_path):
     model, path = written(name, tmp_path)
     task = cube_task(model, path, work_point(load_robot(model, path)))
@@ -52,7 +52,7 @@ def test_failure_ends_in_the_field_that_is_wrong_its_value_and_the_command(name,
     assert re.search(rf"broken\.robosandbox\.yaml: {re.escape(field)} is .+; {command}$", said), said
 
 
-@pytest.mark.parametrize("name", ["toy", "ur5e"])
+@pytest.mark.parametrize("name", ["toy", pytest.param("ur5e", marks=pytest.mark.slow)])
 def test_sound_sidecar_is_not_blamed_for_what_has_another_cause(name, tmp_path):
     model, path = written(name, tmp_path)
     robot = load_robot(model, path)

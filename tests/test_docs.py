@@ -120,7 +120,7 @@ def test_python_runs(block: Block, folder: Path) -> None:
 
 
 @pytest.mark.parametrize("block", of("sh"), ids=str)
-@pytest.mark.sample(every=6)
+@pytest.mark.sample(every=8)
 def test_commands_run(block: Block, folder: Path) -> None:
     with ExitStack() as stack:
         endpoint = "tcp/127.0.0.1:7447"

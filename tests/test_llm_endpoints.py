@@ -217,7 +217,8 @@ def test_a_stream_that_breaks_is_asked_for_again(broken: Callable[[Answer], Answ
 
 
 def test_a_stream_without_end_is_not_read_to_its_end() -> None:
-    endless = says("x" * 3_000_000)
+    # Each of its events has eight of these characters, and over a hundred bytes besides.
+    endless = says("x" * 60_000)
     with ScriptedServer(endless) as server, overheard(lambda event: None), pytest.raises(Exception, match="more than"):
         ask(server)
 

@@ -287,6 +287,7 @@ def test_lines_are_remembered_from_one_conversation_to_the_next(people):
 # At a terminal, with a sim process.
 
 
+@pytest.mark.slow
 def test_a_remote_robot_is_talked_to_in_the_same_way(people, endpoint):
     person = people("--connect", endpoint)
     person.says("/reset 0", "reset: pick_from_three with seed 0")

@@ -193,7 +193,7 @@ def _cases():
 
 
 @pytest.mark.parametrize(("field", "change"), [(f, c) for _, f, c in _cases()], ids=[n for n, _, _ in _cases()])
-@pytest.mark.sample(every=4)
+@pytest.mark.sample(every=5)
 def test_check_names_the_cause_of_each_symptom(panda, tmp_path, field, change):
     sidecar = copy.deepcopy(panda)
     change(sidecar)

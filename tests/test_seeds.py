@@ -262,7 +262,7 @@ CHANGED = (
 
 @pytest.mark.skipif("ROBOSANDBOX_SEEDS" in os.environ, reason="these pages are changed already")
 @pytest.mark.parametrize("changes", CHANGED, ids=", ".join)
-@pytest.mark.sample(every=4)
+@pytest.mark.slow
 def test_changed_page_is_noticed(changes: dict[str, tuple[str, str, str, int]], tmp_path: Path) -> None:
     for path in SEEDS.glob("*.txt"):
         text = path.read_text()

@@ -79,7 +79,7 @@ def report(script: str, *options: str) -> dict[str, Any]:
 
 
 def test_remote_bench_gives_the_rows_of_an_embedded_one(robot: RemoteRobot) -> None:
-    tasks = [find_task(name) for name in ("pick_ball", "put_in_bin", "push_left")]
+    tasks = [find_task(name) for name in ("pick_ball", "push_left")]
     robot.set_pace("fast")
     rows = {}
     for name, remote in (("embedded", None), ("remote", RemoteWorkcell(robot))):
@@ -337,7 +337,8 @@ def test_killed_agent_leaves_the_arm_holding_and_the_robot_free() -> None:
     assert (row["arm_holds"], row["next_client_served"]) == (2, 2), row
 
 
-def test_cancelled_arm_is_still_within_200_ms() -> None:
+@pytest.mark.slow
+def test_cancelled_arm_is_still_within_200_ms_of_asking_its_process() -> None:
     row = report("faults.py", "cancelled", "--times", "1")["cancelled"]
     assert row["sim_s_to_still_max"] <= 0.2, row
 

@@ -114,7 +114,7 @@ def test_each_row_is_broken_here() -> None:
 
 
 @pytest.mark.parametrize("broken", BROKEN)
-@pytest.mark.sample(every=5)
+@pytest.mark.sample(every=20)
 def test_run_bench_and_check_say_what_the_page_says(
     broken: str, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
