@@ -115,7 +115,7 @@ def measure(task: str, tempo: str, seeds: int) -> Result:
     with open_session(task, tempo=tempo) as session:
         sim = session.sim
         assert isinstance(sim, Modelled)
-        monitor = ContactMonitor(sim)
+        monitor = ContactMonitor(sim, session.agent.skills)
         session.agent.permits.append(monitor.begin)
         # The first episode makes what later ones find.
         run(session, 0, monitor)
