@@ -13,7 +13,7 @@ from robosandbox.protocols import SkillContext
 from robosandbox.skills.base import Skill
 from robosandbox.skills.primitives.grasping import GraspPlan, in_frame, plan_grasp
 from robosandbox.skills.primitives.gripping import ease
-from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free
+from robosandbox.skills.primitives.guarded import MetError, back_off, follow_free, follow_until
 from robosandbox.skills.primitives.lifting import alone, free_of_others, rise_with
 from robosandbox.skills.primitives.loads import LoadMeter, is_over, lift_error
 from robosandbox.skills.primitives.manipulator import LIFT_HEIGHT, Manipulator
@@ -142,7 +142,7 @@ class Pick(Skill):
     def _execute(self, arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> SkillResult:
         grasp = plan.grasp
         try:
-            follow_free(arm, plan.descent, Phase.DESCEND)
+            _descend(arm, target, plan)
         except MetError as met:
             # Where the palm meets an object that is taller than it seems, the fingers are beside it already.
             if met.other != target.id or arm.planning.finger_side(met.body) != 0:
@@ -166,6 +166,19 @@ class Pick(Skill):
                 "width_mm": 1000.0 * width,
             },
         )
+
+
+def _descend(arm: Manipulator, target: DetectedObject, plan: GraspPlan) -> None:
+    """Go down to a grasp: fingers touch nothing on the way; a cup stops as soon as it is felt on the object.
+
+    Raises:
+        MetError: Fingers pressed on something.
+        TrackingError: The arm did not arrive.
+    """
+    if arm.geometry.cup is None or arm.sim.capabilities.contact is None:
+        follow_free(arm, plan.descent, Phase.DESCEND)
+    else:
+        follow_until(arm, plan.descent, Phase.DESCEND, lambda: target.id in arm.sim.forces())
 
 
 def _lift_held(arm: Manipulator, target: DetectedObject) -> SkillResult:

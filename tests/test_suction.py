@@ -166,6 +166,15 @@ def test_refusal_speaks_of_the_cup(model):
     assert "gripper opens" not in episode.final_detail
 
 
+def test_what_is_heavier_than_the_cup_holds_is_told_with_both_forces(model):
+    crate = suction._object("red_thing", {"kind": "box", "size": [0.04, 0.04, 0.04], "mass": 4.6}, (0.1, 0.0))
+    lifted = {"kind": "lifted", "object": "red_thing", "min_mm": 50.0}
+    with open_session(suction._task(model, "pick up the red object", [crate], lifted, 0.0), what_if=False) as session:
+        episode = session.run()
+    assert "came off the cup under a pull of" in episode.final_detail and "the cup holds 42 N" in episode.final_detail
+    assert "heavier than 4.3 kg or fixed" in episode.final_detail
+
+
 class Swollen(GroundTruthPerception):
     """Sees a thin rod as a box that a cup would fit on."""
 

@@ -27,6 +27,9 @@ _TOUCHES = 0.003
 # load to be a weight: what hangs free, or slides out of a grip at its friction, pulls alike at every height, what is held back pulls
 # harder the higher the hand is. Chosen: over 0.15 s the bundled arm's lift accelerates by 3 % of a weight.
 _READINGS, _RISE, _STEADY = 15, 0.004, 0.12
+# Share of a cup's largest pull from which what comes off it is more than it holds. Chosen below 0.89, which was read of a box of
+# 4.6 kg a tick before it came off (tests/test_suction.py).
+_AT_LIMIT = 0.8
 # Cosine of the angle between two directions that are opposite; chosen as 120 degrees.
 _OPPOSITE = -0.5
 
@@ -103,7 +106,14 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, load: Loa
     pull, aperture = load.pull, arm.gripper.width
     reason, said = _cause(before, after, scene, load, travelled, arm.ctx.max_force_n)
     back = held_back(before, scene) if reason in ("caught", "wedged", "braced") else Held(None)
-    if reason == "slipped" and arm.geometry.cup is not None:
+    holds = _cup_force(arm)
+    if holds is not None and pull is not None and pull >= _AT_LIMIT * holds and reason in ("slipped", "immovable"):
+        reason = "immovable" if travelled < _UNMOVED else "too_heavy"
+        said = (
+            f"{before.id} came off the cup under a pull of {pull:.0f} N, and the cup holds {holds:.0f} N: it is heavier than "
+            f"{holds / _GRAVITY:.1f} kg or fixed; take something lighter, or push it"
+        )
+    elif holds is not None and reason == "slipped":
         said = f"{before.id} came off the cup while it was lifted; look again and try another face"
     elif reason == "slipped":
         said = (
@@ -124,6 +134,12 @@ def lift_error(arm: Manipulator, before: DetectedObject, width: float, load: Loa
             touching=back.names,
         ),
     )
+
+
+def _cup_force(arm: Manipulator) -> float | None:
+    """Return how hard a suction cup pulls at the most, N; None of fingers."""
+    gripper = arm.sim.spec.gripper
+    return None if gripper is None or gripper.geometry.cup is None else float(gripper.force_limits.sum())
 
 
 _Reason = Literal["slipped", "immovable", "too_heavy", "caught", "wedged", "braced"]
