@@ -45,17 +45,18 @@ def _calls(text: str) -> tuple[str, ...]:
     [
         "the sponge has had it, put it in the laundry",
         "my hands are full so could you get the sponge into the laundry bin",
-        "put the sponge in the laundry bin, that's how my gran does it",
-        "put the sponge in the laundry bin, if that's not too fiddly",
-        "the neighbours are coming, sponge in the laundry bin, job done",
-        "I think the sponge would look better in the laundry bin, to be honest",
-        "I'd be happier if the sponge was in the laundry bin",
+        "put the sponge in the laundry bin, no rush",
+        "ugh, mondays. sponge in the laundry bin",
+        "the neighbours are coming, sponge in the laundry bin please",
+        "I dropped the sponge, put it in the laundry bin",
+        "my son spilled his juice and ran off, so put the sponge in the laundry bin before he comes back",
+        "I can't see a thing today. put the sponge in the laundry bin",
+        "put the sponge in the laundry bin, if that's all right",
+        "it smells funny in here, doesn't it? put the sponge in the laundry bin",
         "the laundry can have the sponge",
-        "I don't need the sponge any more, so the laundry can have it",
         "the sponge doesn't go there, it goes in the laundry",
         "my brother wants the sponge in the laundry bin by noon",
         "put the sponge on the soap, no wait, that will topple, in the laundry bin",
-        "the sponge it must to go inside of laundry bin",
     ],
 )
 def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
@@ -78,6 +79,15 @@ def test_what_only_tells_of_something_is_set_aside(text: str) -> None:
         "my son put the sponge in the laundry bin",
         "the sponge might be in the laundry bin",
         "put everything in the laundry bin, the soap is mine",
+        "put the sponge in the laundry bin, I changed my mind",
+        "put the sponge in the laundry bin, I don't think so",
+        "put the sponge in the laundry bin as you did before",
+        "put the sponge in the laundry bin so that it stands upright",
+        "in reverse order, put the sponge in the laundry bin",
+        "put the sponge in the laundry bin, sideways",
+        "maybe, put the sponge in the laundry bin, maybe not",
+        "put the sponge in the laundry bin, he said",
+        "example: put the sponge in the laundry bin",
     ],
 )
 def test_what_binds_is_refused(text: str) -> None:
@@ -102,10 +112,6 @@ def test_one_of_several_that_is_told_of_may_be_spared(text: str, named: str) -> 
     )
     scene = replace(SCENE, objects=(*things, SCENE.objects[-1]))
     assert isinstance(interpret(text.format(the=named), scene, SKILLS), Refusal)
-
-
-def test_a_colour_that_somebody_dislikes_says_nothing_of_a_single_thing() -> None:
-    assert _calls("I do not like yellow. put the yellow thing in the laundry bin") == BINNED
 
 
 def test_what_is_done_first_may_be_told_last() -> None:

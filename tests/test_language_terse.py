@@ -6,12 +6,9 @@ from typing import Any
 
 import pytest
 
-from robosandbox.agent.language.abroad import ABROAD, ASIDES_ABROAD
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.interpret import interpret
 from robosandbox.agent.language.notation import in_steps, written_out
-from robosandbox.agent.language.template import Template
-from robosandbox.agent.language.terse import TERSE
 from robosandbox.skills.catalogue import load_skills
 from robosandbox.types import DetectedObject, ObservedScene, Pose
 
@@ -63,20 +60,11 @@ _STOWED = ("open_drawer:cabinet", *_into("small_bolt", "cabinet"), "close_drawer
         ("push small_bolt -y 2 cm", ("push:small_bolt:right:0.02",)),
         ("large_bolt: dx = +20 mm", ("push:large_bolt:forward:0.02",)),
         ("bolts -> waste_bin, discs n/a", (*_into("small_bolt", "waste_bin"), *_into("large_bolt", "waste_bin"))),
-        ("S bolt to waste bin", _into("small_bolt", "waste_bin")),
         ("pick(object=disc_1); place_in(container=waste_bin)", _into("disc_1", "waste_bin")),
-        ("disc_1 -> waste_bin, rest n/a", _into("disc_1", "waste_bin")),
         ("tap large_bolt x2", ("tap:large_bolt", "tap:large_bolt")),
-        ("tap discs 1, 2 and 3 in reverse order", ("tap:disc_3", "tap:disc_2", "tap:disc_1")),
         ("tap the small bolt and the large bolt, large first", ("tap:large_bolt", "tap:small_bolt")),
-        ("small bolt -> cabinet (open / insert / close)", _STOWED),
-        ("gripper to large bolt, grasp, lift, drop in waste bin", _into("large_bolt", "waste_bin")),
-        ("tap the bolt with the smallest y", ("tap:large_bolt",)),
         ("small bolt in cabinet, and after you must close it", _STOWED),
         ("put the small bolt in the cabinet and after close it", _STOWED),
-        ("the bolt small, in the tray of parts it must", _into("small_bolt", "parts_tray")),
-        ("how you call it, the big bolt, he goes in the bin of waste", _into("large_bolt", "waste_bin")),
-        ("large bolt more far from you, three centimeter", ("push:large_bolt:forward:0.03",)),
         ("would be possible the large bolt in the parts tray?", _into("large_bolt", "parts_tray")),
     ],
 )  # fmt: skip
@@ -153,8 +141,3 @@ def test_notation_is_written_out_and_nothing_else_is(text: str, written: str) ->
 
 def test_steps_count_from_one_without_a_gap() -> None:
     assert in_steps("T1: a. T2: b. T4: c") == " . a.  . b. T4: c"
-
-
-@pytest.mark.parametrize("table", [TERSE, ABROAD, ASIDES_ABROAD])
-def test_templates_are_sound(table: dict[str, str]) -> None:
-    assert all(Template.read(pattern, outcome).needed for pattern, outcome in table.items())

@@ -8,26 +8,32 @@ from copy import deepcopy
 from functools import lru_cache
 
 from robosandbox.agent.language import lazy_regex
+from robosandbox.agent.language.asides import without_asides
 from robosandbox.agent.language.build import build
 from robosandbox.agent.language.chart import TooComplicatedError
 from robosandbox.agent.language.corrections import may_correct, set_right
 from robosandbox.agent.language.discourse import Discourse, RefusedError, listed
 from robosandbox.agent.language.draft import Draft
 from robosandbox.agent.language.grammar import Grammar
-from robosandbox.agent.language.idioms import OPENING
-from robosandbox.agent.language.indirect import plainly_asked
 from robosandbox.agent.language.intent import Sentence
 from robosandbox.agent.language.lexicon import LEXICON
 from robosandbox.agent.language.offers import with_offer
 from robosandbox.agent.language.purposes import where_it_goes
-from robosandbox.agent.language.remarks import without_remarks
 from robosandbox.agent.language.slots import Said
 from robosandbox.agent.language.speech import CONDITIONS, QUESTIONS
 from robosandbox.agent.language.spelling import respelled
-from robosandbox.agent.language.tokens import SceneWords, Token, TooLongError, scene_words, tokenize
+from robosandbox.agent.language.tokens import (
+    SceneWords,
+    Token,
+    TooLongError,
+    scene_words,
+    spoken,
+    tokenize,
+    without_fillers,
+)
 from robosandbox.agent.language.verbs import UNSUPPORTED_VERBS
 from robosandbox.agent.language.worded import known
-from robosandbox.agent.language.wordings import in_plain_words
+from robosandbox.agent.language.wordings import WORDINGS
 from robosandbox.agent.language.wordlist import word_set
 from robosandbox.types import ObservedScene, Refusal, RefusalCode
 
@@ -115,7 +121,7 @@ def _interpreted(
 
 def forget_readings() -> None:
     """Read sentences anew that were read before; words were learnt since."""
-    for remembered in (_read, _said, _in_plain_words, _plainer, _corrected):
+    for remembered in (_read, _said, _order, _in_plain_words, _plainer, _corrected):
         remembered.cache_clear()
 
 
@@ -133,11 +139,13 @@ def _read(prompt: str, ids: tuple[str, ...], skills: tuple[str, ...]) -> Reading
     try:
         said = _said(prompt, ids)
         readings = said.grammar.sentences()
-        if not readings or readings[0][0] >= STRANGE:
-            plain = _in_plain_words(prompt, ids)
+        for apart in (_order, _in_plain_words):
+            if readings and readings[0][0] < STRANGE:
+                break
+            plain = apart(prompt, ids)
             better = plain.grammar.sentences(_STEPS_AGAIN) if plain.tokens and plain is not said else ()
             readings = better if better and (not readings or better[0][0] < readings[0][0]) else readings
-            readings = readings or _set_right(said)
+        readings = readings or _set_right(said)
         return readings or _unsure(_not_understood(said, skills))
     except TooLongError as error:
         return _unrecognized(f"That is too long to be one command ({error}); say it in a few sentences.")
@@ -214,8 +222,17 @@ def _said(prompt: str, ids: tuple[str, ...]) -> Said:
 
 
 @lru_cache(maxsize=1)
+def _order(prompt: str, ids: tuple[str, ...]) -> Said:
+    """Return a sentence without the chat around its order; the whole sentence if there is none."""
+    said, known = _said(prompt, ids), scene_words(ids)
+    whole = Said(spoken(prompt, known), known)
+    order = without_asides(whole)
+    return said if order is whole else where_it_goes(Said(without_fillers(order.tokens, known), known))
+
+
+@lru_cache(maxsize=1)
 def _in_plain_words(prompt: str, ids: tuple[str, ...]) -> Said:
-    return _plainly(_said(prompt, ids))
+    return _plainly(_order(prompt, ids))
 
 
 @lru_cache(maxsize=32)
@@ -243,8 +260,8 @@ def _corrected(prompt: str, ids: tuple[str, ...]) -> Readings:
 
 
 def _plainly(said: Said) -> Said:
-    plain = where_it_goes(in_plain_words(plainly_asked(said.now(_respelled(said.tokens, said.words)))))
-    return without_remarks(plain)
+    plain = WORDINGS.reworded(said.now(_respelled(said.tokens, said.words)))
+    return without_asides(where_it_goes(plain))
 
 
 def _set_right(said: Said) -> Readings:
@@ -258,7 +275,7 @@ def _set_right(said: Said) -> Readings:
 
 
 def _respelled(tokens: Sequence[Token], known: SceneWords) -> tuple[Token, ...]:
-    words = respelled([token.text for token in tokens], known.parts, OPENING)
+    words = respelled([token.text for token in tokens], known.parts)
     return tuple(
         token if token.kind != "word" or token.text == word else Token(word, token.raw, "word")
         for token, word in zip(tokens, words, strict=True)

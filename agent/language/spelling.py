@@ -58,11 +58,10 @@ def _is_slip(word: str, candidate: str, distance: int) -> bool:
     return distance <= (1 if min(len(word), len(candidate)) < 7 else 2)
 
 
-def respelled(words: Sequence[str], parts: frozenset[str], verbs: frozenset[str]) -> tuple[str, ...]:
+def respelled(words: Sequence[str], parts: frozenset[str]) -> tuple[str, ...]:
     """Return the words of a sentence that was not understood with what its place in the sentence tells of their spelling.
 
     Where a command begins, the nearest verb is meant ("pik up"); elsewhere letters may have been left out ("rd cube").
-    `verbs` are words that are spelled right where a command begins.
     """
     made: list[str] = []
     for i, word in enumerate(words):
@@ -75,7 +74,6 @@ def respelled(words: Sequence[str], parts: frozenset[str], verbs: frozenset[str]
             opens
             and word.isalpha()
             and len(word) > 2
-            and word not in verbs
             and ((word not in _KNOWN and word not in parts) or _REAL_SLIPS.get(word))
         ):
             better = _nearest_verb(word)

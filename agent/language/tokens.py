@@ -11,7 +11,6 @@ from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 from robosandbox.agent.language import lazy_regex
-from robosandbox.agent.language.chat import without_chat
 from robosandbox.agent.language.hesitations import HESITATIONS, WAYS, takes_back
 from robosandbox.agent.language.lexicon import (
     ASIDE_FILLERS,
@@ -186,7 +185,12 @@ def id_parts(name: str) -> tuple[str, ...]:
 
 
 def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
-    """Return the tokens of a prompt, fillers removed.
+    """Return the tokens of a prompt, fillers removed; arguments and errors as those of `spoken`."""
+    return without_fillers(spoken(prompt, words), words)
+
+
+def spoken(prompt: str, words: SceneWords) -> tuple[Token, ...]:
+    """Return every token of a prompt.
 
     Args:
         prompt: What was said.
@@ -208,10 +212,14 @@ def tokenize(prompt: str, words: SceneWords) -> tuple[Token, ...]:
     tokens = _rejoined(tokens, words)
     if len(tokens) > MAX_TOKENS:
         raise TooLongError(f"{len(tokens)} words")
-    said = without_chat(tokens, words.parts)
-    kept = _without_fillers(said, words)
+    return tuple(tokens)
+
+
+def without_fillers(tokens: Sequence[Token], words: SceneWords) -> tuple[Token, ...]:
+    """Return the tokens of a sentence without the words that say nothing where they stand: "please", "ok", "for me"."""
+    kept = _without_fillers(tokens, words)
     # Twice: "would you please" ends a sentence once the "please" is gone.
-    return kept if kept == tuple(said) else _without_fillers(kept, words)
+    return kept if kept == tuple(tokens) else _without_fillers(kept, words)
 
 
 _FORBIDDEN = frozenset({"touch", "bump", "disturb"})

@@ -132,8 +132,10 @@ class Wishes(Clauses, ABC):
                     for end, elements in self.elements(m)
                     for command in frame_command(verb, (spoken(refs), *elements))
                 ]
-                if lead.text.startswith("anything") and self.text(j) in _MODALS:
-                    # "anything but the apple can go in the bin" allows, and does not ask.
+                if lead.text.startswith("anything else") or (
+                    lead.text.startswith("anything") and self.text(j) in _MODALS
+                ):
+                    # "anything but the apple can go in the bin" allows, and "before you do anything else, ..." says when.
                     continue
                 if start > i:
                     # "make sure the can is on the tray"; alone, "the can is on the tray" asks for nothing.

@@ -123,7 +123,10 @@ class WordOrder(Wishes, ABC):
                         *self._verb_first(start),
                         *(self._wish(start) if start == self._skip(j) else ()),
                     ):
-                        if command.objects and command.objects[0].determiner == "it":
+                        it = command.objects[:1]
+                        # "the small brick, the little one, put it in the box" says twice which.
+                        again = it and not it[0].plural and len(element.value) > 1 and "and" not in self.texts[i:j]
+                        if it and it[0].determiner == "it" and not again:
                             # "tap the can and the cup. Pick it up": the cup is of the list.
                             listed = 0.6 if self.text(i - 1) == "and" and self.text(j) == "." else 0.0
                             named = replace(command, objects=(*element.value, *command.objects[1:]))
