@@ -50,7 +50,7 @@ def _calls(text: str) -> tuple[str, ...]:
         "the neighbours are coming, sponge in the laundry bin please",
         "I dropped the sponge, put it in the laundry bin",
         "my son spilled his juice and ran off, so put the sponge in the laundry bin before he comes back",
-        "I can't see a thing today. put the sponge in the laundry bin",
+        "I can't sleep. put the sponge in the laundry bin",
         "put the sponge in the laundry bin, if that's all right",
         "it smells funny in here, doesn't it? put the sponge in the laundry bin",
         "the laundry can have the sponge",

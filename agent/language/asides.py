@@ -74,6 +74,8 @@ _TELLING = frozenset(
 )
 """Tags of what says where, which way, how much or which."""
 _PLAIN_TAGS = frozenset({"THE", "A", "PRON", "IS", "SHADE", "SIZE", "ABSENT", "PART", "COPULA", "IS_NOW", "ROBOT"})
+_FURTHER = frozenset({"next", "too", "also", "same", "likewise", "there", "well", "then"})
+"""With which a thing is asked for as those before: "the can is next", "the can as well"."""
 _MANNER = ("ly", "ways", "wise", "ward", "wards")
 
 
@@ -101,7 +103,7 @@ class _Asides(Clausewise):
         dropped = ordered = False
         for clause in self._clauses():
             ordered = ordered and not clause.opens
-            kind = self._kind(clause, ordered=ordered, began=bool(kept))
+            kind = self._kind(clause, ordered=ordered, began=any(self._thing(k) for k in kept))
             if kind is _Kind.ORDER:
                 start = clause.start + (not kept and self.texts[clause.start] in ("and", "but", "so"))
                 kept += range(start, clause.after)
@@ -125,6 +127,9 @@ class _Asides(Clausewise):
         order = tuple(self.tokens[k] for k in kept)
         refers = [k for k in kept if "PRON" in self.tags[k]]
         bare = not any("VERB" in self.tags[k] for k in kept)
+        if topics and {"there", "back", "same"} & {self.texts[k] for k in kept}:
+            # "somebody put the can in the bin. Put the ball there"
+            return self.tokens
         named = next((k for k in kept if self._thing(k)), len(self.tokens))
         if not topics or not (bare or (refers and refers[0] < named)):
             return order
@@ -140,7 +145,13 @@ class _Asides(Clausewise):
         things = [k for k in span if self._thing(k)]
         if not things and self._is_courtesy(start, clause.end):
             return _Kind.CHAT
-        if not span or self._binds(clause, start) or self._says_when_or_how(clause, start):
+        # "the note reads: pick up the can"
+        if (
+            not span
+            or self._text(clause.end) == ":"
+            or self._binds(clause, start)
+            or self._says_when_or_how(clause, start)
+        ):
             return _Kind.ORDER
         subject = self._subject(start, ordered=ordered)
         if self._addresses(start, clause.end) and not things:
@@ -149,6 +160,11 @@ class _Asides(Clausewise):
         if (self._orders(start, clause.end) and not explains) or (subject is not None and subject > clause.end):
             return _Kind.ORDER
         told = subject is not None and self._tells(start, subject, clause, things)
+        if began:
+            # What is said after an order may limit it or take it back: "it is the small one", "that will do".
+            reason = self._text(clause.start) in REASONS | {"before", "while", "cause"}
+            says_how = any(_TELLING & self.tags[k] for k in span)
+            told = told and reason and not (things or says_how)
         if things:
             return _Kind.TOLD if told and not (ordered and self._text(clause.start) not in REASONS) else _Kind.ORDER
         if subject is not None:
@@ -164,7 +180,8 @@ class _Asides(Clausewise):
             return True
         somebody = self._text(start) in PERSONS - {"you"} or self._text(start) in WHOSE - {"your"}
         negated = bool(words & {"not", "never", "no"}) and bool(words & HELD_BACK)
-        return bool(PUT_OFF & words) and (not somebody or negated)
+        things = any(self._thing(k) for k in range(start, clause.end))
+        return bool(PUT_OFF & words) and (not somebody or negated or things)
 
     def _is_courtesy(self, i: int, end: int) -> bool:
         """As in "no rush", "thank you so much", "if that is all right", "when you have a minute"."""
@@ -183,7 +200,7 @@ class _Asides(Clausewise):
             said = {*words}
             free = bool(said & WILLING) and ("you" in said or "it" in said or "that" in said or "possible" in said)
             return free and said <= POLITE and words[-1] not in ("it", "that", "to", "you")
-        acts = any(self._acts(k) for k in range(i + 1, end))
+        acts = any(self._acts(k) or _TELLING & self.tags[k] for k in range(i + 1, end))
         alone = len(words) == 1 and first in ("sorry", "excuse", "pardon")
         return first in GREETINGS and not (
             alone or acts or (BINDING | PUT_OFF) & {*words} or any(self._refers(k, end) for k in range(i, end))
@@ -194,7 +211,10 @@ class _Asides(Clausewise):
         first, after = self._text(clause.start), self._text(start)
         if after in TIMED or "which" in self.texts[start + (clause.end > start + 1) : clause.end]:
             return True
-        if first in ("before", "while", "so") and after in REFERRING - {"there"}:
+        if first == "while":
+            # "while I make coffee" says when as little as "before she comes"; "while the bin is empty" says as long as.
+            return after not in PERSONS - {"you"}
+        if first in ("before", "so") and after in REFERRING - {"there"}:
             # "so they can talk"
             return not (first == "so" and after == "they" and self._text(start + 1) in ("can", "could"))
         if first == "as":
@@ -237,10 +257,12 @@ class _Asides(Clausewise):
             asked = bool(things) and (you or bool(acts) or bool(ASKING & {*self.texts[verb:end]}))
             # "..., he said" tells whose words those are.
             return not (asked or (referred and not (you and not acts)) or self._text(end - 1) in ("said", "says"))
-        if self._text(start) == "there":
-            return not acts
         telling = any(_TELLING & self.tags[k] and not self._idle(k) for k in rest if k > verb)
+        if self._text(start) == "there":
+            return not (acts or telling)
         if about and (about != list(things) or "you" in self.texts[start:end]):
+            return False
+        if about and _FURTHER & {*self.texts[verb:end]}:
             return False
         if about or self._text(start) in REFERRING:
             bound = self._text(verb) in MODALS | PLACING or self._text(verb + 1) == "to"

@@ -9,11 +9,12 @@ BINDING = word_set(
     """
     if unless until till whether otherwise else instead except only again maybe perhaps nor neither without
     cancel abort joking kidding joke wrong mistake mistaken meant mean or mind changed
+    pretend pretending hypothetically fictional imaginary
     nobody nothing none careful avoid beware allowed forbidden upright upside sideways rather twice
     """
 )
 """What may forbid, limit, put off or take back an order, wherever it stands."""
-PUT_OFF = word_set("stop wait forget later tomorrow tonight not never no")
+PUT_OFF = word_set("stop wait forget already done finished enough later tomorrow tonight not never no")
 """What may do so but where it is told of somebody: "I can not see", "she comes later"."""
 HELD_BACK = word_set(
     "yet now ready sure want wants mean think like ask say said tell told so longer done finished it that this them those one ones "

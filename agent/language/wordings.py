@@ -6,6 +6,7 @@ pattern reads and what it may leave out. Each is here since many sentences need 
 
 from __future__ import annotations
 
+from robosandbox.agent.language import abroad
 from robosandbox.agent.language.template import Constructions
 
 # fmt: off
@@ -62,19 +63,6 @@ TABLE = {
     "<verb> (keep hold of|keep a hold of|keep holding|keep holding on to) (it|them|that) [in the air|up|there|steady|still!|tight|tightly|for me|for a moment] <end>": "hold it",
     "<edge> for {thing} (,|:) {VERB} (it|them)": "{VERB} {thing}",
     "<verb> use {holder} for {thing} <end>": "put {thing} in {holder}",
-    "{NOUN} (who|what) {is:is|are|stands|lies|sits|stay}": "{NOUN} that {is}",
-    "(putted|putten)": "put",
-    "<edge> {thing} {place} you (must|should|have to|can|will|need to|shall) (put|place|set|lay) <edge>": "put {thing} {place}",
-    "<verb> (make|do) {open:open|close|shut} {drawer}": "{open} {drawer}",
-    "<verb> (change|exchange) {one} (with|and) {one2} <edge>": "swap {one} and {one2}",
-    "(make|let) (fall|drop) {thing} {place}": "drop {thing} {place}",
-    "<edge> [it] (would|could|would it|could it|is it|will it) [be] possible [to have|to get|for] {thing} [be|go|to be|to go] {place} <edge>": "put {thing} {place}",
-    "<verb> (take|pick|grab|get|catch) [up] {thing} [away|up] [from [the] table] and (give|let|leave|lay) (it|them) {place} <edge>": "put {thing} {place}",
-    "the both": "both",
-    "[with|of|in|that has|which has|that matches|which matches|matching] (its|their|its own|their own|the same) (colour|color)": "of the same colour",
-    "<start> {thing} (i|we) (want|would like|need|wish|prefer) [to have|to be] {place}": "i want {thing} {place}",
-    "<we> (want|need|would like|wish|prefer|would love|require) [that] you [to|should|will|can|could] {VERB}": "{VERB}",
-    "(from|of) where (it|they) (is|are|stands|sits) [now|right now|currently|at the moment]": "",
     "<edge> <anyone> [really|also|just] <wants> {thing} {place}": "{thing} {place}",
     "<edge> {thing} (does|do|did|should|must|can|could|is|are|ought) not! [really|to|supposed to|meant to] [be] (go|belong|live|sit|stand|stay|be|lie|left|lying|sitting|standing|here|there) [being|left|lying|sitting|standing] [{_words}] (,|.|;|!) [but|so|and] (it|they) (<belongs>|<modal> <be>)": "{thing} goes",
     "<edge> {thing} <adverb> <modal> <adverb> <be> {place}": "{thing} goes {place}",
@@ -101,4 +89,4 @@ TABLE = {
     "<start> [no!] not {one} (,|.|!|;) [but] {_one2} (!|.|;) {VERB} {that}": "do not touch {one} . {VERB} {that}",
 }
 # fmt: on
-WORDINGS = Constructions(TABLE, parts=PARTS)
+WORDINGS = Constructions(abroad.ASIDES_ABROAD, abroad.ABROAD, abroad.FOREIGN, TABLE, parts={**abroad.PARTS, **PARTS})
