@@ -49,7 +49,7 @@ def _calls(text: str) -> tuple[str, ...]:
         "ugh, mondays. sponge in the laundry bin",
         "the neighbours are coming, sponge in the laundry bin please",
         "I dropped the sponge, put it in the laundry bin",
-        "my son spilled his juice and ran off, so put the sponge in the laundry bin before he comes back",
+        "my son spilled his juice and ran off, so put the sponge in the laundry bin before he arrives",
         "I can't sleep. put the sponge in the laundry bin",
         "put the sponge in the laundry bin, if that's all right",
         "it smells funny in here, doesn't it? put the sponge in the laundry bin",
