@@ -91,6 +91,25 @@ def lowered(worlds: EmbeddedWorkcell) -> tuple[EmbeddedWorkcell, Trajectory]:
     return worlds, way
 
 
+def test_forces_are_those_of_the_contacts_at_every_moment() -> None:
+    with open_session("put_in_bin", what_if=False) as session:
+        sim, read, pressing = session.sim, 0, []
+
+        def compare() -> None:
+            nonlocal read
+            if sim.forces():
+                pressing[:] = [sim.snapshot()]
+            for thing, force in sim.forces().items():
+                assert np.linalg.norm(force) == pytest.approx(raw_force(sim, thing), abs=1e-6)
+                read += 1
+
+        sim.subscribe(compare)
+        assert session.run().success and read > 100
+        assert not sim.forces(), "nothing is held at the end"
+        sim.restore(pressing[0])
+        assert sim.forces(), "what was read before a jump is not told after it"
+
+
 @pytest.mark.parametrize(("meant", "limit"), [(frozenset[str](), 40.0), (frozenset({"table"}), 60.0)])
 def test_the_arm_stops_before_it_presses_harder_than_allowed(
     lowered: tuple[EmbeddedWorkcell, Trajectory], meant: frozenset[str], limit: float
