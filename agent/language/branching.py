@@ -194,9 +194,9 @@ class Branching(Amendments, ABC):
                     if kind == "while":
                         found += [(end, controlled(While(told, done)))] if _may_go_on(done) else []
                     elif not again:
-                        form = If(told, done, unless=denied)
-                        found.append((end, controlled(form)))
                         apart = i == 0 or self.text(i - 1) in _APART
+                        form = If(told, done, unless=denied, trails=not apart)
+                        found.append((end, controlled(form)))
                         found += self._with_otherwise(end, form) if apart and len(done) == 1 else []
         return found
 
@@ -235,6 +235,9 @@ class Branching(Amendments, ABC):
                     return None
                 so = replace(inner.so, relations=(place._replace(directional=False),))
                 return _again(condition, changed(inner, subject=named, so=so))
+            if named is not None and not inner.subject.plural and (named.plural or named.determiner == "all"):
+                # "tap every cube unless it is red": of each by itself, or of all?
+                return None
             if place is None and last.place is None and named is not None and named.determiner != "it":
                 return _again(condition, changed(inner, subject=named))
             among = (*last.objects, *(place.refs if place else ()))

@@ -193,6 +193,9 @@ class Conditions(Towers, ABC):
         for j, ref, bound in self._some(k):
             for end in (j, j + 1) if self.text(j) in _AROUND else (j,):
                 found += self._there(i, end, ref, bound)
+            # "if there are any cubes left on the table"
+            for end, relation in self.relation(j + 1) if self.text(j) in _AROUND and not ref.relations else ():
+                found += [] if relation.directional else self._there(i, end, replace(ref, relations=(relation,)), bound)
         return found
 
     def _there(self, i: int, end: int, ref: Ref, bound: Bound) -> Found[Condition]:
@@ -285,6 +288,7 @@ class Conditions(Towers, ABC):
             denied = self.text(k) == "not" or self.said(k, k + 2) == "no longer"
             k += 2 if self.text(k) == "no" else denied
             k = self._still(k)
+            k += self.text(k) in ("all", "both") and (len(refs) > 1 or refs[0].plural)
             if len(refs) > 1 or refs[0].plural:
                 found += [(end, Alike(refs, self.said(i, end))) for end in self._same(k)]
             for end, so in self._predicates(i, k, refs[0]):

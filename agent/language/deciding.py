@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from copy import deepcopy
 from dataclasses import dataclass
 
@@ -122,13 +123,44 @@ class _Judge:
         """Say whether there are so many things as a condition describes, and which there are."""
         bound = condition.bound
         count, names = self._number(condition.what, condition)
+        plain = bound.none or (bound.least, bound.most) == (1, None)
         if bound.loose and count > bound.least:
             raise RefusedError(RefusalCode.AMBIGUOUS, f"“{condition.text}”: I see {listed(names)}.", names)
-        return count >= bound.least and (bound.most is None or count <= bound.most), names
+        so = {
+            each >= bound.least and (bound.most is None or each <= bound.most)
+            for each in (count, *(self._otherwise_counted(condition.what, names, condition) if not plain else ()))
+        }
+        if len(so) > 1:
+            raise _unseen(condition)
+        return so.pop(), names
 
     def _more(self, condition: More) -> bool:
-        one, other = (self._number(ref, condition)[0] for ref in (condition.one, condition.other))
-        return {"more": one > other, "fewer": one < other, "as many": one == other}[condition.sign]
+        ours, theirs = (
+            {count, *self._otherwise_counted(ref, names, condition)}
+            for ref in (condition.one, condition.other)
+            for count, names in (self._number(ref, condition),)
+        )
+        signs = {"more": (1,), "fewer": (-1,), "as many": (0,)}[condition.sign]
+        so = {(one > other) - (one < other) in signs for one in ours for other in theirs}
+        if len(so) > 1:
+            raise _unseen(condition)
+        return so.pop()
+
+    def _otherwise_counted(self, ref: Ref, names: list[str], condition: Condition) -> Iterator[int]:
+        """Yield how many there are where a name is taken in its strict sense, and in its widest.
+
+        As in "more than two cans", where one of three is called a tin; "more than five things", where two are bins.
+        """
+        objects = self.world.objects
+        if not ref.nouns or any(objects[name].shape.is_granular for name in names):
+            return
+        if ref.nouns == ("thing",):
+            yield sum(self.world.movable(name) for name in names)
+            wide = [name for name in objects if not ref.colours or match.colour_of(objects[name]) in ref.colours]
+        else:
+            yield sum(any(match.noun_fit(noun, objects[name]) >= match.SYNONYM for noun in ref.nouns) for name in names)
+            wide = self.ground.fitting(replace(ref, determiner="all", plural=True, number=None, relations=()))
+        yield sum(all(self._stands(name, relation, condition) for relation in ref.relations) for name in wide)
 
     def _number(self, ref: Ref, condition: Condition) -> tuple[int, list[str]]:
         """Return how many things fit a description, each grain for one, and their ids."""

@@ -258,7 +258,7 @@ class Grounder(Vicinity):
                     sorted(gone),
                 )
             names = [name for name in names if name not in gone]
-            if every and not names:
+            if several and every and not names:
                 raise RefusedError(
                     RefusalCode.OBJECT_NOT_FOUND,
                     f"“{ref.text}”: that leaves none of {listed(every)}.",

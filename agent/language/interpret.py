@@ -410,9 +410,10 @@ def _not_understood(said: Said, skills: Sequence[str]) -> Refusal:
     if unmovable:
         return unmovable
     if words[0] == "not" or words[:2] == ["do", "not"]:
-        return _unrecognized(
-            "That asks me to leave something undone, and I had not begun anything; say it beside an order, "
-            "or name what I must not touch."
+        return Refusal(
+            code=RefusalCode.UNSUPPORTED,
+            message="That asks me to leave something undone, and I had not begun anything; say it beside an order, "
+            "or name what I must not touch.",
         )
     if any(token.text in ("me", "us") for token in tokens):
         return Refusal(

@@ -14,6 +14,8 @@ _JOINTS = MARKS | {"and", "then", "but", "otherwise", "else"}
 _BINDING = word_set(
     "not no never without except only if unless until while when before after than or either neither once"
 )
+# A question asks for no order, and nothing is offered out of what is forbidden.
+_NO_OFFER = frozenset({"?", "not", "no", "never", "without"})
 _MOST_PARTS = 4  # Number of parts of a sentence that are tried alone. Chosen: more are no help.
 _ORDERS = ("pick up {}", "open {}", "close {}", "tap {}")
 
@@ -27,7 +29,8 @@ def with_offer(refusal: Refusal, tokens: Sequence[Token], grammar: Grammar, work
         grammar: Its phrases.
         works: Tells whether a sentence would be carried out.
     """
-    if refusal.code not in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED) or "?" in {t.text for t in tokens}:
+    words = {token.text for token in tokens}
+    if refusal.code not in (RefusalCode.UNSUPPORTED, RefusalCode.UNRECOGNIZED) or words & _NO_OFFER:
         return refusal
     parts = [part for part in _parts(tokens) if works(part)]
     if parts:

@@ -118,6 +118,7 @@ def plan(world: WorkcellOptions, prompt: Prompt = None, steps: Steps = None, jso
             {
                 "plan": None if refused else dump["steps"],
                 "answer": "" if refused else dump["answer"],
+                "then": "" if refused else dump["then"],
                 "refusal": dump if refused else None,
                 "model_usage": usage.record(),
             }
@@ -170,7 +171,9 @@ def planned(answer: Plan | Refusal) -> str:
 
     if isinstance(answer, Refusal):
         return f"refused ({answer.code}): {answer.message}"
-    return "\n".join(f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)) or str(answer)
+    lines = [f"{number}. {call}" for number, call in enumerate(answer.steps, start=1)]
+    lines += [f"then look whether “{answer.then}”, and go on"] if answer.then else []
+    return "\n".join(lines) or str(answer)
 
 
 def _check_said(prompt: str | None, task: object) -> None:
