@@ -195,7 +195,7 @@ class Branching(Amendments, ABC):
                         found += [(end, controlled(While(told, done)))] if _may_go_on(done) else []
                     elif not again:
                         apart = i == 0 or self.text(i - 1) in _APART
-                        form = If(told, done, unless=denied, trails=not apart)
+                        form = If(told, done, unless=denied)
                         found.append((end, controlled(form)))
                         found += self._with_otherwise(end, form) if apart and len(done) == 1 else []
         return found

@@ -108,7 +108,6 @@ class If:
         then: Done where it is.
         otherwise: Done where it is not.
         unless: Said with "unless": the condition is what must not be so, within a `Not`.
-        trails: Said at the end of several orders: it may be about all of them.
         apart: Said with "but if" after what is otherwise done: where it holds, that may be meant, too.
     """
 
@@ -117,7 +116,6 @@ class If:
     otherwise: Steps = ()
     unless: bool = False
     apart: bool = False
-    trails: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -87,11 +87,6 @@ def unfolded(steps: Steps, after: Callable[[Steps], Deciding]) -> Unfolded:
             if not made:
                 raise RefusedError(RefusalCode.UNSUPPORTED, "I cannot see yet what that depends on.") from None
             return Unfolded(tuple(made), (step, *left), not_so)
-        if refused and made and isinstance(step.control, If) and step.control.trails:
-            text = stripped(step.control.condition)[0].text
-            raise RefusedError(
-                RefusalCode.AMBIGUOUS, f"“{text}”: is that a condition of what was told before it, too?", firm=True
-            )
         not_so = not_so or refused
         again = isinstance(step.control, While) and bool(chosen)
         left[:0] = _speaking(chosen, told)
