@@ -130,7 +130,13 @@ def test_plan_prints_calls_and_moves_nothing(capsys: pytest.CaptureFixture[str])
 def test_plan_as_json_has_a_plan_or_a_refusal_and_nothing_else(capsys: pytest.CaptureFixture[str]) -> None:
     assert sandbox("plan", "pick up the red cube", "--task", "pick_cube_franka", "--json") == EXIT_DONE
     steps = [{"skill": "pick", "arguments": {"object": "red_cube"}}]
-    assert json.loads(capsys.readouterr().out) == {"plan": steps, "answer": "", "then": "", "refusal": None, "model_usage": None}
+    assert json.loads(capsys.readouterr().out) == {
+        "plan": steps,
+        "answer": "",
+        "then": "",
+        "refusal": None,
+        "model_usage": None,
+    }
     assert sandbox("plan", "pick up the elephant", "--task", "pick_cube_franka", "--json") == EXIT_FAILED
     document = json.loads(capsys.readouterr().out)
     assert document.keys() == {"plan", "answer", "then", "refusal", "model_usage"}
